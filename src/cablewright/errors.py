@@ -1,0 +1,85 @@
+"""The one family of exceptions: a person reads one line, a program reads the exit code."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from enum import Enum
+from typing import ClassVar, Self
+
+__all__ = ["AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status", "UnknownName"]
+
+
+class Status(Enum):
+    """What became of one solve, as a sentence. The order is that of the kernels' codes."""
+
+    OK = "solved"
+    NOT_CONVERGED = "the solver did not converge"
+    SINGULAR = "the equations are singular here: the platform can move without any line resisting"
+    NOT_FINITE = "a number is not finite"
+    UNDER_EXIT = "the platform point is straight below or above an exit point: the line has no plane there"
+    INSIDE_SHEAVE = "the platform point is inside a sheave"
+    BAD_WRAP = "a line does not wrap its sheave: its angle of contact is negative or over a full turn"
+    INFEASIBLE = "no tensions within the limits balance the load"
+    OVERSTRETCHED = "a line is over its breaking load"
+    LEVER_UNSTABLE = "a lever stands on its head: an equilibrium, but an unstable one"
+    UNDERCONSTRAINED = "fewer lines than freedoms: not every pose can be asked for"
+
+    @classmethod
+    def of(cls, code: int) -> Self:
+        """The status of a kernel's code."""
+        return list(cls)[code]
+
+    @property
+    def word(self) -> str:
+        """Its name as commands print it: ``not-converged``."""
+        return self.name.lower().replace("_", "-")
+
+
+class CablewrightError(Exception):
+    """Everything cablewright raises on purpose. The message is one line."""
+
+    exit_code: ClassVar[int] = 1
+
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.split()))
+
+
+class AnswerError(CablewrightError):
+    """The work ran and its answer is no: infeasible, overstretched, not converged."""
+
+    exit_code: ClassVar[int] = 1
+
+
+class InputError(CablewrightError):
+    """What the caller gave cannot be used: a file, a key, a value, an option."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class EnvironmentFault(CablewrightError):
+    """The surroundings refused: a full disk, a folder that cannot be written."""
+
+    exit_code: ClassVar[int] = 3
+
+
+class UnknownName(InputError):
+    """A name outside a known set: ``UnknownName("robot", "paty", library_names())``."""
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = name
+        self.valid = tuple(valid)
+        super().__init__(f"unknown {kind} {name!r}; {suggestion(name, self.valid)}")
+
+
+def suggestion(name: str, valid: Iterable[str], limit: int = 12) -> str:
+    """Say which valid names are nearest to ``name``, or list the first ``limit`` where none is near."""
+    names = sorted(valid)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    if near:
+        return "did you mean " + " or ".join(repr(n) for n in near) + "?"
+    if not names:
+        return "there are none"
+    more = f" and {len(names) - limit} more" if len(names) > limit else ""
+    return "allowed: " + ", ".join(names[:limit]) + more

@@ -1,0 +1,192 @@
+"""Forward solves from far away: descend the potential over the platform's pose, each line settled at every trial.
+
+For a point load on eyelet lines the potential is convex (docs/theory/statics.md), so the descent arrives from
+anywhere; for other robots it is a robust walk downhill. Line laws: SPRING, a massless unilateral spring of
+the line's stiffness, cheap and good for a first guess; SETTLED, the line itself.
+"""
+
+from math import sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.equilibrium import add_eliminated, eliminate, move_platform
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    DEAD,
+    DEAD_COMPLIANCE,
+    EXIT_X,
+    FREE,
+    FREE_COMPLIANCE,
+    PLATFORM_WEIGHT,
+    RADIUS,
+    WEIGHT,
+)
+from cablewright.kernels.line import SLACK_TENSION, guess, settle, system
+from cablewright.kernels.newton import solve
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.sheave import constant_length, straight, wrap
+from cablewright.kernels.wrench import add_line, place, start_balance
+
+SPRING, SETTLED = 0, 1
+DESCENT_STEPS = 200
+LINE_SEARCH_STEPS = 30
+FORCE_TOLERANCE = 1e-11  # of the platform's weight
+SPRING_TOLERANCE = 1e-2
+SPRING_TENSION = 100.0  # N: places levers in the first guess
+
+
+@jit
+def descend(packed, lengths, pose, states, work, law, tolerance):
+    """Walk *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True on arrival.
+
+    The search along a step compares slopes, not energies: it never steps far past the lowest point on its way.
+    """
+    n = packed.freedoms
+    load = packed.platform[PLATFORM_WEIGHT] + 1e-9
+    if not _evaluate(packed, lengths, pose, states, work, law):
+        return False
+    for _ in range(DESCENT_STEPS):
+        size = 0.0
+        soft = 0.0
+        for k in range(n):
+            size = max(size, abs(work.wrench[k]))
+            soft = max(soft, work.stiffness[k, k])
+        if size < tolerance * load:
+            return True
+        slope = _direction(work, n, 1e-12 * soft + 1e-6 * load)
+        if not slope > 0.0:
+            slope = _direction(work, n, soft + load)
+        if not slope > 0.0:
+            return False
+        for k in range(n):
+            work.trial[k] = pose[k]
+        moved = False
+        for _ in range(LINE_SEARCH_STEPS):
+            move_platform(pose, work)
+            placed = _evaluate(packed, lengths, pose, states, work, law)
+            ahead = 0.0
+            for k in range(n):
+                ahead += work.wrench[k] * work.move[k, 0]
+            if placed and ahead > -0.9 * slope:
+                moved = True
+                break
+            for k in range(n):
+                pose[k] = work.trial[k]
+                work.move[k, 0] *= 0.35
+            slope *= 0.35
+        if not moved:
+            return False
+    return False
+
+
+@jit
+def _direction(work, n, damping):
+    """Newton direction into work.move; returns its slope, the power of the wrench along it."""
+    for i in range(n):
+        work.move[i, 0] = work.wrench[i]
+        work.stiffness[i, i] += damping
+    if not solve(work.stiffness, work.move, n, 1):
+        return 0.0
+    slope = 0.0
+    length = 0.0
+    for k in range(n):
+        slope += work.move[k, 0] * work.wrench[k]
+        length = max(length, abs(work.move[k, 0]))
+    return slope if length < 1e6 else 0.0
+
+
+@jit
+def _evaluate(packed, lengths, pose, states, work, law):
+    """Wrench and tangent stiffness at *pose* under the line law. False where a line has no answer."""
+    if packed.freedoms == 6:
+        matrix(pose[3:], work.rotation)
+    start_balance(packed, work.rotation, work.wrench, work.stiffness)
+    for i in range(packed.lines.shape[0]):
+        row, plane = packed.lines[i], work.planes[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        if law == SPRING:
+            _add_spring(row, work.lengths[i], work.arms[i], plane, work.wrench, work.stiffness)
+            continue
+        steps, block, force = work.steps[i], work.blocks[i], work.forces[i]
+        found = _settle_line(row, plane[2], plane[3], lengths[i], states[i], block, steps, force)
+        if found < 0:
+            return False
+        if found > 0:
+            add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def _add_spring(row, length, arm, plane, wrench, stiffness):
+    """A unilateral spring from the exit point, of unstrained *length*."""
+    x, z = plane[2], plane[3]
+    distance = sqrt(x * x + z * z)
+    if distance <= length or distance == 0.0:
+        return
+    rate = 1.0 / (max(length, 0.1) * row[FREE_COMPLIANCE])
+    tension = rate * (distance - length)
+    c, s = x / distance, z / distance
+    across = tension / distance
+    kxx, kxz, kzz = rate * c * c + across * s * s, (rate - across) * c * s, rate * s * s + across * c * c
+    add_line(arm, plane, tension * c, tension * s, kxx, kxz, kxz, kzz, wrench, stiffness)
+
+
+@jit
+def _settle_line(row, x, z, length, y, block, steps, force):
+    """Solve and eliminate a line at a fixed platform point: 1 done, 0 massless and slack, -1 no answer."""
+    if row[WEIGHT] == 0.0:
+        found = _massless(row, x, z, length, y, block, steps)
+        if found <= 0:
+            return found
+    elif not settle(row, x, z, length, y, block, steps):
+        if not (guess(row, x, z, length, SPRING_TENSION, y) and settle(row, x, z, length, y, block, steps)):
+            return -1
+    force[0], force[1] = system(row, y, x, z, length, block, steps[:, 0])
+    return 1 if eliminate(row, block, steps) else -1
+
+
+@jit
+def _massless(row, x, z, length, y, block, rhs):
+    """Settle a massless line: 1 taut, 0 slack (its tension in *y* is then SLACK_TENSION), -1 no answer."""
+    if not straight(row, x, z, SLACK_TENSION, y):
+        return -1
+    contact = row[RADIUS] * wrap(row, y)
+    excess = y[FREE] + y[DEAD] + contact + constant_length(row) - length
+    if excess <= 0.0:
+        return 0
+    given = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
+    tension = excess / given
+    straight(row, x, z, tension, y)
+    y[FREE] /= 1.0 + tension * row[FREE_COMPLIANCE]
+    y[DEAD] /= 1.0 + tension * row[DEAD_COMPLIANCE]
+    return 1 if settle(row, x, z, length, y, block, rhs) else -1
+
+
+@jit
+def spring_guess(packed, lengths, pose, states, work):
+    """Set *pose* near the equilibrium for *lengths*: springs from the exit points, sheaves as constant offsets."""
+    place_below(packed, pose)
+    for _ in range(2):
+        for i in range(packed.lines.shape[0]):
+            row, plane, y = packed.lines[i], work.planes[i], states[i]
+            place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+            x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
+            if not straight(row, x, plane[3], SPRING_TENSION, y):
+                return False
+            whole = y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
+            work.lengths[i] = max(lengths[i] - whole + sqrt(x * x + plane[3] * plane[3]), 1e-3)
+        if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE):
+            return False
+    return True
+
+
+@jit
+def place_below(packed, pose):
+    """A pose to begin from: below the middle of the exit points."""
+    m = packed.lines.shape[0]
+    pose[:] = 0.0
+    low, high = 1e300, -1e300
+    for i in range(m):
+        for k in range(3):
+            pose[k] += packed.lines[i, EXIT_X + k] / m
+        low, high = min(low, packed.lines[i, EXIT_X]), max(high, packed.lines[i, EXIT_X])
+    pose[2] -= 0.25 * (high - low)

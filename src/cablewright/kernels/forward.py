@@ -1,0 +1,98 @@
+"""Forward problem: unstrained lengths to the pose, warm from a neighbour or cold from nothing."""
+
+from cablewright.kernels import jit
+from cablewright.kernels.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
+from cablewright.kernels.equilibrium import NOT_CONVERGED, OK, judge, refine
+from cablewright.kernels.layout import DEAD, FREE, MASSLESS, PLATFORM_WEIGHT, RADIUS
+from cablewright.kernels.line import guess
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.sheave import constant_length, straight, wrap
+from cablewright.kernels.wrench import place
+
+FIRST_STEP = 0.25  # of the way from taut lengths to the wanted ones
+LAST_STEP = 1e-3
+
+
+@jit
+def solve_warm(packed, lengths, pose, states, work):
+    """Solve from *pose* and *states* (improved in place). Returns code, iterations, residual (m)."""
+    if packed.platform[MASSLESS] > 0.0:
+        arrived = descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE)
+        return (judge(packed, states, work.planes) if arrived else NOT_CONVERGED), 1, 0.0
+    code, iterations, residual = refine(packed, lengths, pose, states, work)
+    if code == OK:
+        code = judge(packed, states, work.planes)
+    return code, iterations, residual
+
+
+@jit
+def solve_cold(packed, lengths, pose, states, work):
+    """Solve for *lengths* without a guess; *pose* and *states* are only written. As `solve_warm`."""
+    if not spring_guess(packed, lengths, pose, states, work):
+        return NOT_CONVERGED, 0, 0.0
+    return solve_near(packed, lengths, pose, states, work)
+
+
+@jit
+def solve_near(packed, lengths, pose, states, work):
+    """Solve from *pose* alone: line states are guessed there; on failure by length homotopy. As `solve_warm`."""
+    if packed.platform[MASSLESS] > 0.0:
+        return solve_warm(packed, lengths, pose, states, work)
+    begin = pose.copy()
+    if not guess_states(packed, lengths, pose, states, work):
+        return NOT_CONVERGED, 0, 0.0
+    code, iterations, residual = solve_warm(packed, lengths, pose, states, work)
+    if code == OK:
+        return code, iterations, residual
+    pose[:] = begin
+    retry, more, residual = solve_by_homotopy(packed, lengths, pose, states, work)
+    return retry, iterations + more, residual
+
+
+@jit
+def solve_by_homotopy(packed, lengths, pose, states, work):
+    """From lengths that leave no line slack at *pose*, let the slack lines out step by step. As `solve_warm`."""
+    m = packed.lines.shape[0]
+    taut = lengths.copy()
+    for i in range(m):
+        row, y, plane = packed.lines[i], states[i], work.planes[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        if not straight(row, plane[2], plane[3], packed.platform[PLATFORM_WEIGHT] / m, y):
+            return NOT_CONVERGED, 0, 0.0
+        taut[i] = min(lengths[i], y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row))
+    if not guess_states(packed, taut, pose, states, work):
+        return NOT_CONVERGED, 0, 0.0
+    code, total, residual = solve_warm(packed, taut, pose, states, work)
+    if code != OK:
+        return code, total, residual
+    done, step = 0.0, FIRST_STEP
+    while done < 1.0:
+        held, held_states = pose.copy(), states.copy()
+        share = min(1.0, done + step)
+        for i in range(m):
+            work.lengths[i] = taut[i] + share * (lengths[i] - taut[i])
+        code, iterations, residual = solve_warm(packed, work.lengths, pose, states, work)
+        total += iterations
+        if code == OK:
+            done = share
+            step *= 2.0
+            continue
+        pose[:], states[:] = held, held_states
+        step *= 0.5
+        if step < LAST_STEP:
+            return code, total, residual
+    return OK, total, residual
+
+
+@jit
+def guess_states(packed, lengths, pose, states, work):
+    """Line states near those of *lengths* at *pose*. False if a platform point lies inside a sheave."""
+    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    if packed.freedoms == 6:
+        matrix(pose[3:], work.rotation)
+    for i in range(packed.lines.shape[0]):
+        plane = work.planes[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        if not guess(packed.lines[i], plane[2], plane[3], lengths[i], share, states[i]):
+            return False
+    return True

@@ -1,0 +1,71 @@
+"""What a kernel is given: one row of numbers per line, a few for the platform, and the integers that name choices."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Sheave(IntEnum):
+    """How a line leaves its mounting."""
+
+    EYELET = 0
+    SWIVEL = 1
+    UNIVERSAL_JOINT = 2
+
+
+class Code(IntEnum):
+    """What became of one solve. The sentences for people are in `cablewright.errors.Status`."""
+
+    OK = 0
+    NOT_CONVERGED = 1
+    SINGULAR = 2
+    NOT_FINITE = 3
+    UNDER_EXIT = 4
+    INSIDE_SHEAVE = 5
+    BAD_WRAP = 6
+    INFEASIBLE = 7
+    OVERSTRETCHED = 8
+    LEVER_UNSTABLE = 9
+    UNDERCONSTRAINED = 10
+
+
+# Columns of `Packed.lines`. Lengths in m, forces in N, weights in N/m, compliances 1/EA in 1/N.
+EXIT_X, EXIT_Y, EXIT_Z = 0, 1, 2  # exit point A, world
+POINT_X, POINT_Y, POINT_Z = 3, 4, 5  # platform point B, platform frame
+KIND = 6  # a Sheave
+RADIUS, LEVER, LEVER_MOMENT = 7, 8, 9  # lever moment: weight times its distance from A, N m
+SIDE = 10  # +1 the cable passes over the sheave, -1 under it
+WINCH_X, WINCH_Z = 11, 12  # winch exit C from A in the plane of the dead span: horizontal distance, height
+DEAD_LENGTH = 13  # constant length added where the dead span is not modelled
+WEIGHT = 14  # weight per unstrained length
+FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE = 15, 16, 17
+TENSION_MIN, TENSION_MAX, BREAKING = 18, 19, 20
+UNKNOWNS = 21  # how many of the line's unknowns are free: 3 to 6
+COLUMNS = 22
+
+# Unknowns of one line, in the order in which sheave kinds need them: a simpler kind uses a leading part.
+# In the line's plane, x towards B and z up; angles of the tangent where the cable leaves the sheave.
+PHI = 0  # direction of the free span where it leaves the sheave, rad
+TAU = 1  # log of the tension at the sheave, N
+FREE = 2  # unstrained length of the free span, m
+DEAD = 3  # unstrained length of the dead span, m
+PSI = 4  # direction of the dead span from the sheave towards the winch, rad
+BETA = 5  # lever angle from the horizontal, rad
+STATE = 6
+
+# Entries of `Packed.platform`.
+MASS_X, MASS_Y, MASS_Z = 0, 1, 2  # centre of mass, platform frame
+PLATFORM_WEIGHT = 3  # N
+WRENCH = 4  # 4..9: external force (N) and moment about the platform's origin (N m), world
+MASSLESS = 10  # 1 if any line has no weight, and may so be slack without tension
+PLATFORM = 11
+
+
+class Packed(NamedTuple):
+    """A robot under one fidelity, as arrays: what every kernel takes first."""
+
+    freedoms: int  # n: 3 or 6
+    lines: NDArray[np.float64]  # (m, COLUMNS)
+    platform: NDArray[np.float64]  # (PLATFORM,)

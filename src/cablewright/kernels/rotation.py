@@ -1,0 +1,51 @@
+"""Rotations as rotation vectors, rad. Increments are made in space: R becomes exp(d) R."""
+
+from math import atan2, cos, sin, sqrt
+
+from cablewright.kernels import jit
+
+
+@jit
+def matrix(vector, out):
+    """Write the (3, 3) matrix of rotation *vector* (3,) to *out* (Rodrigues)."""
+    x, y, z = vector[0], vector[1], vector[2]
+    angle = sqrt(x * x + y * y + z * z)
+    if angle > 1e-4:
+        a = sin(angle) / angle
+        b = (1.0 - cos(angle)) / (angle * angle)
+    else:
+        a = 1.0 - angle * angle / 6.0
+        b = 0.5 - angle * angle / 24.0
+    out[0, 0] = 1.0 - b * (y * y + z * z)
+    out[1, 1] = 1.0 - b * (x * x + z * z)
+    out[2, 2] = 1.0 - b * (x * x + y * y)
+    out[0, 1] = b * x * y - a * z
+    out[1, 0] = b * x * y + a * z
+    out[0, 2] = b * x * z + a * y
+    out[2, 0] = b * x * z - a * y
+    out[1, 2] = b * y * z - a * x
+    out[2, 1] = b * y * z + a * x
+
+
+@jit
+def compose(increment, vector):
+    """Turn rotation *vector* (3,) in place by *increment* (3,) in space: exp(increment) exp(vector)."""
+    aw, ax, ay, az = _quaternion(increment)
+    bw, bx, by, bz = _quaternion(vector)
+    w = aw * bw - ax * bx - ay * by - az * bz
+    x = aw * bx + ax * bw + ay * bz - az * by
+    y = aw * by - ax * bz + ay * bw + az * bx
+    z = aw * bz + ax * by - ay * bx + az * bw
+    size = sqrt(x * x + y * y + z * z)
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    factor = 2.0 * atan2(size, w) / size if size > 1e-9 else 2.0
+    vector[0], vector[1], vector[2] = factor * x, factor * y, factor * z
+
+
+@jit
+def _quaternion(vector):
+    x, y, z = vector[0], vector[1], vector[2]
+    angle = sqrt(x * x + y * y + z * z)
+    factor = sin(0.5 * angle) / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0
+    return cos(0.5 * angle), factor * x, factor * y, factor * z

@@ -1,0 +1,89 @@
+"""Straight massless lines over a sheave: the tangents that bound the contact, and the lever that balances them."""
+
+from math import asin, atan2, cos, exp, log, pi, sin, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    BETA,
+    DEAD,
+    DEAD_LENGTH,
+    FREE,
+    LEVER,
+    LEVER_MOMENT,
+    PHI,
+    PSI,
+    RADIUS,
+    SIDE,
+    TAU,
+    UNKNOWNS,
+    WINCH_X,
+    WINCH_Z,
+)
+
+LEVER_ROUNDS = 3  # each leaves about a hundredth of the lever angle's error
+
+
+@jit
+def tangent(x, z, turn):
+    """Direction (rad) and length (m) of the tangent from a circle to the point (x, z) from its centre.
+
+    *turn* is the radius times the sense of contact: the point of contact lies a quarter turn ahead of the
+    direction for a positive sense. The length is negative where the point lies inside the circle.
+    """
+    distance = sqrt(x * x + z * z)
+    if not distance > abs(turn):
+        return 0.0, -1.0
+    return atan2(z, x) - asin(turn / distance), sqrt((distance - turn) * (distance + turn))
+
+
+@jit
+def straight(row, x, z, tension, y):
+    """Set *y* to the straight line from the winch over the sheave to (x, z) at *tension*, lengths as strained.
+
+    Exact but for the lever angle, which is good to about 1e-4 rad. x, z: the platform point from the exit point, in the line's plane (m). Returns False if the point or the
+    winch exit lies inside the sheave.
+    """
+    unknowns = int(row[UNKNOWNS])
+    radius, lever, side = row[RADIUS], row[LEVER], row[SIDE]
+    y[TAU] = log(tension)
+    y[DEAD] = 0.0
+    y[BETA] = 0.0
+    y[PSI] = -side * 0.5 * pi
+    if unknowns < 6:
+        y[PHI], y[FREE] = tangent(x - lever, z, side * radius)
+        if unknowns == 4:
+            y[DEAD] = abs(row[WINCH_Z])
+        elif unknowns == 5:
+            y[PSI], y[DEAD] = tangent(row[WINCH_X], row[WINCH_Z], 0.0)
+        return y[FREE] > 0.0
+    pull = row[LEVER_MOMENT] / lever
+    beta = 0.5 * (atan2(z, x) - side * 0.5 * pi)
+    for _ in range(LEVER_ROUNDS):
+        hx, hz = lever * cos(beta), lever * sin(beta)
+        y[PHI], y[FREE] = tangent(x - hx, z - hz, side * radius)
+        y[PSI], y[DEAD] = tangent(row[WINCH_X] - hx, row[WINCH_Z] - hz, -side * radius)
+        if y[FREE] < 0.0 or y[DEAD] < 0.0:
+            return False
+        beta = atan2(tension * (sin(y[PHI]) + sin(y[PSI])) - pull, tension * (cos(y[PHI]) + cos(y[PSI])))
+    y[BETA] = beta
+    return True
+
+
+@jit
+def wrap(row, y):
+    """Angle of contact (rad); zero where there is no sheave."""
+    return row[SIDE] * (y[PSI] - y[PHI]) + pi if row[RADIUS] > 0.0 else 0.0
+
+
+@jit
+def unstrain(row, y, free_compliance, dead_compliance):
+    """Turn the strained lengths of a straight line in *y* into unstrained ones at its tension."""
+    tension = exp(y[TAU])
+    y[FREE] /= 1.0 + tension * free_compliance
+    y[DEAD] /= 1.0 + tension * dead_compliance
+
+
+@jit
+def constant_length(row):
+    """Length of the dead span where it is not modelled, m."""
+    return row[DEAD_LENGTH] if row[UNKNOWNS] == 3.0 else 0.0

@@ -1,0 +1,118 @@
+"""Tension distribution: the least-norm tensions that balance a wrench within limits, for any m and any rank.
+
+min 1/2 |t|^2 subject to A t = b, low <= t <= high has the solution t = clip(A' lambda, low, high) for the n
+multipliers that maximise a concave, piecewise quadratic dual: Newton in n unknowns, whatever m is. Where the
+dual climbs without end, the multipliers are a Farkas certificate that no tensions within limits exist.
+"""
+
+from math import sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.newton import solve
+
+STEPS = 100
+SOFT = 1e-4  # give of a limit, relative to a tension's own, when the least violation is wanted
+
+
+@jit
+def least_norm(structure, load, low, high, give, tensions, multipliers, hessian, step):
+    """Write to *tensions* (m,) the least-norm solution of structure (n, m) tensions = load within limits.
+
+    *give* > 0 softens the limits: the answer then is the distribution that violates them least. *multipliers*
+    (n,) start the search and are improved; *hessian* (n, n) and *step* (n, 1) are scratch. Returns 1 solved,
+    0 proved infeasible, -1 not solved.
+    """
+    n, m = structure.shape
+    scale = 0.0
+    for k in range(n):
+        scale = max(scale, abs(load[k]))
+    for i in range(m):
+        scale = max(scale, abs(low[i]), min(abs(high[i]), 1e12))
+    value = _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, step)
+    for _ in range(STEPS):
+        gap = 0.0
+        for k in range(n):
+            gap = max(gap, abs(step[k, 0]))
+        if gap <= 1e-13 * scale:
+            return 1
+        if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale):
+            return 0
+        gradient = step[:, 0].copy()
+        trace = 1e-300
+        for k in range(n):
+            trace += hessian[k, k]
+        for k in range(n):
+            hessian[k, k] += 1e-13 * trace + (1e-6 if trace < 1e-200 else 0.0)
+        if not solve(hessian, step, n, 1):
+            return -1
+        slope = 0.0
+        for k in range(n):
+            slope += gradient[k] * step[k, 0]
+        move = step[:, 0].copy()
+        reach = 1.0
+        improved = False
+        for _ in range(60):
+            for k in range(n):
+                multipliers[k] += reach * move[k]
+            trial = _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, step)
+            if trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
+                value = trial
+                improved = True
+                break
+            for k in range(n):
+                multipliers[k] -= reach * move[k]
+            reach *= 0.5
+        if not improved:
+            _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, step)
+            break
+    gap = 0.0
+    for k in range(n):
+        gap = max(gap, abs(step[k, 0]))
+    if gap <= 1e-9 * scale:
+        return 1
+    return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
+
+
+@jit
+def _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, gradient):
+    """Dual value at *multipliers*; writes tensions, the gradient load - A t and the negative Hessian A D A'."""
+    n, m = structure.shape
+    value = 0.0
+    for k in range(n):
+        value += load[k] * multipliers[k]
+        gradient[k, 0] = load[k]
+        for j in range(n):
+            hessian[k, j] = 0.0
+    for i in range(m):
+        free = 0.0
+        for k in range(n):
+            free += structure[k, i] * multipliers[k]
+        bound = min(max(free, low[i]), high[i])
+        weight = 1.0 if bound == free else give
+        t = bound + give * (free - bound)
+        tensions[i] = t
+        beyond = free - bound
+        value -= free * bound - 0.5 * bound * bound + 0.5 * give * beyond * beyond
+        for k in range(n):
+            a = structure[k, i]
+            gradient[k, 0] -= a * t
+            for j in range(n):
+                hessian[k, j] += weight * a * structure[j, i]
+    return value
+
+
+@jit
+def _impossible(structure, load, low, high, multipliers, scale):
+    """Farkas: along these multipliers the load exceeds what any tensions within limits can give."""
+    n, m = structure.shape
+    needed = 0.0
+    size = 0.0
+    for k in range(n):
+        needed += load[k] * multipliers[k]
+        size += multipliers[k] * multipliers[k]
+    for i in range(m):
+        pull = 0.0
+        for k in range(n):
+            pull += structure[k, i] * multipliers[k]
+        needed -= max(low[i] * pull, high[i] * pull)
+    return needed > 1e-9 * scale * sqrt(size)

@@ -1,0 +1,144 @@
+"""The platform: what lines and weight do to it, and how that changes as it moves."""
+
+from math import sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    EXIT_X,
+    MASS_X,
+    PLATFORM_WEIGHT,
+    POINT_X,
+    WRENCH,
+)
+
+AXIS_DISTANCE = 1e-12  # m: nearer to the axis than this a line has no plane
+
+
+@jit
+def place(lines, i, pose, rotation, arm, plane):
+    """Arm of line *i* (platform point from the platform's origin, world) and its plane (ex, ey, x, z from A)."""
+    for k in range(3):
+        arm[k] = lines[i, POINT_X + k]
+    if pose.shape[0] == 6:
+        for k in range(3):
+            arm[k] = (
+                rotation[k, 0] * lines[i, POINT_X]
+                + rotation[k, 1] * lines[i, POINT_X + 1]
+                + rotation[k, 2] * lines[i, POINT_X + 2]
+            )
+    x = pose[0] + arm[0] - lines[i, EXIT_X]
+    y = pose[1] + arm[1] - lines[i, EXIT_X + 1]
+    distance = sqrt(x * x + y * y)
+    if distance > AXIS_DISTANCE:
+        plane[0], plane[1] = x / distance, y / distance
+    else:
+        plane[0], plane[1] = 1.0, 0.0
+    plane[2] = distance
+    plane[3] = pose[2] + arm[2] - lines[i, EXIT_X + 2]
+
+
+@jit
+def start_balance(packed, rotation, wrench, stiffness):
+    """Set *wrench* (n,) to the platform's own load and *stiffness* (n, n) to what that load adds as it turns."""
+    n = packed.freedoms
+    platform = packed.platform
+    for k in range(n):
+        wrench[k] = platform[WRENCH + k]
+        for j in range(n):
+            stiffness[k, j] = 0.0
+    weight = platform[PLATFORM_WEIGHT]
+    wrench[2] -= weight
+    if n == 6:
+        a, b, c = platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2]
+        rx = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
+        ry = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
+        rz = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
+        _add_moment(wrench, rx, ry, rz, 0.0, 0.0, -weight)
+        _add_turning(stiffness, rx, ry, rz, 0.0, 0.0, -weight)
+
+
+@jit
+def add_line(arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
+    """Add one line: end tension (h, v) and its in-plane stiffness, the change of (h, v) with (x, z)."""
+    ex, ey = plane[0], plane[1]
+    fx, fy, fz = -h * ex, -h * ey, -v
+    add_force(arm, fx, fy, fz, wrench)
+    across = h / max(plane[2], AXIS_DISTANCE)  # turning the plane about the exit point's axis
+    xx = ex * ex * kxx + ey * ey * across
+    yy = ey * ey * kxx + ex * ex * across
+    xy = ex * ey * (kxx - across)
+    xz, yz, zx, zy = ex * kxz, ey * kxz, ex * kzx, ey * kzx
+    stiffness[0, 0] += xx
+    stiffness[0, 1] += xy
+    stiffness[0, 2] += xz
+    stiffness[1, 0] += xy
+    stiffness[1, 1] += yy
+    stiffness[1, 2] += yz
+    stiffness[2, 0] += zx
+    stiffness[2, 1] += zy
+    stiffness[2, 2] += kzz
+    if wrench.shape[0] == 6:
+        rx, ry, rz = arm[0], arm[1], arm[2]
+        _add_turning(stiffness, rx, ry, rz, fx, fy, fz)
+        _add_lever(stiffness, rx, ry, rz, xx, xy, xz, xy, yy, yz, zx, zy, kzz)
+
+
+@jit
+def add_force(arm, fx, fy, fz, wrench):
+    """Add a force at *arm* to *wrench* (n,)."""
+    wrench[0] += fx
+    wrench[1] += fy
+    wrench[2] += fz
+    if wrench.shape[0] == 6:
+        _add_moment(wrench, arm[0], arm[1], arm[2], fx, fy, fz)
+
+
+@jit
+def _add_moment(wrench, rx, ry, rz, fx, fy, fz):
+    wrench[3] += ry * fz - rz * fy
+    wrench[4] += rz * fx - rx * fz
+    wrench[5] += rx * fy - ry * fx
+
+
+@jit
+def _add_turning(stiffness, rx, ry, rz, fx, fy, fz):
+    """-[f]x [r]x: the moment r x f changes as the arm turns under a constant force."""
+    dot = rx * fx + ry * fy + rz * fz
+    f = (fx, fy, fz)
+    r = (rx, ry, rz)
+    for i in range(3):
+        for j in range(3):
+            stiffness[3 + i, 3 + j] -= r[i] * f[j]
+        stiffness[3 + i, 3 + i] += dot
+
+
+@jit
+def _add_lever(stiffness, rx, ry, rz, xx, xy, xz, yx, yy, yz, zx, zy, zz):
+    """Translational stiffness K seen through the arm: -K [r]x, [r]x K and -[r]x K [r]x."""
+    k = ((xx, xy, xz), (yx, yy, yz), (zx, zy, zz))
+    for i in range(3):
+        a, b, c = k[i]
+        # row i of -K [r]x
+        u, v, w = c * ry - b * rz, a * rz - c * rx, b * rx - a * ry
+        stiffness[i, 3] += u
+        stiffness[i, 4] += v
+        stiffness[i, 5] += w
+        # column i of [r]x gives the rows of the lower blocks
+        if i == 0:
+            first, second, p, q = 4, 5, rz, -ry
+        elif i == 1:
+            first, second, p, q = 3, 5, -rz, rx
+        else:
+            first, second, p, q = 3, 4, ry, -rx
+        stiffness[first, 0] += p * a
+        stiffness[first, 1] += p * b
+        stiffness[first, 2] += p * c
+        stiffness[second, 0] += q * a
+        stiffness[second, 1] += q * b
+        stiffness[second, 2] += q * c
+        stiffness[first, 3] += p * u
+        stiffness[first, 4] += p * v
+        stiffness[first, 5] += p * w
+        stiffness[second, 3] += q * u
+        stiffness[second, 4] += q * v
+        stiffness[second, 5] += q * w

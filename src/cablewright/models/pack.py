@@ -1,0 +1,80 @@
+"""A robot under one fidelity as the arrays that kernels take."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels import layout
+from cablewright.kernels.layout import Packed
+from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
+from cablewright.robot import Line, Robot
+
+__all__ = ["pack"]
+
+KINDS = {
+    SheaveLaw.EYELET: layout.Sheave.EYELET,
+    SheaveLaw.SWIVEL: layout.Sheave.SWIVEL,
+    SheaveLaw.UNIVERSAL_JOINT: layout.Sheave.UNIVERSAL_JOINT,
+}
+
+
+def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
+    """Arrays of *robot* under *fidelity*; *tension_limits* (N) replace those of every line.
+
+    Raises `InputError` where the fidelity asks for hardware that is not there, or for a lever without the dead span
+    that holds it.
+    """
+    lines = np.zeros((robot.m, layout.COLUMNS))
+    for row, line in zip(lines, robot.lines, strict=True):
+        _pack_geometry(row, line, fidelity.sheave_of(line.sheave.kind, line.name))
+        _pack_cable(row, line, fidelity.cable, robot.scene.gravity)
+        row[[layout.TENSION_MIN, layout.TENSION_MAX]] = tension_limits or line.tension_limits
+        row[layout.BREAKING] = line.cable.breaking_load
+    platform = np.zeros(layout.PLATFORM)
+    platform[layout.PLATFORM_WEIGHT] = robot.platform.mass * robot.scene.gravity
+    platform[layout.MASSLESS] = float((lines[:, layout.WEIGHT] == 0.0).any())
+    return Packed(robot.n, lines, platform)
+
+
+def _pack_geometry(row: NDArray[np.float64], line: Line, law: SheaveLaw) -> None:
+    """Points, sheave and which unknowns the line has."""
+    row[layout.EXIT_X : layout.EXIT_Z + 1] = line.exit_point
+    row[layout.POINT_X : layout.POINT_Z + 1] = line.platform_point
+    row[layout.KIND] = KINDS[law]
+    row[layout.DEAD_LENGTH] = line.dead_length
+    row[layout.SIDE] = 1.0
+    row[layout.UNKNOWNS] = 3
+    sheave = line.sheave
+    if law is not SheaveLaw.EYELET and sheave.kind != "eyelet":
+        row[layout.RADIUS] = sheave.radius
+        row[layout.LEVER] = sheave.radius
+        row[layout.SIDE] = 1.0 if sheave.wrap == "over" else -1.0
+    if line.winch_exit is not None:
+        away = [c - a for c, a in zip(line.winch_exit, line.exit_point, strict=True)]
+        row[layout.WINCH_X] = math.hypot(away[0], away[1])
+        row[layout.WINCH_Z] = away[2]
+        row[layout.UNKNOWNS] = 4
+        if law is SheaveLaw.EYELET:
+            row[layout.SIDE] = 1.0 if away[2] < 0.0 else -1.0
+            row[layout.UNKNOWNS] = 5 if row[layout.WINCH_X] > 0.0 else 4
+    if law is SheaveLaw.UNIVERSAL_JOINT and sheave.kind == "universal-joint":
+        if line.winch_exit is None:
+            raise InputError(f"line {line.name!r}: a universal joint needs winch_exit, for the dead span holds its lever")
+        row[layout.LEVER] = sheave.lever
+        row[layout.LEVER_MOMENT] = sheave.lever_weight * sheave.lever_mass_centre
+        row[layout.UNKNOWNS] = 6
+
+
+def _pack_cable(row: NDArray[np.float64], line: Line, law: CableLaw, gravity: float) -> None:
+    """Weight and compliances under the cable law."""
+    if law is CableLaw.CATENARY:
+        row[layout.WEIGHT] = line.cable.linear_density * gravity
+    if law is not CableLaw.RIGID:
+        compliance = 1.0 / line.cable.stiffness
+        row[layout.FREE_COMPLIANCE] = compliance
+        row[layout.DEAD_COMPLIANCE] = compliance if line.dead_elastic else 0.0
+        row[layout.ARC_COMPLIANCE] = compliance if line.arc_elastic else 0.0

@@ -1,0 +1,180 @@
+"""A robot with the physics chosen for it, and the equilibria that are found for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import AnswerError, InputError, Status
+from cablewright.kernels import layout, sweep
+from cablewright.kernels.layout import Packed
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.pack import pack
+from cablewright.robot import Robot
+
+__all__ = ["Equilibrium", "Model"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot under one fidelity. `tension_limits` (N) replace those of every line where given."""
+
+    robot: Robot
+    fidelity: Fidelity = Fidelity()
+    tension_limits: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse limits that do not rise."""
+        if self.tension_limits is not None:
+            low, high = self.tension_limits
+            if not 0.0 <= low < high < float("inf"):
+                raise InputError(f"tension limits {low:g},{high:g}: 0 <= lowest < highest is wanted, in N")
+
+    @property
+    def packed(self) -> Packed:
+        """The arrays that kernels take."""
+        return _packed(self)
+
+    @property
+    def m(self) -> int:
+        """The number of lines."""
+        return self.robot.m
+
+    @property
+    def n(self) -> int:
+        """The number of pose coordinates."""
+        return self.robot.n
+
+
+@lru_cache(maxsize=32)
+def _packed(model: Model) -> Packed:
+    return pack(model.robot, model.fidelity, model.tension_limits)
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """Poses, lengths and line states that belong together: one row of each, or a batch of rows.
+
+    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `violation` (N) is
+    how far the tensions of an inverse solution break their limits, 0 where they hold.
+    """
+
+    model: Model
+    pose: Array
+    lengths: Array
+    states: Array
+    code: NDArray[np.int64]
+    violation: Array
+    iterations: NDArray[np.int64]
+
+    @property
+    def status(self) -> Status:
+        """What became of a single solve. Raises `TypeError` for a batch: see `codes` and `ok` there."""
+        return Status.of(int(self.code))
+
+    @property
+    def ok(self) -> NDArray[np.bool_]:
+        """Which rows were solved."""
+        return np.asarray(self.code == 0)
+
+    @property
+    def tensions(self) -> Array:
+        """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
+        massless = self.model.packed.lines[:, layout.WEIGHT] == 0.0
+        tensions = np.exp(self.states[..., layout.TAU])
+        return np.where(massless & (tensions < 2.0 * sweep.SLACK_TENSION), 0.0, tensions)
+
+    @property
+    def platform_tensions(self) -> Array:
+        """Tension at the platform's end of each line, N."""
+        tensions, phi = self.tensions, self.states[..., layout.PHI]
+        weight = self.model.packed.lines[:, layout.WEIGHT] * self.states[..., layout.FREE]
+        return np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + weight)
+
+    @property
+    def winch_tensions(self) -> Array:
+        """Tension at the winch exit of each line, N; that at the sheave where the dead span is not modelled."""
+        lines, tensions, psi = self.model.packed.lines, self.tensions, self.states[..., layout.PSI]
+        weight = lines[:, layout.WEIGHT] * self.states[..., layout.DEAD]
+        at_winch = np.hypot(tensions * np.cos(psi), tensions * np.sin(psi) + weight)
+        return np.where(lines[:, layout.UNKNOWNS] > 3, at_winch, tensions)
+
+    def extremes(self) -> tuple[Array, Array]:
+        """Smallest and largest tension along each line, N, each shaped as `tensions`."""
+        _, _, low, high = self._examined
+        return low, high
+
+    def residual_norm(self) -> Array:
+        """Largest residual of any geometric equation, m, per row."""
+        return self._examined[0]
+
+    def unbalanced_force(self) -> Array:
+        """Largest unbalanced force on the platform, N, per row."""
+        return self._examined[1]
+
+    def margin(self) -> Array:
+        """Smallest distance of any line's tension from its limits, N, per row; negative is a violation."""
+        low, high = self.extremes()
+        lines = self.model.packed.lines
+        slack = np.minimum(low - lines[:, layout.TENSION_MIN], lines[:, layout.TENSION_MAX] - high)
+        return np.asarray(slack.min(axis=-1))
+
+    def is_valid(self, tolerance: float = 1e-9) -> bool:
+        """Whether every row is solved and its equations hold to *tolerance* (m, and of the platform's weight)."""
+        weight = self.model.packed.platform[layout.PLATFORM_WEIGHT]
+        fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * weight)
+        return bool(np.all(self.ok & fits))
+
+    def checked(self) -> Equilibrium:
+        """Itself if every row was solved; else raises `AnswerError` with the first row's status sentence."""
+        if np.all(self.ok):
+            return self
+        if self.code.ndim == 0:
+            raise AnswerError(self.sentence())
+        bad = np.flatnonzero(self.code != 0)
+        raise AnswerError(f"{len(bad)} of {len(self.code)} rows failed; row {bad[0]}: {self[int(bad[0])].sentence()}")
+
+    def sentence(self) -> str:
+        """The status of a single solve in one line, with the numbers that explain it."""
+        status = self.status
+        if status in (Status.INFEASIBLE, Status.OVERSTRETCHED):
+            return f"{status.value}: {self._worst_line()}"
+        return status.value
+
+    def _worst_line(self) -> str:
+        """Which line breaks its limit most, and by how much."""
+        low, high = self.extremes()
+        lines = self.model.packed.lines
+        if self.status is Status.OVERSTRETCHED:
+            over = high - lines[:, layout.BREAKING]
+            worst = int(np.argmax(over))
+            name = self.model.robot.lines[worst].name
+            return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {lines[worst, layout.BREAKING]:g} N"
+        under, over = lines[:, layout.TENSION_MIN] - low, high - lines[:, layout.TENSION_MAX]
+        worst = int(np.argmax(np.maximum(under, over)))
+        name = self.model.robot.lines[worst].name
+        if under[worst] > over[worst]:
+            return f"line {name} can have {low[worst]:.4g} N at best, {lines[worst, layout.TENSION_MIN]:g} N is the least"
+        return f"line {name} needs {high[worst]:.6g} N at least, {lines[worst, layout.TENSION_MAX]:g} N is the most"
+
+    def __getitem__(self, index: Any) -> Equilibrium:
+        """Rows of a batch: an integer gives a single equilibrium, a slice or mask a smaller batch."""
+        fields = ("pose", "lengths", "states", "code", "violation", "iterations")
+        return replace(self, **{field: np.asarray(getattr(self, field)[index]) for field in fields})
+
+    @property
+    def _examined(self) -> tuple[Array, Array, Array, Array]:
+        single = self.code.ndim == 0
+        rows = 1 if single else len(self.code)
+        m = self.model.m
+        residual, force, low, high = np.empty(rows), np.empty(rows), np.empty((rows, m)), np.empty((rows, m))
+        shaped = [np.ascontiguousarray(a[None] if single else a) for a in (self.lengths, self.pose, self.states)]
+        sweep.examine(self.model.packed, *shaped, residual, force, low, high)
+        out = (residual, force, low, high)
+        return tuple(a[0] for a in out) if single else out  # type: ignore[return-value]

@@ -1,0 +1,111 @@
+"""Forward problem: where the platform hangs when the winches have paid out given lengths."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError, Status
+from cablewright.kernels import forward as kernel
+from cablewright.kernels import layout, sweep
+from cablewright.kernels.equilibrium import workspace
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Robot
+from cablewright.solvers.batch import as_rows, run
+
+__all__ = ["Tracker", "forward", "solve_forward"]
+
+
+def forward(
+    robot: Robot,
+    lengths: ArrayLike,
+    *,
+    guess: ArrayLike | None = None,
+    cable: str = "catenary",
+    sheave: str | None = None,
+    modulus_factors: ArrayLike | None = None,
+) -> Equilibrium:
+    """Pose and tensions for unstrained *lengths*, (m,) or (N, m) in m, from winch exit to platform.
+
+    Without a *guess* (a pose, or one per row) the solve is cold: it needs none. *modulus_factors* multiply each line's
+    Young's modulus, (m,) or one row each. Tensions follow from the lengths: limits are not imposed, but a line over its
+    breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
+    positive, and for rigid cables, whose tensions no lengths decide.
+    """
+    return solve_forward(Model(robot, Fidelity.of(cable, sheave)), lengths, guess=guess, modulus_factors=modulus_factors)
+
+
+def solve_forward(
+    model: Model,
+    lengths: ArrayLike,
+    *,
+    guess: ArrayLike | None = None,
+    modulus_factors: ArrayLike | None = None,
+    path: bool = False,
+) -> Equilibrium:
+    """`forward` of a model. *path* says that neighbouring rows are neighbours on a path, each near its guess."""
+    _refuse_rigid(model)
+    length, single = as_rows(lengths, model.m, "lengths", "m")
+    if not (length > 0.0).all():
+        raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
+    rows = len(length)
+    factors = _factors(modulus_factors, rows, model.m)
+    pose = np.zeros((rows, model.n))
+    start = sweep.COLD
+    if guess is not None:
+        given, _ = as_rows(guess, model.n, "guess", "m and rad")
+        pose[:] = _spread(given, rows, "guess")
+        start = sweep.CHAIN if path else sweep.NEAR
+    states = np.zeros((rows, model.m, layout.STATE))
+    codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
+    arrays = (length, factors, pose, states, codes, iterations, np.zeros(rows))
+    run(sweep.forward_rows, sweep.forward_sweep, rows, model.packed, *arrays, start)
+    batch = Equilibrium(model, pose, length, states, codes, np.zeros(rows), iterations)
+    return batch[0] if single else batch
+
+
+def _refuse_rigid(model: Model) -> None:
+    if model.fidelity.cable is CableLaw.RIGID:
+        raise InputError("cable = rigid: lengths of rigid cables leave tensions undecided; use elastic or catenary")
+
+
+def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64]:
+    if values is None:
+        return np.zeros((0, m))
+    given, _ = as_rows(values, m, "modulus factors", "1")
+    if not (given > 0.0).all():
+        raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
+    return np.ascontiguousarray(_spread(given, rows, "modulus factors"))
+
+
+def _spread(given: NDArray[np.float64], rows: int, what: str) -> NDArray[np.float64]:
+    """One row for all, or one for each."""
+    if len(given) not in (1, rows):
+        raise InputError(f"{what}: one row, or {rows} as there are lengths; got {len(given)}")
+    return np.broadcast_to(given, (rows, given.shape[1]))
+
+
+class Tracker:
+    """Forward solves one after another, each from the last: what a control loop holds.
+
+    Not for use by two threads at once. `pose` (n,) and `states` (m, 6) are the last solution, overwritten by each step.
+    """
+
+    def __init__(self, model: Model, lengths: ArrayLike) -> None:
+        """Begin at the equilibrium of *lengths* (m,), found cold. Raises `AnswerError` where there is none."""
+        begin = solve_forward(model, lengths).checked()
+        self.model = model
+        self.pose = begin.pose.copy()
+        self.states = begin.states.copy()
+        self._packed = model.packed
+        self._work = workspace(self._packed)
+
+    def step(self, lengths: NDArray[np.float64]) -> Status:
+        """Move to the equilibrium of *lengths* (m,) float64, m. On a status other than OK the pose is the last good one."""
+        pose, states = self.pose.copy(), self.states.copy()
+        code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
+        if code == layout.Code.OK:
+            self.pose, self.states = pose, states
+            return Status.OK
+        return Status.of(code)

@@ -1,0 +1,44 @@
+"""Inverse problem: which unstrained lengths and tensions hold the platform at a pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cablewright.kernels import layout, sweep
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Robot
+from cablewright.solvers.batch import as_rows, run
+
+__all__ = ["inverse", "solve_inverse"]
+
+
+def inverse(
+    robot: Robot,
+    poses: ArrayLike,
+    *,
+    cable: str = "catenary",
+    sheave: str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+) -> Equilibrium:
+    """Lengths and tensions at *poses*, (n,) or (N, n) in m and rad: the least-norm tensions within the limits.
+
+    *cable* is ``rigid``, ``elastic`` or ``catenary``; *sheave* simplifies the sheaves as built; *tension_limits* (N)
+    replace the lines' own and hold along the whole line. An infeasible pose is an answer: its status says so and its
+    tensions are those that break the limits least. Raises `InputError` for numbers of the wrong count or not finite.
+    """
+    return solve_inverse(Model(robot, Fidelity.of(cable, sheave), tension_limits), poses)
+
+
+def solve_inverse(model: Model, poses: ArrayLike, *, path: bool = False) -> Equilibrium:
+    """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster, same answer."""
+    pose, single = as_rows(poses, model.n, "pose", "m and rad")
+    rows = len(pose)
+    states = np.zeros((rows, model.m, layout.STATE))
+    lengths = np.zeros((rows, model.m))
+    codes = np.zeros(rows, dtype=np.int64)
+    violations = np.zeros(rows)
+    run(sweep.inverse_rows, sweep.inverse_sweep, rows, model.packed, pose, states, lengths, codes, violations, path)
+    batch = Equilibrium(model, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
+    return batch[0] if single else batch

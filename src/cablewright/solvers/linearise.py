@@ -1,0 +1,64 @@
+"""The one linearisation of a solved equilibrium: stiffness, and motion per length, modulus and exit point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import AnswerError, Status
+from cablewright.kernels import sweep
+from cablewright.models.statics import Equilibrium
+from cablewright.solvers.batch import run
+
+__all__ = ["Linearisation", "linearise"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch.
+
+    `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised: with a rigid arc over
+    the sheaves it is slightly unsymmetric. `motion` (n, m, 5): see the properties.
+    """
+
+    stiffness: Array
+    motion: Array
+
+    @property
+    def per_length(self) -> Array:
+        """(n, m) motion of the platform per unstrained length paid out, m/m."""
+        return self.motion[..., 0]
+
+    @property
+    def per_modulus(self) -> Array:
+        """(n, m) motion per relative change of each line's Young's modulus, m."""
+        return self.motion[..., 1]
+
+    @property
+    def per_exit_point(self) -> Array:
+        """(n, m, 3) motion per exit point coordinate, m/m. A modelled winch exit follows sideways, not in height."""
+        return self.motion[..., 2:]
+
+
+def linearise(equilibrium: Equilibrium) -> Linearisation:
+    """Linearise a solved equilibrium, or each of a batch.
+
+    Raises `AnswerError` if a row was not solved or is singular.
+    """
+    equilibrium.checked()
+    single = equilibrium.code.ndim == 0
+    batch = equilibrium[None] if single else equilibrium
+    model, rows = equilibrium.model, len(batch.code)
+    stiffness = np.zeros((rows, model.n, model.n))
+    motion = np.zeros((rows, model.n, model.m, sweep.PARAMETERS))
+    codes = np.zeros(rows, dtype=np.int64)
+    given = [np.ascontiguousarray(a) for a in (batch.lengths, batch.pose, batch.states)]
+    run(sweep.linearise_rows, sweep.linearise_sweep, rows, model.packed, *given, stiffness, motion, codes)
+    if codes.any():
+        row = int(np.flatnonzero(codes)[0])
+        raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
+    return Linearisation(stiffness[0], motion[0]) if single else Linearisation(stiffness, motion)
