@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import config
 
-__all__ = ["jit", "prange"]
+__all__ = ["is_compiled", "jit", "prange"]
 
 prange = numba.prange
 log = logging.getLogger(__name__)
@@ -39,6 +40,13 @@ def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False) -
     except RuntimeError as reason:  # numba found no folder that it may write its cache to
         log.warning("kernels are compiled anew in each process: %s", reason)
         return numba.jit(**options)(function)
-    if not numba.config.DISABLE_JIT:
+    if not config.DISABLE_JIT:
         dispatcher._cache._cache_file._source_stamp = STAMP
     return dispatcher
+
+
+def is_compiled(function: Any) -> bool:
+    """Whether *function*, a product of `jit`, was compiled for these sources by this process or an earlier one."""
+    if config.DISABLE_JIT or function.signatures:
+        return True
+    return hasattr(function._cache, "_cache_file") and bool(function._cache._cache_file._load_index())

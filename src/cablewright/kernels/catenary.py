@@ -35,7 +35,16 @@ def span(h, v, length, weight, compliance):
     x = h * (stretch + g)
     z = length * (v + v1) * (0.5 * compliance + 1.0 / s)
     x_v = -h * length * (v + v1) / (s * t0 * t1)
-    return x, z, stretch + g - slope, x_v, stretch + slope, h * (compliance + 1.0 / t1), v1 * (compliance + 1.0 / t1), v1
+    return (
+        x,
+        z,
+        stretch + g - slope,
+        x_v,
+        stretch + slope,
+        h * (compliance + 1.0 / t1),
+        v1 * (compliance + 1.0 / t1),
+        v1,
+    )
 
 
 @jit

@@ -30,6 +30,8 @@ SPRING, SETTLED = 0, 1
 DESCENT_STEPS = 200
 LINE_SEARCH_STEPS = 30
 FORCE_TOLERANCE = 1e-11  # of the platform's weight
+STALLED_FORCE = 1e-7  # of the weight: accept where rounding, not the step, limits the balance
+STALLED = 1e-13  # m, rad
 SPRING_TOLERANCE = 1e-2
 SPRING_TENSION = 100.0  # N: places levers in the first guess
 
@@ -57,6 +59,8 @@ def descend(packed, lengths, pose, states, work, law, tolerance):
             slope = _direction(work, n, soft + load)
         if not slope > 0.0:
             return False
+        if size < STALLED_FORCE * load and _size(work.move) < STALLED:
+            return True
         for k in range(n):
             work.trial[k] = pose[k]
         moved = False
@@ -79,6 +83,14 @@ def descend(packed, lengths, pose, states, work, law, tolerance):
 
 
 @jit
+def _size(move):
+    largest = 0.0
+    for k in range(move.shape[0]):
+        largest = max(largest, abs(move[k, 0]))
+    return largest
+
+
+@jit
 def _direction(work, n, damping):
     """Newton direction into work.move; returns its slope, the power of the wrench along it."""
     for i in range(n):
@@ -87,11 +99,9 @@ def _direction(work, n, damping):
     if not solve(work.stiffness, work.move, n, 1):
         return 0.0
     slope = 0.0
-    length = 0.0
     for k in range(n):
         slope += work.move[k, 0] * work.wrench[k]
-        length = max(length, abs(work.move[k, 0]))
-    return slope if length < 1e6 else 0.0
+    return slope if _size(work.move) < 1e6 else 0.0
 
 
 @jit
@@ -137,9 +147,10 @@ def _settle_line(row, x, z, length, y, block, steps, force):
         found = _massless(row, x, z, length, y, block, steps)
         if found <= 0:
             return found
-    elif not settle(row, x, z, length, y, block, steps):
-        if not (guess(row, x, z, length, SPRING_TENSION, y) and settle(row, x, z, length, y, block, steps)):
-            return -1
+    elif not settle(row, x, z, length, y, block, steps) and not (
+        guess(row, x, z, length, SPRING_TENSION, y) and settle(row, x, z, length, y, block, steps)
+    ):
+        return -1
     force[0], force[1] = system(row, y, x, z, length, block, steps[:, 0])
     return 1 if eliminate(row, block, steps) else -1
 

@@ -1,10 +1,11 @@
 """Inverse problem: pose to unstrained lengths and tensions, under tension limits.
 
-With sag a line's end force is not proportional to its tension, so the distribution is a sequence of quadratic
-programs on the lines linearised at their present tensions; with straight cables the first is already exact.
+Lines are told apart by their pull (`line.pull_of`): least norm means of the pulls, which are the tensions where cables
+are straight. With sag the distribution is a sequence of quadratic programs on the lines linearised at their present
+pulls; with straight cables and no levers the first is already exact.
 """
 
-from math import exp, log
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -17,21 +18,33 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
+    LEVER,
     PLATFORM_WEIGHT,
-    TAU,
+    RADIUS,
     TENSION_MAX,
     TENSION_MIN,
+    UNKNOWNS,
     WEIGHT,
     Code,
 )
-from cablewright.kernels.line import extremes, force_change, length_of, settle_at_tension, start_force
+from cablewright.kernels.line import (
+    extremes,
+    extremes_and_change,
+    force_change,
+    length_of,
+    pull_of,
+    settle_at_pull,
+    start_force,
+)
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.sheave import straight, unstrain, wrap
-from cablewright.kernels.tension import SOFT, least_norm
+from cablewright.kernels.tension import SOFT, distribute
 from cablewright.kernels.wrench import add_force, place, start_balance
 
-PROGRAMS = 40
-TENSION_TOLERANCE = 1e-11  # of the largest tension
+PROGRAMS = 120
+SOFT_PROGRAMS = 12  # where limits cannot be met the tensions need not settle: the violation does
+TENSION_TOLERANCE = 1e-11  # of the largest pull
+FLATTEST = 0.05  # of an extreme's change per pull: flatter than this, a limit is not linearised
 INFEASIBLE = int(Code.INFEASIBLE)
 INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
 UNDERCONSTRAINED = int(Code.UNDERCONSTRAINED)
@@ -41,12 +54,17 @@ class InverseWork(NamedTuple):
     """Scratch of the inverse problem beside that of the equilibrium."""
 
     base: Work
-    structure: NDArray[np.float64]  # (n, m): wrench per tension at the sheave, reversed
+    structure: NDArray[np.float64]  # (n, m): wrench per pull, reversed
     load: NDArray[np.float64]  # (n,)
-    low: NDArray[np.float64]  # (m,): limits on the tension at the sheave
+    low: NDArray[np.float64]  # (m,): limits on the pull
     high: NDArray[np.float64]
+    pulls: NDArray[np.float64]  # (m,)
     wanted: NDArray[np.float64]  # (m,)
     multipliers: NDArray[np.float64]  # (n,)
+    moves: NDArray[np.float64]  # (m,): the last change wanted of the pulls
+    before: NDArray[np.float64]  # (m,): pulls of the last program
+    curvature: NDArray[np.float64]  # (m,): of the Lagrangian
+    bias: NDArray[np.float64]  # (m,)
     column: NDArray[np.float64]  # (n,)
 
 
@@ -55,7 +73,19 @@ def inverse_workspace(packed):
     """Scratch that fits *packed*."""
     m, n = packed.lines.shape[0], packed.freedoms
     return InverseWork(
-        workspace(packed), np.zeros((n, m)), np.zeros(n), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(n), np.zeros(n)
+        workspace(packed),
+        np.zeros((n, m)),
+        np.zeros(n),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(n),
+        np.zeros(m),
+        np.zeros(m),
+        np.ones(m),
+        np.zeros(m),
+        np.zeros(n),
     )
 
 
@@ -69,30 +99,47 @@ def solve_inverse(packed, pose, states, work, known):
     m, n = packed.lines.shape[0], packed.freedoms
     if m < n:
         return UNDERCONSTRAINED, 0.0
-    code = _begin(packed, pose, states, work.base, known)
+    code = _begin(packed, pose, states, work, known)
     if code != OK:
         return code, 0.0
     if not known:
         work.multipliers[:] = 0.0
-    give = 0.0
+    relax = 1.0
+    work.moves[:] = 0.0
+    work.before[:] = 0.0
+    work.curvature[:] = 1.0
     for _ in range(PROGRAMS):
-        code, change = _program(packed, states, work, give)
+        code, change, turned = _program(packed, states, work, 0.0, relax)
         if code == INFEASIBLE:
-            if give > 0.0:
-                return INFEASIBLE, 0.0
-            give = SOFT
-            work.multipliers[:] = 0.0
-            continue
+            return INFEASIBLE, _least_violation(packed, states, work)
         if code != OK:
             return code, 0.0
         if change < TENSION_TOLERANCE:
-            return _verdict(packed, states, work, give)
+            return _verdict(packed, states), 0.0
+        # slack lines curve: where the programs overshoot, go only part of the way
+        relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED, 0.0
 
 
 @jit
-def _begin(packed, pose, states, base, known):
+def _least_violation(packed, states, work):
+    """Move *states* towards the tensions that break the limits least; returns by how much they do (N)."""
+    work.multipliers[:] = 0.0
+    work.curvature[:] = 1.0
+    for _ in range(SOFT_PROGRAMS):
+        code, change, _ = _program(packed, states, work, SOFT, 1.0)
+        if code != OK or change < TENSION_TOLERANCE:
+            break
+    violation = 0.0
+    for i in range(packed.lines.shape[0]):
+        violation = max(violation, work.low[i] - work.wanted[i], work.wanted[i] - work.high[i])
+    return violation
+
+
+@jit
+def _begin(packed, pose, states, work, known):
     """Place all lines; without known states start from straight lines at a fair share of the load."""
+    base = work.base
     share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
     if packed.freedoms == 6:
         matrix(pose[3:], base.rotation)
@@ -101,71 +148,100 @@ def _begin(packed, pose, states, base, known):
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
         if plane[2] <= 1e-9:
             return UNDER_EXIT
+        if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
+            return INSIDE_SHEAVE  # within reach of the lever
         if not known:
             if not straight(row, plane[2], plane[3], max(share, row[TENSION_MIN], 1.0), y):
                 return INSIDE_SHEAVE
-            unstrain(row, y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+            unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+        work.pulls[i], _, _ = pull_of(row, y, plane[2], plane[3])
     return OK
 
 
 @jit
-def _program(packed, states, work, give):
-    """Settle the lines at their tensions, linearise, distribute. Returns code and the relative change."""
+def _program(packed, states, work, give, relax):
+    """Settle the lines at their pulls, linearise, distribute, go *relax* of the way.
+
+    Returns code, relative change, and whether the way turned back on the one before.
+    """
     m, n = packed.lines.shape[0], packed.freedoms
     base = work.base
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
     for k in range(n):
         work.load[k] = base.wrench[k]
-    largest = 0.0
     for i in range(m):
         row, y, plane, steps = packed.lines[i], states[i], base.planes[i], base.steps[i]
-        if not settle_at_tension(row, plane[2], plane[3], y, base.blocks[i], steps):
-            return NOT_CONVERGED, 0.0
-        tension = exp(y[TAU])
-        largest = max(largest, tension)
+        pull = work.pulls[i]
+        if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
+            return NOT_CONVERGED, 0.0, False
         h, v = start_force(y)
         dh, dv = force_change(h, v, row[WEIGHT], steps[:, 1])
-        v += row[WEIGHT] * y[FREE]
-        dh, dv = dh / tension, dv / tension
+        dh, dv = dh / pull, dv / pull
         work.column[:] = 0.0
         add_force(base.arms[i], dh * plane[0], dh * plane[1], dv, work.column)
-        for k in range(n):
-            work.structure[k, i] = work.column[k]
-        # the part of the end force that is not proportional to the tension belongs to the load
-        h, v = h - dh * tension, v - dv * tension
+        _curve(work, i, pull)
+        # the part of the end force that is not proportional to the pull belongs to the load
+        h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
         add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, work.load)
-        least, most = extremes(row, y)
-        work.low[i] = row[TENSION_MIN] + tension - least
-        work.high[i] = row[TENSION_MAX] + tension - most
-    solved = least_norm(
-        work.structure, work.load, work.low, work.high, give, work.wanted, work.multipliers, base.stiffness, base.move
+        least, most, dleast, dmost = extremes_and_change(row, y, steps[:, 1])
+        work.low[i] = pull + (row[TENSION_MIN] - least) * pull / max(dleast, FLATTEST * pull)
+        work.high[i] = pull + (row[TENSION_MAX] - most) * pull / max(dmost, FLATTEST * pull)
+    solved = distribute(
+        work.structure,
+        work.load,
+        work.low,
+        work.high,
+        work.curvature,
+        work.bias,
+        give,
+        work.wanted,
+        work.multipliers,
+        base.stiffness,
+        base.move,
     )
     if solved <= 0:
-        return (INFEASIBLE if solved == 0 else NOT_CONVERGED), 0.0
-    change = 0.0
+        return (INFEASIBLE if solved == 0 else NOT_CONVERGED), 0.0, False
+    largest, change, along = 0.0, 0.0, 0.0
     for i in range(m):
-        tension = exp(states[i, TAU])
-        wanted = max(work.wanted[i], 0.2 * tension)  # a softened limit may ask for less than nothing
-        change = max(change, abs(wanted - tension) / largest)
-        states[i, TAU] = log(wanted)
-    return OK, change
+        pull = work.pulls[i]
+        largest = max(largest, pull)
+        wanted = max(work.wanted[i], 0.4 * pull)  # a softened limit may ask for less than nothing
+        work.pulls[i] = pull + relax * (wanted - pull)
+        change = max(change, abs(wanted - pull))
+        along += work.moves[i] * (wanted - pull)
+        work.moves[i] = wanted - pull
+    return OK, change / largest, along < 0.0
 
 
 @jit
-def _verdict(packed, states, work, give):
-    """Code and largest violation of a tension limit (N) of the settled lines."""
-    violation = 0.0
-    code = OK
+def _curve(work, i, pull):
+    """Take line *i*'s column, and from its change since the last program the curvature of the Lagrangian there.
+
+    Each line's force depends on its own pull alone, so the Hessian is diagonal and a secant gives it.
+    """
+    step = pull - work.before[i]
+    if abs(step) > 1e-6 * pull and work.before[i] > 0.0:
+        bend = 0.0
+        for k in range(work.column.shape[0]):
+            bend += work.multipliers[k] * (work.column[k] - work.structure[k, i])
+        work.curvature[i] = min(max(1.0 - bend / step, 0.5), 1e9)
+    for k in range(work.column.shape[0]):
+        work.structure[k, i] = work.column[k]
+    work.before[i] = pull
+    work.bias[i] = (work.curvature[i] - 1.0) * pull
+
+
+@jit
+def _verdict(packed, states):
+    """Code of the settled lines."""
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
-        least, most = extremes(row, y)
-        violation = max(violation, row[TENSION_MIN] - least, most - row[TENSION_MAX])
         angle = wrap(row, y)
         if angle < 0.0 or angle > 6.283185307179586:
-            code = BAD_WRAP
-        elif most > row[BREAKING]:
-            code = OVERSTRETCHED
-    return (INFEASIBLE if give > 0.0 else code), violation
+            return BAD_WRAP
+        if extremes(row, y)[1] > row[BREAKING]:
+            return OVERSTRETCHED
+    return OK
 
 
 @jit

@@ -33,6 +33,7 @@ from cablewright.kernels.sheave import constant_length, straight, unstrain, wrap
 
 STEPS = 80
 LENGTH_TOLERANCE = 1e-15  # m per m of line: a few roundings
+STALLED = 1e-12  # a Newton step so small that the one after it is rounding
 SLACK_TENSION = 1e-6  # N: a massless line that is straight at this tension carries nothing
 
 
@@ -128,20 +129,42 @@ def lever_stable(row, y):
 @jit
 def extremes(row, y):
     """Smallest and largest tension along the line, N."""
-    t = exp(y[TAU])
-    low, high = _span_extremes(t * cos(y[PHI]), t * sin(y[PHI]), row[WEIGHT] * y[FREE])
-    if row[UNKNOWNS] > 3.0:
-        dead_low, dead_high = _span_extremes(t * cos(y[PSI]), t * sin(y[PSI]), row[WEIGHT] * y[DEAD])
-        low, high = min(low, dead_low), max(high, dead_high)
+    low, high, _, _ = extremes_and_change(row, y, y)
     return low, high
 
 
 @jit
-def _span_extremes(h, v, carried):
-    end = v + carried
+def extremes_and_change(row, y, change):
+    """Smallest and largest tension along the line, N, and how they change with the *change* of the unknowns."""
+    t = exp(y[TAU])
+    weight = row[WEIGHT]
+    h, v = t * cos(y[PHI]), t * sin(y[PHI])
+    dh, dv = h * change[TAU] - v * change[PHI], v * change[TAU] + h * change[PHI]
+    low, high, dlow, dhigh = _span_extremes(h, v, weight * y[FREE], dh, dv, weight * change[FREE])
+    if row[UNKNOWNS] > 3.0:
+        h, v = t * cos(y[PSI]), t * sin(y[PSI])
+        turn = change[PSI] if row[UNKNOWNS] > 4.0 else 0.0
+        dh, dv = h * change[TAU] - v * turn, v * change[TAU] + h * turn
+        low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * change[DEAD])
+        if low2 < low:
+            low, dlow = low2, dlow2
+        if high2 > high:
+            high, dhigh = high2, dhigh2
+    return low, high, dlow, dhigh
+
+
+@jit
+def _span_extremes(h, v, carried, dh, dv, dcarried):
+    """Of one span from its start force, carried weight and their changes."""
+    end, dend = v + carried, dv + dcarried
     first, last = sqrt(h * h + v * v), sqrt(h * h + end * end)
-    lowest = abs(h) if v * end < 0.0 else min(first, last)
-    return lowest, max(first, last)
+    dfirst, dlast = (h * dh + v * dv) / first, (h * dh + end * dend) / max(last, 1e-300)
+    high, dhigh = (first, dfirst) if first > last else (last, dlast)
+    if v * end < 0.0:
+        return abs(h), high, (dh if h >= 0.0 else -dh), dhigh
+    if first < last:
+        return first, high, dfirst, dhigh
+    return last, high, dlast, dhigh
 
 
 @jit
@@ -180,7 +203,7 @@ def guess(row, x, z, length, tension, y):
         return False
     chord = y[FREE]
     weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
-    unstrain(row, y, 0.0, row[DEAD_COMPLIANCE])
+    unstrain(y, 0.0, row[DEAD_COMPLIANCE])
     free = length - y[DEAD] - row[RADIUS] * wrap(row, y) - constant_length(row)
     free = max(free, 0.05 * chord)
     reach = chord * cos(y[PHI])
@@ -214,30 +237,57 @@ def settle(row, x, z, length, y, jacobian, rhs):
             return True
         if not solve(jacobian, rhs, int(row[UNKNOWNS]), 1):
             return False
+        stalled = _largest(rhs, int(row[UNKNOWNS])) < STALLED
         advance(row, y, rhs[:, 0], 1.0)
+        if stalled:
+            return True
     return False
 
 
 @jit
-def settle_at_tension(row, x, z, y, jacobian, rhs):
-    """Solve the line for a fixed platform point and the tension in *y*; rhs[:, 1] is then dy / dtau."""
+def pull_of(row, y, x, z):
+    """Pull of the free span (N): its tension at mid-length along its chord, and the chord's direction.
+
+    A straight line's pull is its tension. Unlike the tension at the sheave, which rises again as a slack span grows
+    heavy, the pull falls all the way as cable is let out: one pull, one shape.
+    """
+    h, v = start_force(y)
+    turn = row[SIDE] * row[RADIUS]
+    cx = x - row[LEVER] * cos(y[BETA]) + turn * sin(y[PHI])
+    cz = z - row[LEVER] * sin(y[BETA]) - turn * cos(y[PHI])
+    chord = sqrt(cx * cx + cz * cz)
+    cx, cz = cx / chord, cz / chord
+    return h * cx + (v + 0.5 * row[WEIGHT] * y[FREE]) * cz, cx, cz
+
+
+@jit
+def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
+    """Solve the line for a fixed platform point and *pull* (N); rhs[:, 1] is then dy / dlog(pull).
+
+    The chord's own turning is left out of the Jacobian: the force across it is small.
+    """
     unknowns = int(row[UNKNOWNS])
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
     for _ in range(STEPS):
-        system(row, y, x, z, 0.0, jacobian, rhs[:, 0])
-        rhs[2, 0] = 0.0
-        done = _largest(rhs, unknowns) < scale
+        h, v = system(row, y, x, z, 0.0, jacobian, rhs[:, 0])
+        now, cx, cz = pull_of(row, y, x, z)
         for k in range(unknowns):
-            rhs[k, 1] = -jacobian[k, TAU]
-            jacobian[k, TAU] = 0.0
             jacobian[2, k] = 0.0
-        jacobian[2, TAU] = 1.0
+            rhs[k, 1] = 0.0
+        jacobian[2, PHI] = (h * cz - v * cx) / pull
+        jacobian[2, TAU] = (h * cx + v * cz) / pull
+        jacobian[2, FREE] = 0.5 * row[WEIGHT] * cz / pull
+        rhs[2, 0] = now / pull - 1.0
         rhs[2, 1] = 1.0
+        done = _largest(rhs, unknowns) < scale
         if not solve(jacobian, rhs, unknowns, 2):
             return False
         if done:
             return True
+        done = _largest(rhs, unknowns) < STALLED
         advance(row, y, rhs[:, 0], 1.0)
+        if done:
+            return True
     return False
 
 

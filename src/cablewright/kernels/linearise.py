@@ -56,8 +56,24 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
         kxx, kzx = force_change(h, v, row[WEIGHT], work.steps[i, :, 1])
         across = h / max(plane[2], AXIS_DISTANCE)
         ex, ey = plane[0], plane[1]
-        _write(right, arm, ex * ex * kxx + ey * ey * across, ex * ey * (kxx - across), ex * kzx, i * PARAMETERS + 2, work.trial)
-        _write(right, arm, ex * ey * (kxx - across), ey * ey * kxx + ex * ex * across, ey * kzx, i * PARAMETERS + 3, work.trial)
+        _write(
+            right,
+            arm,
+            ex * ex * kxx + ey * ey * across,
+            ex * ey * (kxx - across),
+            ex * kzx,
+            i * PARAMETERS + 2,
+            work.trial,
+        )
+        _write(
+            right,
+            arm,
+            ex * ey * (kxx - across),
+            ey * ey * kxx + ex * ex * across,
+            ey * kzx,
+            i * PARAMETERS + 3,
+            work.trial,
+        )
     return OK if solve(work.stiffness, right, n, m * PARAMETERS) else SINGULAR
 
 

@@ -40,8 +40,8 @@ def tangent(x, z, turn):
 def straight(row, x, z, tension, y):
     """Set *y* to the straight line from the winch over the sheave to (x, z) at *tension*, lengths as strained.
 
-    Exact but for the lever angle, which is good to about 1e-4 rad. x, z: the platform point from the exit point, in the line's plane (m). Returns False if the point or the
-    winch exit lies inside the sheave.
+    Exact but for the lever angle, which is good to about 1e-4 rad. x, z: the platform point from the exit point,
+    in the line's plane (m). Returns False if the point or the winch exit lies inside the sheave.
     """
     unknowns = int(row[UNKNOWNS])
     radius, lever, side = row[RADIUS], row[LEVER], row[SIDE]
@@ -76,7 +76,7 @@ def wrap(row, y):
 
 
 @jit
-def unstrain(row, y, free_compliance, dead_compliance):
+def unstrain(y, free_compliance, dead_compliance):
     """Turn the strained lengths of a straight line in *y* into unstrained ones at its tension."""
     tension = exp(y[TAU])
     y[FREE] /= 1.0 + tension * free_compliance

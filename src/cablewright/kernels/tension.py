@@ -1,8 +1,9 @@
 """Tension distribution: the least-norm tensions that balance a wrench within limits, for any m and any rank.
 
-min 1/2 |t|^2 subject to A t = b, low <= t <= high has the solution t = clip(A' lambda, low, high) for the n
-multipliers that maximise a concave, piecewise quadratic dual: Newton in n unknowns, whatever m is. Where the
-dual climbs without end, the multipliers are a Farkas certificate that no tensions within limits exist.
+min sum 1/2 h t^2 - g t subject to A t = b, low <= t <= high (least norm: h = 1, g = 0) has the solution
+t = clip((A' lambda + g) / h, low, high) for the n multipliers that maximise a concave, piecewise quadratic dual:
+Newton in n unknowns, whatever m is. Where the dual climbs without end, the multipliers are a Farkas certificate
+that no tensions within limits exist.
 """
 
 from math import sqrt
@@ -15,12 +16,12 @@ SOFT = 1e-4  # give of a limit, relative to a tension's own, when the least viol
 
 
 @jit
-def least_norm(structure, load, low, high, give, tensions, multipliers, hessian, step):
-    """Write to *tensions* (m,) the least-norm solution of structure (n, m) tensions = load within limits.
+def distribute(structure, load, low, high, curvature, bias, give, tensions, multipliers, hessian, step):
+    """Write to *tensions* (m,) the best solution of structure (n, m) tensions = load within limits.
 
-    *give* > 0 softens the limits: the answer then is the distribution that violates them least. *multipliers*
-    (n,) start the search and are improved; *hessian* (n, n) and *step* (n, 1) are scratch. Returns 1 solved,
-    0 proved infeasible, -1 not solved.
+    *curvature* (m,) and *bias* (m,) are h and g of the objective. *give* > 0 softens the limits: the answer then is
+    the distribution that violates them least. *multipliers* (n,) start the search and are improved; *hessian* (n, n)
+    and *step* (n, 1) are scratch. Returns 1 solved, 0 proved infeasible, -1 not solved.
     """
     n, m = structure.shape
     scale = 0.0
@@ -28,7 +29,7 @@ def least_norm(structure, load, low, high, give, tensions, multipliers, hessian,
         scale = max(scale, abs(load[k]))
     for i in range(m):
         scale = max(scale, abs(low[i]), min(abs(high[i]), 1e12))
-    value = _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, step)
+    value = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
     for _ in range(STEPS):
         gap = 0.0
         for k in range(n):
@@ -54,7 +55,7 @@ def least_norm(structure, load, low, high, give, tensions, multipliers, hessian,
         for _ in range(60):
             for k in range(n):
                 multipliers[k] += reach * move[k]
-            trial = _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, step)
+            trial = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             if trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
                 value = trial
                 improved = True
@@ -63,7 +64,7 @@ def least_norm(structure, load, low, high, give, tensions, multipliers, hessian,
                 multipliers[k] -= reach * move[k]
             reach *= 0.5
         if not improved:
-            _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, step)
+            _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             break
     gap = 0.0
     for k in range(n):
@@ -74,7 +75,7 @@ def least_norm(structure, load, low, high, give, tensions, multipliers, hessian,
 
 
 @jit
-def _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, gradient):
+def _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, gradient):
     """Dual value at *multipliers*; writes tensions, the gradient load - A t and the negative Hessian A D A'."""
     n, m = structure.shape
     value = 0.0
@@ -84,15 +85,16 @@ def _evaluate(structure, load, low, high, give, multipliers, tensions, hessian, 
         for j in range(n):
             hessian[k, j] = 0.0
     for i in range(m):
-        free = 0.0
+        free = bias[i]
         for k in range(n):
             free += structure[k, i] * multipliers[k]
+        free /= curvature[i]
         bound = min(max(free, low[i]), high[i])
-        weight = 1.0 if bound == free else give
+        weight = (1.0 if bound == free else give) / curvature[i]
         t = bound + give * (free - bound)
         tensions[i] = t
         beyond = free - bound
-        value -= free * bound - 0.5 * bound * bound + 0.5 * give * beyond * beyond
+        value -= curvature[i] * (free * bound - 0.5 * bound * bound + 0.5 * give * beyond * beyond)
         for k in range(n):
             a = structure[k, i]
             gradient[k, 0] -= a * t

@@ -63,7 +63,9 @@ def _pack_geometry(row: NDArray[np.float64], line: Line, law: SheaveLaw) -> None
             row[layout.UNKNOWNS] = 5 if row[layout.WINCH_X] > 0.0 else 4
     if law is SheaveLaw.UNIVERSAL_JOINT and sheave.kind == "universal-joint":
         if line.winch_exit is None:
-            raise InputError(f"line {line.name!r}: a universal joint needs winch_exit, for the dead span holds its lever")
+            raise InputError(
+                f"line {line.name!r}: a universal joint needs winch_exit, for the dead span holds its lever"
+            )
         row[layout.LEVER] = sheave.lever
         row[layout.LEVER_MOMENT] = sheave.lever_weight * sheave.lever_mass_centre
         row[layout.UNKNOWNS] = 6

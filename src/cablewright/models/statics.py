@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -19,6 +19,7 @@ from cablewright.robot import Robot
 __all__ = ["Equilibrium", "Model"]
 
 Array = NDArray[np.float64]
+FULL = Fidelity()
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Model:
     """A robot under one fidelity. `tension_limits` (N) replace those of every line where given."""
 
     robot: Robot
-    fidelity: Fidelity = Fidelity()
+    fidelity: Fidelity = FULL
     tension_limits: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -145,7 +146,7 @@ class Equilibrium:
         status = self.status
         if status in (Status.INFEASIBLE, Status.OVERSTRETCHED):
             return f"{status.value}: {self._worst_line()}"
-        return status.value
+        return str(status.value)
 
     def _worst_line(self) -> str:
         """Which line breaks its limit most, and by how much."""
@@ -155,18 +156,27 @@ class Equilibrium:
             over = high - lines[:, layout.BREAKING]
             worst = int(np.argmax(over))
             name = self.model.robot.lines[worst].name
-            return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {lines[worst, layout.BREAKING]:g} N"
+            return (
+                f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {lines[worst, layout.BREAKING]:g} N"
+            )
         under, over = lines[:, layout.TENSION_MIN] - low, high - lines[:, layout.TENSION_MAX]
         worst = int(np.argmax(np.maximum(under, over)))
         name = self.model.robot.lines[worst].name
-        if under[worst] > over[worst]:
-            return f"line {name} can have {low[worst]:.4g} N at best, {lines[worst, layout.TENSION_MIN]:g} N is the least"
-        return f"line {name} needs {high[worst]:.6g} N at least, {lines[worst, layout.TENSION_MAX]:g} N is the most"
+        least, most = lines[worst, layout.TENSION_MIN], lines[worst, layout.TENSION_MAX]
+        side = f"under its least, {least:g} N" if under[worst] > over[worst] else f"over its most, {most:g} N"
+        return f"at best line {name} is {float(self.violation):.4g} N {side}"
 
     def __getitem__(self, index: Any) -> Equilibrium:
         """Rows of a batch: an integer gives a single equilibrium, a slice or mask a smaller batch."""
-        fields = ("pose", "lengths", "states", "code", "violation", "iterations")
-        return replace(self, **{field: np.asarray(getattr(self, field)[index]) for field in fields})
+        return Equilibrium(
+            self.model,
+            np.asarray(self.pose[index]),
+            np.asarray(self.lengths[index]),
+            np.asarray(self.states[index]),
+            np.asarray(self.code[index]),
+            np.asarray(self.violation[index]),
+            np.asarray(self.iterations[index]),
+        )
 
     @property
     def _examined(self) -> tuple[Array, Array, Array, Array]:
@@ -176,5 +186,6 @@ class Equilibrium:
         residual, force, low, high = np.empty(rows), np.empty(rows), np.empty((rows, m)), np.empty((rows, m))
         shaped = [np.ascontiguousarray(a[None] if single else a) for a in (self.lengths, self.pose, self.states)]
         sweep.examine(self.model.packed, *shaped, residual, force, low, high)
-        out = (residual, force, low, high)
-        return tuple(a[0] for a in out) if single else out  # type: ignore[return-value]
+        if single:
+            return residual[0], force[0], low[0], high[0]
+        return residual, force, low, high

@@ -33,7 +33,9 @@ def forward(
     breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
     positive, and for rigid cables, whose tensions no lengths decide.
     """
-    return solve_forward(Model(robot, Fidelity.of(cable, sheave)), lengths, guess=guess, modulus_factors=modulus_factors)
+    return solve_forward(
+        Model(robot, Fidelity.of(cable, sheave)), lengths, guess=guess, modulus_factors=modulus_factors
+    )
 
 
 def solve_forward(
@@ -102,7 +104,7 @@ class Tracker:
         self._work = workspace(self._packed)
 
     def step(self, lengths: NDArray[np.float64]) -> Status:
-        """Move to the equilibrium of *lengths* (m,) float64, m. On a status other than OK the pose is the last good one."""
+        """Move to the equilibrium of *lengths* (m,) float64, m. Unless the status is OK the pose stays as it was."""
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
         if code == layout.Code.OK:

@@ -1,0 +1,63 @@
+# One command file. On a fresh machine with Python 3.11 or newer, its venv module, and make:
+#   make demo    checks whether the house-printer can print a house       make setup   installs all that check and test need
+#   make check   formatting, lint, types, import ranks, sizes             make test    the tests (make slow: the slow ones too)
+#   make bench   timings and comparisons                                  make docs    the documentation site
+#   make lock    resolves requirements/*.txt anew; the only target that installs something not pinned by hash
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+CHECKED := $(wildcard src tests tools examples benchmarks)
+
+.PHONY: demo setup check test slow bench docs lock clean
+
+demo: $(VENV)/.run
+	$(BIN)/cablewright check house-printer examples/house.toml
+
+setup: $(VENV)/.dev
+
+check: $(VENV)/.dev
+	$(BIN)/ruff check $(CHECKED)
+	$(BIN)/ruff format --check $(CHECKED)
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python tools/size_report.py
+
+test: $(VENV)/.dev
+	$(BIN)/pytest -n 2
+
+slow: $(VENV)/.dev
+	$(BIN)/pytest -n 2 -m "slow or not slow"
+
+bench: $(VENV)/.bench
+	$(BIN)/python -m benchmarks.run
+
+docs: $(VENV)/.docs
+	$(BIN)/mkdocs build --strict
+
+# A lock is installed once, and again when it changes; the package itself is linked, so its sources need no installing.
+$(VENV)/.%: requirements/%.txt pyproject.toml | $(BIN)/python
+	$(PIP) install --require-hashes --requirement $<
+	$(PIP) install --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+# One resolution for Linux, macOS and Windows and for every Python from 3.11. run.txt comes first and binds the others.
+# UPGRADE=--upgrade takes the newest versions; without it what still fits stays.
+UPGRADE ?=
+COMPILE = $(VENV)/lock/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --fork-strategy fewest \
+	--no-emit-index-url --custom-compile-command "make lock" $(UPGRADE) pyproject.toml requirements/build.in
+
+lock:
+	$(PYTHON) -m venv $(VENV)/lock
+	$(VENV)/lock/bin/python -m pip install --quiet uv
+	$(COMPILE) --output-file requirements/run.txt
+	$(COMPILE) --constraint requirements/run.txt --extra test --extra dev --output-file requirements/dev.txt
+	$(COMPILE) --constraint requirements/dev.txt --extra docs --output-file requirements/docs.txt
+	$(COMPILE) --constraint requirements/dev.txt --extra bench --output-file requirements/bench.txt
+
+clean:
+	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

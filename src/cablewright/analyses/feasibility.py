@@ -1,0 +1,158 @@
+"""Can the robot be where a job wants it: every limit of every sample, each with its worst place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import Status
+from cablewright.models.statics import Equilibrium
+from cablewright.robot import Line, Robot
+from cablewright.solvers.limits import lever_angles, swing_angles, winch_torques
+
+__all__ = ["Finding", "LineQuantities", "judge", "judge_pose"]
+
+Array = NDArray[np.float64]
+Bounds = tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One limit against the whole path. `margin` is signed, in the limit's unit: negative is a violation."""
+
+    limit: str  # "lowest tension", "highest tension", "frame", "swing", "lever", "cable length", "winch speed", ...
+    unit: str  # "N", "m", "rad", "m/s", "N m"
+    margin: float  # smallest signed distance to the limit over the path
+    value: float  # the quantity there
+    allowed: tuple[float, float]  # lowest and highest allowed value there
+    line: str | None  # the line's name, None where the limit is the platform's
+    sample: int  # index of the worst sample
+    violations: int  # how many samples violate it
+
+    def bounds(self) -> str:
+        """What is allowed, in words."""
+        low, high = self.allowed
+        if not np.isfinite(low):
+            return f"at most {high:g} {self.unit}"
+        if not np.isfinite(high):
+            return f"at least {low:g} {self.unit}"
+        return f"{low:g} to {high:g} {self.unit}"
+
+
+@dataclass(frozen=True, eq=False)
+class LineQuantities:
+    """What the limits speak of, (k, m) each; NaN where a quantity has no value. SI."""
+
+    lowest_tension: Array
+    highest_tension: Array
+    lengths: Array
+    swing: Array
+    lever: Array
+    speed: Array
+    torque: Array
+
+
+def judge(robot: Robot, positions: Array, codes: NDArray[np.int64], lines: LineQuantities) -> tuple[Finding, ...]:
+    """Findings of a path, worst first: *positions* (k, 3) m and *codes* (k,) of the inverse problem there."""
+    rules: list[tuple[str, str, Array, Callable[[Line], Bounds]]] = [
+        ("lowest tension", "N", lines.lowest_tension, lambda line: (line.tension_limits[0], np.inf)),
+        ("highest tension", "N", lines.highest_tension, lambda line: _up_to(line.tension_limits[1])),
+        ("cable length", "m", lines.lengths, lambda line: _up_to(line.winch.capacity)),
+        ("swing", "rad", lines.swing, _swing),
+        ("lever", "rad", lines.lever, lambda line: getattr(line.sheave, "lever_range", None)),
+        ("winch speed", "m/s", lines.speed, lambda line: _up_to(line.winch.max_speed)),
+        ("winch torque", "N m", lines.torque, lambda line: _up_to(line.winch.max_torque)),
+    ]
+    findings = [_frame(robot, positions), *_statics(codes)]
+    for name, unit, values, bounds in rules:
+        findings += _worst_line(name, unit, values, [bounds(line) for line in robot.lines], robot)
+    return tuple(sorted(findings, key=lambda finding: (finding.violations == 0, -finding.violations)))
+
+
+def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
+    """Findings of one solved pose, worst first: every limit but those of motion."""
+    row = equilibrium[None]
+    low, high = row.extremes()
+    still = np.zeros_like(row.lengths)
+    model = equilibrium.model
+    if model.tension_limits is not None:  # the solver has seen to the limits that replace the lines' own
+        low, high = np.full_like(low, np.nan), np.full_like(high, np.nan)
+    lines = LineQuantities(low, high, row.lengths, swing_angles(row), lever_angles(row), still, winch_torques(row))
+    return judge(model.robot, row.pose[:, :3], row.code, lines)
+
+
+def _up_to(limit: float | None) -> Bounds:
+    return None if limit is None else (-np.inf, limit)
+
+
+def _swing(line: Line) -> Bounds:
+    swing = getattr(line.sheave, "swing", None)
+    return None if swing is None else (-swing, swing)
+
+
+# A tension distribution that rests on its limit meets it to rounding.
+_ROUNDING = 1e-9
+
+
+def _worst_line(name: str, unit: str, values: Array, bounds: list[Bounds], robot: Robot) -> list[Finding]:
+    """The finding of the line that comes nearest to its bounds or breaks them most; none where no line has any."""
+    worst: Finding | None = None
+    violated = np.zeros(len(values), dtype=bool)
+    for i, bound in enumerate(bounds):
+        if bound is None or np.isnan(values[:, i]).all():
+            continue
+        margin = np.minimum(values[:, i] - bound[0], bound[1] - values[:, i])
+        violated |= margin < -_ROUNDING * _size(bound)
+        at = int(np.nanargmin(margin))
+        if worst is None or margin[at] < worst.margin:
+            value = float(values[at, i])
+            worst = Finding(name, unit, float(margin[at]), value, bound, robot.lines[i].name, at, 0)
+    if worst is None:
+        return []
+    return [_with_count(worst, int(violated.sum()))]
+
+
+def _size(bound: tuple[float, float]) -> float:
+    """The larger of 1 and the finite ends of *bound*."""
+    return max([1.0, *(abs(end) for end in bound if np.isfinite(end))])
+
+
+def _with_count(finding: Finding, violations: int) -> Finding:
+    margin = finding.margin if violations else max(finding.margin, 0.0)
+    return Finding(
+        finding.limit,
+        finding.unit,
+        margin,
+        finding.value,
+        finding.allowed,
+        finding.line,
+        finding.sample,
+        violations,
+    )
+
+
+def _frame(robot: Robot, positions: Array) -> Finding:
+    """Whether the path stays inside the frame: the coordinate that comes nearest to a side."""
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    margins = np.minimum(positions - low, high - positions)
+    at = int(np.argmin(margins.min(axis=1)))
+    axis = int(np.argmin(margins[at]))
+    violations = int((margins.min(axis=1) < 0.0).sum())
+    allowed = (float(low[axis]), float(high[axis]))
+    name = f"frame, {'xyz'[axis]}"
+    return Finding(name, "m", float(margins[at, axis]), float(positions[at, axis]), allowed, None, at, violations)
+
+
+def _statics(codes: NDArray[np.int64]) -> list[Finding]:
+    """Poses that no equilibrium was found for at all, by status; infeasible ones show in the tensions."""
+    found = []
+    for code in np.unique(codes):
+        status = Status.of(int(code))
+        if status in (Status.OK, Status.INFEASIBLE, Status.OVERSTRETCHED):
+            continue
+        at = np.flatnonzero(codes == code)
+        found.append(Finding(status.value, "", -1.0, 0.0, (0.0, 0.0), None, int(at[0]), len(at)))
+    return found

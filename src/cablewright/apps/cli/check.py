@@ -1,0 +1,70 @@
+"""`check`: a sliced part on a robot, with a run folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cablewright.apps.cli.options import AsJson, Limits, RobotName
+from cablewright.apps.cli.output import limits, print_json, progress, tell, tell_if_compiling
+
+if TYPE_CHECKING:
+    from cablewright.studies.check import Check
+
+__all__ = ["check"]
+
+
+def check(
+    robot: RobotName,
+    job: Annotated[Path, typer.Argument(metavar="JOB", help="A job TOML, or a G-code file.")],
+    tension_limits: Limits = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Run folder; runs/check-ROBOT-JOB when left out.")] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Check a job on a robot: can it print it, how far off, and what lengths must the winches pay out."""
+    from cablewright.apps.report import check as report
+    from cablewright.printing.job import load_job
+    from cablewright.printing.layers import layer_table
+    from cablewright.robot import load
+    from cablewright.studies import store
+    from cablewright.studies.check import check as run_check
+
+    described, wanted = load(robot), load_job(job)
+    folder = out or Path("runs") / store.folder_name("check", described.name, job.stem)
+    store.refuse_foreign(folder)
+    tell_if_compiling("inverse_sweep")
+    with progress() as show:
+        found = run_check(described, wanted, tension_limits=limits(tension_limits), progress=show)
+        with store.run_folder(folder) as part:
+            show("writing report", 0, 1)
+            store.write_check(found, part, robot, job)
+            report.write(found, part, layer_table(found.samples, found.law))
+    page = folder / "report.html"
+    if as_json:
+        print_json(found.summary() | {"report": str(page), "lengths": str(folder / "lengths.csv")})
+    else:
+        _print(found, page)
+    if not found.feasible:
+        tell(f"cablewright: {found.verdict}")
+    return 0 if found.feasible else 1
+
+
+def _print(found: Check, page: Path) -> None:
+    """The figures for people."""
+    hours, minutes = divmod(round(found.law.duration / 60), 60)
+    summary = found.summary()
+    typer.echo(found.verdict)
+    typer.echo(
+        f"layers {found.layer_count}, {found.samples.extruded_length / 1e3:.2f} km laid, {hours} h {minutes:02d} min"
+    )
+    typer.echo(f"tension {summary['min_tension']:.0f} to {summary['max_tension']:.0f} N")
+    millimetres = {
+        "without compensation": "max_error_uncompensated",
+        "compensating elasticity alone": "max_error_elastic_only",
+        "compensating all": "max_error_compensated",
+    }
+    for what, key in millimetres.items():
+        typer.echo(f"largest error {what}: {summary[key] * 1e3:.3g} mm")  # type: ignore[operator]
+    typer.echo(f"report {page}")

@@ -1,0 +1,80 @@
+"""Entry point: one application, one place where errors become a line and an exit code."""
+
+from __future__ import annotations
+
+import errno
+import sys
+import traceback
+from typing import Annotated
+
+import typer
+from typer.exceptions import Abort, TyperException
+
+from cablewright.apps.cli import check, robots, statics
+from cablewright.errors import CablewrightError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="cablewright",
+    help="Models and checks cable-driven parallel robots that print large parts.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("check")(check.check)
+app.command("forward")(statics.forward)
+app.command("inverse")(statics.inverse)
+app.command("robots")(robots.robots)
+app.command("schema")(robots.schema)
+
+INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    _debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
+) -> None:
+    if version:
+        from importlib.metadata import version as installed
+
+        typer.echo(f"cablewright {installed('cablewright')}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main() -> None:
+    """Run the command line; never returns."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command; returns its exit code. Errors become one line on stderr, with --debug a traceback too."""
+    debug = "--debug" in arguments
+    arguments = [argument for argument in arguments if argument != "--debug"]
+    try:
+        return app(arguments, prog_name="cablewright", standalone_mode=False) or 0
+    except CablewrightError as error:
+        _explain(str(error), debug)
+        return error.exit_code
+    except TyperException as error:
+        _explain(" ".join(error.format_message().split()), debug)
+        return BAD_INPUT
+    except OSError as error:
+        if error.errno == errno.EPIPE:  # the reader of our output has gone
+            sys.stderr.close()
+            return 0
+        _explain(f"{error.filename or 'output'}: {error.strerror or error}", debug)
+        return ENVIRONMENT
+    except (KeyboardInterrupt, Abort):
+        _explain("interrupted", debug)
+        return INTERRUPTED
+
+
+def _explain(line: str, debug: bool) -> None:
+    if debug:
+        traceback.print_exc()
+    typer.echo(f"cablewright: {line}", err=True)

@@ -1,0 +1,138 @@
+"""What commands print: one JSON object, or text for people; progress and the reason for a no on stderr."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+
+from cablewright.errors import InputError
+
+__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "tell_if_compiling"]
+
+SCHEMA = 1
+"""Version of the JSON that commands print."""
+
+
+def print_json(values: dict[str, Any]) -> None:
+    """Print one JSON object: numbers that are not finite as null."""
+    typer.echo(json.dumps({"schema": SCHEMA} | values, default=_plain) if _finite(values) else _nulled(values))
+
+
+def _nulled(values: dict[str, Any]) -> str:
+    return json.dumps({"schema": SCHEMA} | _without_nan(json.loads(json.dumps(values, default=_plain))))
+
+
+def _finite(values: dict[str, Any]) -> bool:
+    try:
+        json.dumps(values, default=_plain, allow_nan=False)
+    except ValueError:
+        return False
+    return True
+
+
+def _plain(value: Any) -> Any:
+    """Arrays and NumPy scalars as lists and numbers."""
+    return value.tolist()
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def tell(line: str) -> None:
+    """Say something to the person, apart from the result."""
+    typer.echo(line, err=True)
+
+
+def tell_if_compiling(kernel: str) -> None:
+    """Say why the first run of a command that rests on *kernel* takes longer."""
+    from cablewright.kernels import is_compiled, sweep
+
+    if not is_compiled(getattr(sweep, kernel)):
+        tell("compiling kernels (once, up to a minute)")
+
+
+def numbers(text: str | None, option: str) -> list[float] | None:
+    """Comma-separated numbers of an option. Raises `InputError`."""
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"{option} = {text!r}: numbers with commas between them are wanted, like 0,0,1.5") from None
+
+
+def limits(text: str | None) -> tuple[float, float] | None:
+    """The value of --tension-limits."""
+    values = numbers(text, "--tension-limits")
+    if values is None:
+        return None
+    if len(values) != 2:
+        raise InputError(f"--tension-limits = {text!r}: two numbers are wanted, lowest,highest in N")
+    return values[0], values[1]
+
+
+class _Plain:
+    """Progress for a log: a line every few seconds."""
+
+    EVERY = 5.0
+
+    def __init__(self) -> None:
+        self.stage, self.begin, self.last = "", 0.0, 0.0
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        now = time.monotonic()
+        if stage != self.stage:
+            self.stage, self.begin, self.last = stage, now, now
+        if now - self.last < self.EVERY or not done:
+            return
+        self.last = now
+        rate = done / (now - self.begin)
+        tell(f"{stage}: {100 * done // total} % of {total}, {rate:.0f}/s, {(total - done) / rate:.0f} s left")
+
+
+class _Bar:
+    """Progress for a terminal."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(),
+        )
+        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.tasks: dict[str, Any] = {}
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if stage not in self.tasks:
+            self.tasks[stage] = self.bar.add_task(stage, total=total, rate="")
+        task = self.tasks[stage]
+        speed = next(t.speed for t in self.bar.tasks if t.id == task)
+        self.bar.update(task, completed=done, total=total, rate=f"{speed:,.0f}/s" if speed else "")
+
+
+@contextmanager
+def progress() -> Iterator[Any]:
+    """A callback (stage, done, total) that shows rate and time left: a bar in a terminal, lines in a log."""
+    if not sys.stderr.isatty():
+        yield _Plain()
+        return
+    shown = _Bar()
+    with shown.bar:
+        yield shown

@@ -1,0 +1,117 @@
+"""`inverse` and `forward`: one pose to lengths, one set of lengths to a pose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cablewright.apps.cli.options import AsJson, Cable, Limits, RobotName, Sheave
+from cablewright.apps.cli.output import limits, numbers, print_json, tell, tell_if_compiling
+
+if TYPE_CHECKING:
+    from cablewright.models.statics import Equilibrium
+
+__all__ = ["forward", "inverse"]
+
+NO = 1
+
+
+def inverse(
+    robot: RobotName,
+    at: Annotated[str, typer.Option("--at", metavar="X,Y,Z", help="Pose, m (and rad for a rigid platform).")],
+    cable: Cable = "catenary",
+    sheave: Sheave = None,
+    tension_limits: Limits = None,
+    as_json: AsJson = False,
+) -> int:
+    """The lengths and tensions that hold the platform at a pose."""
+    from cablewright.errors import Status
+    from cablewright.models.fidelity import Fidelity
+    from cablewright.models.statics import Model
+    from cablewright.robot import load
+    from cablewright.solvers.inverse import solve_inverse
+
+    model = Model(load(robot), Fidelity.of(cable, sheave), limits(tension_limits))
+    tell_if_compiling("inverse_rows")
+    found = solve_inverse(model, numbers(at, "--at") or [])
+    status, sentence = found.status, found.sentence()
+    if status is Status.OK and (broken := _broken_limit(found)):
+        status, sentence = Status.OUT_OF_LIMITS, broken
+    values = {"status": status.word} | _values(found) | {"margin": found.margin(), "violation": found.violation}
+    return _answer(found, values, status is Status.OK, sentence, as_json)
+
+
+def forward(
+    robot: RobotName,
+    lengths: Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained lengths, m.")],
+    guess: Annotated[str | None, typer.Option("--guess", metavar="X,Y,Z", help="A pose to start from, m.")] = None,
+    cable: Annotated[str, typer.Option("--cable", help="elastic or catenary.")] = "catenary",
+    sheave: Sheave = None,
+    modulus_factors: Annotated[
+        str | None,
+        typer.Option("--modulus-factors", metavar="F1,..,Fm", help="Factors on each line's Young's modulus."),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """The pose in which the platform hangs when the winches have paid out given lengths."""
+    from cablewright.errors import Status
+    from cablewright.models.fidelity import Fidelity
+    from cablewright.models.statics import Model
+    from cablewright.robot import load
+    from cablewright.solvers.forward import solve_forward
+
+    model = Model(load(robot), Fidelity.of(cable, sheave))
+    tell_if_compiling("forward_rows")
+    found = solve_forward(
+        model,
+        numbers(lengths, "--lengths") or [],
+        guess=numbers(guess, "--guess"),
+        modulus_factors=numbers(modulus_factors, "--modulus-factors"),
+    )
+    values = {"status": found.status.word} | _values(found)
+    return _answer(found, values, found.status is Status.OK, found.sentence(), as_json)
+
+
+def _values(found: Equilibrium) -> dict[str, Any]:
+    """The figures of an equilibrium."""
+    return {
+        "robot": found.model.robot.name,
+        "cable": found.model.fidelity.cable.value,
+        "sheave": None if found.model.fidelity.sheave is None else found.model.fidelity.sheave.value,
+        "pose": found.pose,
+        "lengths": found.lengths,
+        "tensions": found.tensions,
+        "platform_tensions": found.platform_tensions,
+        "winch_tensions": found.winch_tensions,
+        "residual": found.residual_norm(),
+        "unbalanced_force": found.unbalanced_force(),
+    }
+
+
+def _broken_limit(found: Equilibrium) -> str | None:
+    """The first limit of the machine, other than tension, that a balanced pose breaks, in one line."""
+    from cablewright.analyses.feasibility import judge_pose
+
+    for finding in judge_pose(found):
+        if finding.violations:
+            who = f"line {finding.line}: " if finding.line else ""
+            return f"{who}{finding.limit} {finding.value:.6g} {finding.unit}; {finding.bounds()} is allowed"
+    return None
+
+
+def _answer(found: Equilibrium, values: dict[str, Any], yes: bool, sentence: str, as_json: bool) -> int:
+    """Print the result; a no goes to stderr and gives exit code 1."""
+    if as_json:
+        print_json(values)
+    else:
+        typer.echo(f"{values['robot']}: {values['status']}")
+        typer.echo("pose      " + "  ".join(f"{x:.6f}" for x in found.pose) + "  m")
+        typer.echo(f"{'line':<14} {'length m':>13} {'tension N':>13} {'at platform':>13} {'at winch':>13}")
+        columns = (found.lengths, found.tensions, found.platform_tensions, found.winch_tensions)
+        for line, length, tension, platform, winch in zip(found.model.robot.lines, *columns, strict=True):
+            typer.echo(f"{line.name:<14} {length:>13.6f} {tension:>13.3f} {platform:>13.3f} {winch:>13.3f}")
+        typer.echo(f"residual  {float(found.residual_norm()):.1e} m, {float(found.unbalanced_force()):.1e} N")
+    if not yes:
+        tell(f"cablewright: {sentence}")
+    return 0 if yes else NO

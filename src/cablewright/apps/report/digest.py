@@ -1,0 +1,130 @@
+"""A check boiled down to what pictures and tables show: errors, stretches of the print, heights, extremes of lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.printing.layers import LayerTable
+from cablewright.studies.check import Check
+
+__all__ = ["Band", "Digest", "Heights", "extreme", "median"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_MOST_STRETCHES: Final = 300
+_FEWEST_STRETCHES: Final = 20
+_MOST_HEIGHTS: Final = 400
+_HEIGHT_GRAIN: Final = 1e-4  # m: heights nearer than this are one
+
+
+class Band(NamedTuple):
+    """Lowest, middle and highest value of each group; NaN where a group has no number."""
+
+    low: Array
+    middle: Array
+    high: Array
+
+
+class Heights(NamedTuple):
+    """Extruding samples gathered by height: ``order[starts[i]:starts[i + 1]]`` are those at ``z[i]``."""
+
+    z: Array  # (h,) m
+    order: Indices
+    starts: Indices  # (h,)
+
+    def band(self, values: Array) -> Band:
+        """Return the band of ``values`` (k,) over each height."""
+        return band(values[self.order], self.starts)
+
+
+@dataclass(frozen=True, eq=False)
+class Digest:
+    """A check, its layers and what is worked out of them once."""
+
+    check: Check
+    layers: LayerTable
+    uncompensated: Array  # (k,) m, how far off the platform is
+    compensated: Array  # (k,) m
+    elastic_only: Array  # (k,) m
+
+    @classmethod
+    def of(cls, check: Check, layers: LayerTable) -> Digest:
+        """Work out the errors."""
+        return cls(check, layers, check.error_uncompensated, check.error_compensated, check.error_elastic_only)
+
+    @cached_property
+    def by_layer(self) -> bool:
+        """Whether `stretches` are the layers, one each."""
+        return _FEWEST_STRETCHES <= len(self.layers) <= _MOST_STRETCHES
+
+    @cached_property
+    def stretches(self) -> Indices:
+        """First sample of each stretch of the print: of each layer, of groups of layers, or of equal parts."""
+        total, first = len(self.check.samples), self.layers.first
+        if len(first) < _FEWEST_STRETCHES:
+            return np.unique(np.linspace(0, total, _MOST_STRETCHES + 1)[:-1].astype(np.intp))
+        step = -(-len(first) // _MOST_STRETCHES)
+        return np.asarray(np.union1d([0], first[::step]), dtype=np.intp)
+
+    @cached_property
+    def extruding(self) -> Indices:
+        """Samples whose segment lays material, and whose error is known."""
+        return np.flatnonzero(self.check.samples.extruding & np.isfinite(self.uncompensated))
+
+    @cached_property
+    def worst(self) -> int | None:
+        """The extruding sample with the largest uncompensated error, or of all where none is extruded."""
+        candidates = self.extruding if len(self.extruding) else np.flatnonzero(np.isfinite(self.uncompensated))
+        return int(candidates[np.argmax(self.uncompensated[candidates])]) if len(candidates) else None
+
+    @cached_property
+    def heights(self) -> Heights:
+        """The extruding samples by height; by equal slices where there are too many heights."""
+        z = self.check.samples.positions[self.extruding, 2]
+        grain = _HEIGHT_GRAIN
+        keys = np.round(z / grain)
+        levels, inverse = np.unique(keys, return_inverse=True)
+        if len(levels) > _MOST_HEIGHTS:
+            grain = float(np.ptp(z)) / (_MOST_HEIGHTS // 2)
+            levels, inverse = np.unique(np.round(z / grain), return_inverse=True)
+        order = np.argsort(inverse, kind="stable")
+        starts = np.searchsorted(inverse[order], np.arange(len(levels)))
+        return Heights(levels * grain, self.extruding[order], starts)
+
+    def unsolved(self) -> Iterator[tuple[int, int]]:
+        """Yield each status code but 0 and how many samples have it, the commonest first."""
+        codes, counts = np.unique(self.check.codes, return_counts=True)
+        for at in np.argsort(-counts, kind="stable"):
+            if codes[at] != 0:
+                yield int(codes[at]), int(counts[at])
+
+
+def band(values: Array, starts: Indices) -> Band:
+    """Return the band of ``values`` (k,) or (k, m) over the groups that begin at ``starts``; NaN is no number."""
+    if len(starts) == 0:
+        empty = np.empty((0, *values.shape[1:]))
+        return Band(empty, empty, empty)
+    bounds = zip(starts, [*starts[1:], len(values)], strict=True)
+    middle = np.stack([median(values[first:stop]) for first, stop in bounds])
+    return Band(np.fmin.reduceat(values, starts), middle, np.fmax.reduceat(values, starts))
+
+
+def median(values: Array) -> Array:
+    """Return the lower median along the first axis of what is not NaN; NaN where that is nothing."""
+    ranked = np.sort(values, axis=0)  # NaN comes last
+    known = np.count_nonzero(~np.isnan(ranked), axis=0)
+    at = np.maximum(known - 1, 0) // 2
+    return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])
+
+
+def extreme(values: Array, *, highest: bool) -> float:
+    """Return the highest or lowest of what is not NaN, or NaN where that is nothing."""
+    reduce = np.fmax if highest else np.fmin
+    return float(reduce.reduce(values, axis=None, initial=np.nan))

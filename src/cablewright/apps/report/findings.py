@@ -1,0 +1,114 @@
+"""The worst place of every limit, violations first, in plain words."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from cablewright.analyses.feasibility import Finding
+from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.page import Html, element, join, table
+from cablewright.apps.report.quantities import allowed_range, count, duration, quantity
+
+__all__ = ["findings_table", "ranked"]
+
+_WHY: Final = {
+    "lowest tension": "below it a line hangs loose and no longer holds the platform",
+    "highest tension": "above it cable, winch or mounting may be overloaded",
+    "breaking load": "above it the cable may break",
+    "cable length": "more than that the drum does not hold",
+    "swing": "beyond it the sheave turns against its stop and the cable may leave the groove",
+    "lever": "beyond it the lever runs against its stop",
+    "winch speed": "faster than that the winch cannot wind",
+    "winch torque": "more than that the winch cannot hold",
+    "frame": "beyond it the platform leaves the space it may be in",
+}
+
+
+def ranked(findings: tuple[Finding, ...]) -> list[Finding]:
+    """Return violations first; among equals that first whose margin is smallest for the size of its limit."""
+    return sorted(findings, key=lambda finding: (finding.violations == 0, _room(finding)))
+
+
+def findings_table(digest: Digest) -> Html:
+    """Return one row for each finding."""
+    found = ranked(digest.check.findings)
+    if not found:
+        return element("p", "No limit is known for this robot: nothing was judged.")
+    head = ("limit", "line", "margin", "worst value", "allowed", "where", "samples outside")
+    return table(head, (_row(digest, finding) for finding in found), numbers=(2, 3, 6))
+
+
+def _room(finding: Finding) -> float:
+    """Return the margin as a share of what is allowed; below everything where there is no solution at all."""
+    if not finding.unit or math.isnan(finding.margin):
+        return -math.inf
+    low, high = finding.allowed
+    ends = [abs(end) for end in (low, high) if math.isfinite(end)]
+    size = high - low if len(ends) == 2 else sum(ends)
+    return finding.margin / (size or 1.0)
+
+
+def _row(digest: Digest, finding: Finding) -> tuple[str, ...]:
+    total = len(digest.check.samples)
+    share = f" ({_percent(finding.violations / total)})" if finding.violations else ""
+    outside = count(finding.violations) + share
+    if not finding.unit:  # no number to compare: the statics have no answer there
+        words = element("span", "no solution", class_="mark no")
+        return (
+            join([words, element("small", finding.limit)]),
+            _line(finding),
+            "",
+            "",
+            "",
+            _place(digest, finding),
+            outside,
+        )
+    return (
+        _limit(finding),
+        _line(finding),
+        _margin(finding),
+        quantity(finding.value, finding.unit),
+        allowed_range(*finding.allowed, finding.unit),
+        _place(digest, finding),
+        outside,
+    )
+
+
+def _limit(finding: Finding) -> Html:
+    """Name the limit and say what it is for."""
+    kind, _, axis = finding.limit.partition(", ")
+    mark = element("span", finding.limit, class_="mark no" if finding.violations else "mark")
+    why = _WHY.get(kind if len(axis) == 1 else finding.limit, "")
+    return join([mark, element("small", why)]) if why else mark
+
+
+def _line(finding: Finding) -> str:
+    name = "platform" if finding.line is None else finding.line
+    return element("span", name, class_="keep") if len(name) <= 20 else name
+
+
+def _margin(finding: Finding) -> Html:
+    """Say how far inside or outside, in words: colour alone tells nothing on paper."""
+    size = quantity(abs(finding.margin), finding.unit)
+    if finding.violations:
+        return element("span", f"{size} outside", class_="mark no")
+    return element("span", f"{size} left", class_="mark")
+
+
+def _place(digest: Digest, finding: Finding) -> Html:
+    samples, at = digest.check.samples, finding.sample
+    x, y, z = (f"{v:.2f}".replace("-", "\N{MINUS SIGN}") for v in samples.positions[at])
+    layer = int(samples.layer[at])
+    where = "before the first layer" if layer < 0 else f"layer {layer}"
+    first = f"{where}, G-code line {count(int(samples.line[at]))}"
+    return join(
+        [
+            element("span", first, class_="keep"),
+            element("small", f"at ({x}, {y}, {z}) m, after {duration(float(digest.check.time[at]))}"),
+        ]
+    )
+
+
+def _percent(share: float) -> str:
+    return "less than 0.1 %" if share < 1e-3 else f"{share * 100:.3g} %"

@@ -1,0 +1,85 @@
+"""One HTML page without a single outside request. Whatever is not `Html` is foreign text and is escaped."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib import resources
+
+__all__ = ["Html", "bundled", "cards", "element", "join", "page", "picture", "section", "table"]
+
+
+class Html(str):
+    """Text that is markup already."""
+
+    __slots__ = ()
+
+
+def element(name: str, *content: str, **attributes: str) -> Html:
+    """Return an element; a trailing underscore of an attribute's name is dropped, as in ``class_``."""
+    spelled = "".join(f' {key.rstrip("_").replace("_", "-")}="{escape(value)}"' for key, value in attributes.items())
+    return Html(f"<{name}{spelled}>{join(content)}</{name}>")
+
+
+def join(parts: Iterable[str], between: str = "") -> Html:
+    """Return the parts one after the other, foreign ones escaped."""
+    return Html(between.join(part if isinstance(part, Html) else escape(part) for part in parts))
+
+
+def section(title: str, *content: str) -> Html:
+    """Return a section under a heading."""
+    return element("section", element("h2", title), *content)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[int] = ()) -> Html:
+    """Return a table; the columns in ``numbers`` are set flush right."""
+
+    def cell(kind: str, at: int, content: str) -> Html:
+        return element(kind, content, class_="number") if at in numbers else element(kind, content)
+
+    top = element("tr", *(cell("th", at, name) for at, name in enumerate(head)))
+    body = [element("tr", *(cell("td", at, value) for at, value in enumerate(row))) for row in rows]
+    return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
+
+
+def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
+    """Return key figures: what, how much, and a note that may be empty."""
+    shown = [
+        element("div", element("dt", what), element("dd", value, element("small", note)), class_="card")
+        for what, value, note in figures
+    ]
+    return element("dl", *shown, class_="cards")
+
+
+def picture(png: bytes, told: str, caption: str) -> Html:
+    """Return a picture that is part of the page, ``told`` to those who do not see it."""
+    data = base64.b64encode(png).decode("ascii")
+    image = Html(f'<img src="data:image/png;base64,{data}" alt="{escape(told)}">')
+    return element("figure", image, element("figcaption", caption))
+
+
+def bundled(name: str) -> str:
+    """Return the text of a file of this package."""
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def page(title: str, body: Iterable[Html], script: str) -> str:
+    """Return the whole document. Its policy forbids every request and every script and style but its own."""
+    css = bundled("page.css")
+    policy = f"default-src 'none'; img-src data:; style-src {_hash(css)}; script-src {_hash(script)}"
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="color-scheme" content="light dark">\n'
+        f"<title>{escape(title)}</title>\n<style>{css}</style>\n</head>\n<body>\n<main>\n"
+        + "\n".join(body)
+        + f"\n</main>\n<script>{script}</script>\n</body>\n</html>\n"
+    )
+
+
+def _hash(text: str) -> str:
+    """Return what a content security policy calls this very text."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

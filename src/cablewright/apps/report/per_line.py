@@ -1,0 +1,72 @@
+"""The numbers of each line, and what the robot file does not tell about them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.apps.report.digest import Digest, median
+from cablewright.apps.report.page import Html, table
+from cablewright.apps.report.quantities import allowed_range, quantity
+from cablewright.robot import Robot
+
+__all__ = ["line_table", "unknowns"]
+
+Array = NDArray[np.float64]
+
+
+def line_table(digest: Digest) -> Html:
+    """Return one row for each line; a column that has no value for any line is left out."""
+    check = digest.check
+    lines = check.robot.lines
+    columns: list[tuple[str, list[str]]] = [
+        ("line", [line.name for line in lines]),
+        ("lowest tension", _written(np.fmin.reduce(check.lowest_tension, axis=0), "N")),
+        ("median tension", _written(median(check.tensions), "N")),
+        ("highest tension", _written(np.fmax.reduce(check.highest_tension, axis=0), "N")),
+        ("allowed tension", [allowed_range(*line.tension_limits, "N") for line in lines]),
+        ("greatest length", _written(np.fmax.reduce(check.lengths, axis=0), "m")),
+        ("highest speed", _written(np.fmax.reduce(np.abs(check.cable_speed), axis=0), "m/s")),
+        ("highest torque", _written(np.fmax.reduce(check.torque, axis=0), "N m")),
+        ("swing", _ranges(check.swing)),
+        ("lever", _ranges(check.lever)),
+    ]
+    kept = [(name, values) for name, values in columns if any(values)]
+    rows = zip(*(values for _, values in kept), strict=True)
+    return table([name for name, _ in kept], rows, numbers=range(1, len(kept)))
+
+
+def unknowns(digest: Digest) -> list[str]:
+    """Return what could not be judged, and what in the robot file is missing for it."""
+    check, robot = digest.check, digest.check.robot
+    told = []
+    if np.isnan(check.torque).all():
+        told.append("Winch torque is not known: the robot file gives no drum radius.")
+    elif not _gives(robot, "winch", "max_torque"):
+        told.append("Winch torque has no limit to be judged by: the robot file gives no max_torque.")
+    if not _gives(robot, "winch", "max_speed"):
+        told.append("Winch speed has no limit to be judged by: the robot file gives no max_speed.")
+    if not _gives(robot, "winch", "capacity"):
+        told.append("Cable length has no limit to be judged by: the robot file gives no capacity.")
+    kinds = {line.sheave.kind for line in robot.lines}
+    if kinds != {"eyelet"} and not _gives(robot, "sheave", "swing"):
+        told.append("Swing of the sheaves has no limit to be judged by: the robot file gives no swing.")
+    if "universal-joint" in kinds and not _gives(robot, "sheave", "lever_range"):
+        told.append("Lever angles have no limit to be judged by: the robot file gives no lever_range.")
+    return told
+
+
+def _gives(robot: Robot, part: str, key: str) -> bool:
+    """Whether any line's part has a value for the key."""
+    return any(getattr(getattr(line, part), key, None) is not None for line in robot.lines)
+
+
+def _written(values: Array, unit: str) -> list[str]:
+    return ["" if np.isnan(value) else quantity(float(value), unit) for value in values]
+
+
+def _ranges(values: Array) -> list[str]:
+    low, high = np.fmin.reduce(values, axis=0), np.fmax.reduce(values, axis=0)
+    return [
+        " to ".join(pair) if all(pair) else "" for pair in zip(_written(low, "rad"), _written(high, "rad"), strict=True)
+    ]

@@ -1,0 +1,116 @@
+"""What went into a report, and what the model takes for granted, as the robot file says it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+
+from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.page import Html, element, table
+from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
+from cablewright.robot import Line, Robot
+
+__all__ = ["assumptions", "inputs_table", "list_of"]
+
+
+def inputs_table(digest: Digest) -> Html:
+    """Return robot, job, sampling and program, one per row."""
+    check = digest.check
+    robot, job = check.robot, check.job
+    rows = [
+        ("robot", robot.name),
+        ("", robot.description),
+        ("source of the robot", robot.source),
+        ("platform", f"point mass of {robot.platform.mass:g} kg on {robot.m} lines"),
+        ("job", job.name),
+        ("G-code", job.gcode.name),
+        ("scale", f"{job.scale:g}; the file's zero is at {_point(job.origin)} m"),
+        ("bead", f"{quantity(job.bead.width, 'm')} wide, {quantity(job.bead.height, 'm')} high"),
+        ("speeds", _speeds(digest)),
+        ("samples", f"{count(len(check.samples))}, at most every {quantity(job.sampling.step, 'm')}"),
+        ("G-code words without effect", ", ".join(f"{word} ({times}×)" for word, times in check.unknown.items())),
+        ("program", f"cablewright {_version()}"),
+    ]
+    return table(("what", "value"), [row for row in rows if row[1]])
+
+
+def assumptions(robot: Robot) -> list[str]:
+    """Return what the model assumes, line by line where the lines differ."""
+    return [
+        (
+            "Lengths and tensions are those of hanging, elastic cables (catenaries) in equilibrium with the platform: "
+            "nothing swings, and no force of acceleration is counted."
+        ),
+        (
+            "“Without compensation” pays out the lengths of straight cables that do not stretch; “sag ignored” those "
+            "of straight cables that stretch. Where the platform then hangs is found with the full model."
+        ),
+        f"How cables leave their mountings: {_shared(robot, _sheave)}.",
+        f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
+        f"The span from the winch: {_shared(robot, _dead_span)}.",
+        "The platform is a point: all lines meet in it, and it has no tilt.",
+        "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
+        (
+            "Everything is calculated from the robot file. It says nothing of a machine that was built differently, of "
+            "wear or of wind, and it takes the place of no guard or test."
+        ),
+    ]
+
+
+def list_of(texts: list[str]) -> Html:
+    """Return a list of sentences."""
+    return element("ul", *(element("li", text) for text in texts))
+
+
+def _shared(robot: Robot, tell: Callable[[Line], str]) -> str:
+    """Say what ``tell`` says of the lines: once, or with the names of those it holds for."""
+    groups: dict[str, list[str]] = {}
+    for line in robot.lines:
+        groups.setdefault(tell(line), []).append(line.name)
+    if len(groups) == 1:
+        return next(iter(groups))
+    return "; ".join(f"{text} ({', '.join(names)})" for text, names in groups.items())
+
+
+def _sheave(line: Line) -> str:
+    sheave = line.sheave
+    if sheave.kind == "eyelet":
+        return "through an eyelet, a fixed point"
+    over = f"{sheave.wrap} a sheave of {quantity(sheave.radius, 'm')} radius"
+    if sheave.kind == "swivel":
+        return f"{over} that swivels about a vertical axis without friction"
+    return (
+        f"{over} on a lever of {quantity(sheave.lever, 'm')} that turns freely and hangs as forces and weight take it"
+    )
+
+
+def _arc(line: Line) -> str:
+    if line.sheave.kind == "eyelet":
+        return "none"
+    return "stretches" if line.arc_elastic else "does not stretch"
+
+
+def _dead_span(line: Line) -> str:
+    stretch = "stretches" if line.dead_elastic else "does not stretch"
+    if line.winch_exit is not None:
+        return f"modelled, {stretch}"
+    return f"a constant {quantity(line.dead_length, 'm')} that {stretch}" if line.dead_length else "not modelled"
+
+
+def _speeds(digest: Digest) -> str:
+    motion = digest.check.job.motion
+    return (
+        f"at most {motion.print_speed:g} m/s printing and {motion.travel_speed:g} m/s travelling, acceleration "
+        f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner_deviation, 'm')}"
+    )
+
+
+def _point(point: tuple[float, float, float]) -> str:
+    return "(" + ", ".join(f"{v:g}" for v in point) + ")"
+
+
+def _version() -> str:
+    try:
+        return version("cablewright")
+    except PackageNotFoundError:  # run from its sources
+        return f"{NOT_KNOWN}: not installed"

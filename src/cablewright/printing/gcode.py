@@ -1,0 +1,188 @@
+"""From a G-code file to a `Toolpath`: straight moves in metres, at the scale of the file.
+
+The file is read in blocks, so memory is bounded by the moves and not by what stands between them. What the words mean
+is told in `cablewright.printing.modal`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.printing.modal import COLUMNS, Controller
+
+__all__ = ["MAX_BYTES", "MAX_LINE", "SHORTEST_ARC_STEP", "Progress", "Toolpath", "parse"]
+
+MAX_BYTES: Final = 1 << 30
+MAX_LINE: Final = 4096  # bytes
+SHORTEST_ARC_STEP: Final = 1e-6  # m
+
+_BLOCK = 1 << 18
+_HEIGHT_GRAIN = 1e-6  # m: heights nearer than this are one layer, where no marker says better
+
+Progress = Callable[[int, int | None], None]
+"""Called with the bytes read so far and the bytes in all, which are None for a stream of unknown size."""
+
+
+@dataclass(frozen=True, eq=False)
+class Toolpath:
+    """The k straight moves of a file, each starting where the one before ended. Read-only arrays.
+
+    A move of zero length is kept where the file asks for extrusion or for a dwell on the spot.
+    """
+
+    start: NDArray[np.float64]  # (k, 3) m, file scale
+    end: NDArray[np.float64]  # (k, 3) m, file scale
+    extrusion: NDArray[np.float64]  # (k,) m of filament pushed; below zero: drawn back
+    feed: NDArray[np.float64]  # (k,) m/s, file scale; inf before the first F
+    dwell: NDArray[np.float64]  # (k,) s waited at the end of the move
+    layer: NDArray[np.int32]  # (k,) -1 before the first layer
+    line: NDArray[np.int32]  # (k,) line of the file, from 1
+    unknown: dict[str, int]  # words nothing was done for, and how often they came
+
+    @cached_property
+    def length(self) -> NDArray[np.float64]:
+        """(k,) length of each move, m, file scale."""
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
+
+    @cached_property
+    def extruding(self) -> NDArray[np.bool_]:
+        """(k,) whether the move lays material: it has a length and pushes filament."""
+        return np.asarray((self.extrusion > 0) & (self.length > 0))
+
+    @property
+    def layer_count(self) -> int:
+        """How many different layers get material."""
+        numbers = np.unique(self.layer[self.extruding])
+        return int(np.count_nonzero(numbers >= 0))
+
+
+def parse(source: str | Path | BinaryIO, arc_step: float = 1e-3, progress: Progress | None = None) -> Toolpath:
+    """Read G-code from a path or an open binary file.
+
+    ``arc_step`` (m, file scale) is the longest piece an arc is cut to; no piece stands off its arc by more than a
+    fiftieth of it. Layers come from the markers ``;LAYER:3``, ``;LAYER_CHANGE`` and ``; layer 3``; numbers below zero
+    (a raft's) shift all so that the lowest is 0. A file without markers has one layer per height at which it extrudes,
+    counted upwards; a travel then belongs to the layer extruded last.
+
+    Raises `InputError`, one line, for a file that cannot be read, is no G-code, is empty, too large, truncated, or lays
+    no material, naming the line and what is allowed.
+    """
+    if not SHORTEST_ARC_STEP <= arc_step < float("inf"):
+        raise InputError(f"arc_step = {arc_step!r}: a length of at least {SHORTEST_ARC_STEP} m wanted")
+    if not isinstance(source, str | Path):
+        return _parse_stream(source, str(getattr(source, "name", "G-code")), arc_step, None, progress)
+    with _opened(Path(source)) as stream:
+        return _parse_stream(stream, str(source), arc_step, os.fstat(stream.fileno()).st_size, progress)
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Open a regular file, or raise `InputError`."""
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: not a regular file")
+        return path.open("rb")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a path with a NUL character
+        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
+
+
+def _parse_stream(
+    stream: BinaryIO, origin: str, arc_step: float, size: int | None, progress: Progress | None
+) -> Toolpath:
+    """Read an open file of ``size`` bytes, if that is known."""
+    controller = Controller(origin, arc_step)
+    number = 1
+    for lines, unterminated in _blocks_of_lines(stream, origin, size, progress):
+        controller.run(lines, number, unterminated)
+        number += len(lines)
+    return _toolpath(controller, origin)
+
+
+def _blocks_of_lines(
+    stream: BinaryIO, origin: str, size: int | None, progress: Progress | None
+) -> Iterator[tuple[list[bytes], bool]]:
+    """Yield lists of lines without their ends, and whether the list is the last line, which no line end follows."""
+    rest = b""
+    number = 1
+    read = 0
+    while block := stream.read(_BLOCK):
+        if read == 0:
+            _refuse_binary(block, origin)
+            block = block.removeprefix(b"\xef\xbb\xbf")
+        read += len(block)
+        if read > MAX_BYTES:
+            raise InputError(f"{origin}: larger than {MAX_BYTES} bytes, the most a G-code file may hold")
+        if b"\0" in block:
+            raise InputError(f"{origin}: holds NUL bytes: a binary file, no G-code")
+        lines = (rest + block).split(b"\n")
+        if max(map(len, lines)) > MAX_LINE:
+            at = next(at for at, line in enumerate(lines, number) if len(line) > MAX_LINE)
+            raise InputError(f"{origin}, line {at}: longer than {MAX_LINE} bytes, the most a line may hold")
+        rest = lines.pop()
+        number += len(lines)
+        yield lines, False
+        if progress is not None:
+            progress(read, size)
+    if read == 0:
+        raise InputError(f"{origin}: the file is empty")
+    if rest:
+        yield [rest], True
+
+
+def _refuse_binary(block: bytes, origin: str) -> None:
+    """Raise `InputError` if the beginning of a file is mostly no text."""
+    text = block.decode("utf-8", "replace")
+    strange = sum(1 for character in text if character == "\ufffd" or (character < " " and character not in "\t\r\n\f"))
+    if strange > 0.1 * len(text):
+        raise InputError(f"{origin}: a binary file, no G-code")
+
+
+def _toolpath(controller: Controller, origin: str) -> Toolpath:
+    """Freeze what the controller kept. Raises `InputError` where nothing is extruded."""
+    rows = np.asarray(controller.rows).reshape(-1, COLUMNS)
+    line = np.array(controller.lines, dtype=np.int32)
+    k = len(line)
+    bad = np.flatnonzero(~np.isfinite(rows[:, 3]))
+    if len(bad) > 0:
+        raise InputError(f"{origin}, line {line[bad[0]]}: E is too large")
+    points = np.zeros((k + 1, 3))
+    points[1:] = rows[:, :3]
+    extrusion = rows[:, 3].copy()
+    extruding = (extrusion > 0) & (np.linalg.norm(np.diff(points, axis=0), axis=1) > 0)
+    if not extruding.any():
+        raise InputError(f"{origin}: no extruding move; at least one move with a growing E is wanted")
+    dwell = np.zeros(k)
+    for row, seconds in controller.dwells:
+        dwell[row] = seconds
+    layer = _marked_layers(controller.marks, k) if controller.marks else _layers_by_height(points[1:, 2], extruding)
+    feed = rows[:, 4].copy()
+    for column in (points, extrusion, feed, dwell, layer, line):
+        column.setflags(write=False)
+    return Toolpath(points[:-1], points[1:], extrusion, feed, dwell, layer, line, dict(controller.unknown))
+
+
+def _marked_layers(marks: list[tuple[int, int]], k: int) -> NDArray[np.int32]:
+    """(k,) layer of each move, from the row at which each layer begins."""
+    starts = np.array([0, *(row for row, _ in marks), k])
+    numbers = np.array([-1, *(number for _, number in marks)], dtype=np.int32)
+    numbers[1:] -= min(0, int(numbers[1:].min()))
+    return np.repeat(numbers, np.diff(starts))
+
+
+def _layers_by_height(height: NDArray[np.float64], extruding: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """(k,) layer of each move, from the distinct heights (m) at which extruding moves end."""
+    grains = np.round(height[extruding] / _HEIGHT_GRAIN)
+    layer = np.full(len(height), -1, dtype=np.int32)
+    layer[extruding] = np.unique(grains, return_inverse=True)[1]
+    last = np.maximum.accumulate(np.where(extruding, np.arange(len(height)), -1))
+    return np.asarray(np.where(last >= 0, layer[last], -1), dtype=np.int32)

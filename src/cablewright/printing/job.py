@@ -1,0 +1,117 @@
+"""A job: which G-code is printed, how large, where on the machine and how fast. TOML in, or a bare G-code file.
+
+Paths are relative to the folder of the TOML file. Lengths and speeds are the machine's, after scaling.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+from annotated_types import Ge, Le
+from pydantic import BaseModel, ConfigDict, Field
+
+from cablewright.errors import InputError
+from cablewright.printing.gcode import SHORTEST_ARC_STEP, Progress, Toolpath, parse
+from cablewright.printing.modal import MAX_COORDINATE
+from cablewright.printing.path import Samples, sample
+from cablewright.printing.timing import TimeLaw, time_law
+from cablewright.toml_input import read_table, require_schema, validated
+from cablewright.units import Acceleration, Length, Speed
+
+__all__ = ["NEWEST_SCHEMA", "Bead", "Job", "Motion", "Sampling", "load_job"]
+
+NEWEST_SCHEMA: Final = 1
+
+# Wide of any machine, yet no number within can overflow what is computed from it.
+_Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
+_Speed = Annotated[Speed, Ge(1e-6), Le(1e3)]
+_Coordinate = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
+
+
+class _Part(BaseModel):
+    """Frozen, comparable, closed to unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, serialize_by_alias=True)
+
+
+class Bead(_Part):
+    """The strand of material as it lies, m."""
+
+    width: _Distance = 0.06
+    height: _Distance = 0.02
+
+
+class Motion(_Part):
+    """Limits of the nozzle's motion. A move runs at its own feed, times the scale, where that is slower."""
+
+    print_speed: _Speed = 0.3
+    travel_speed: _Speed = 0.5
+    acceleration: Annotated[Acceleration, Ge(1e-6), Le(1e6)] = 0.5
+    corner_deviation: _Distance = 0.005
+    """How far beside a corner the arc passes that stands for it; larger is faster. See `printing/timing.py`."""
+
+
+class Sampling(_Part):
+    """How finely the path is looked at, m."""
+
+    step: _Distance = 0.05
+
+
+class Job(_Part):
+    """A part to print. The defaults suit a house-sized machine; a bare G-code file is printed as large as it is."""
+
+    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
+    name: Annotated[str, Field(min_length=1, max_length=300)]
+    gcode: Path
+    scale: Annotated[float, Field(strict=True, ge=1e-4, le=1e4)] = 1.0
+    origin: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
+    """Where the zero of the scaled file comes to, m, machine."""
+    bead: Bead = Bead()
+    motion: Motion = Motion()
+    sampling: Sampling = Sampling()
+
+    def toolpath(self, progress: Progress | None = None) -> Toolpath:
+        """Read the G-code, arcs cut as finely as the samples will be. Raises `InputError`."""
+        return parse(self.gcode, max(self.sampling.step / self.scale, SHORTEST_ARC_STEP), progress)
+
+    def samples(self, toolpath: Toolpath) -> Samples:
+        """Sample the toolpath on the machine. Raises `InputError`."""
+        motion = self.motion
+        step = self.sampling.step
+        return sample(toolpath, self.scale, self.origin, step, motion.print_speed, motion.travel_speed)
+
+    def time_law(self, samples: Samples) -> TimeLaw:
+        """Time the samples within the limits of the motion."""
+        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation)
+
+
+def load_job(path: str | Path) -> Job:
+    """Read a job: a ``.toml`` file, or any other file as G-code printed with the defaults at scale 1.
+
+    ``gcode`` in the TOML file is a full path, or one relative to the TOML file that stays within its folder. Raises
+    `InputError`, one line naming file, key, value and what is allowed.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".toml":
+        return validated(Job, {"name": path.stem, "gcode": path}, path)
+    table, _ = read_table(path)
+    require_schema(table, NEWEST_SCHEMA, path)
+    return validated(Job, table | _located(table, path), path)
+
+
+def _located(table: dict[str, Any], path: Path) -> dict[str, Path]:
+    """Return the place of the G-code which the job at ``path`` names, where it names one by a text."""
+    written = table.get("gcode")
+    if not isinstance(written, str):
+        return {}
+    within = Path(os.path.normpath(written))
+    if os.pardir in within.parts:
+        raise InputError(
+            f"{path}: gcode = {written!r}: leaves the folder of the job; a file within it, or a full path, is allowed"
+        )
+    place = path.parent / within
+    if not place.is_file():
+        raise InputError(f"{path}: gcode = {written!r}: no such file")
+    return {"gcode": place}

@@ -1,0 +1,59 @@
+"""One row per layer: how high, how much is laid, how far the nozzle travels, how long it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.printing.path import Samples
+from cablewright.printing.timing import TimeLaw
+
+__all__ = ["LayerTable", "layer_table"]
+
+
+@dataclass(frozen=True, eq=False)
+class LayerTable:
+    """n visits of layers, in the order of the path. Read-only arrays.
+
+    A file that prints several parts one after the other comes back to the same layer number: each visit is a row. What
+    comes before the first layer is in no row.
+    """
+
+    number: NDArray[np.int32]  # (n,) the layer's number
+    z: NDArray[np.float64]  # (n,) m, machine: the highest place where material is laid; nan where none is
+    extruded_length: NDArray[np.float64]  # (n,) m
+    travel_length: NDArray[np.float64]  # (n,) m
+    duration: NDArray[np.float64]  # (n,) s, with dwells
+    first: NDArray[np.int64]  # (n,) first sample
+    stop: NDArray[np.int64]  # (n,) one beyond the last sample
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self.number)
+
+
+def layer_table(samples: Samples, law: TimeLaw) -> LayerTable:
+    """Sum up each layer of ``samples`` timed by ``law``. The way to a sample counts to the sample's layer."""
+    changes = np.flatnonzero(np.diff(samples.layer)) + 1
+    first = np.concatenate([np.zeros(1, dtype=np.int64), changes])
+    stop = np.append(changes, len(samples))
+    length = np.diff(samples.distance, prepend=0.0)
+    left = law.time + samples.dwell  # when each sample is left
+    spent = np.diff(left, prepend=0.0)
+    height = np.where(samples.extruding, samples.positions[:, 2], -np.inf)
+    z = np.maximum.reduceat(height, first)
+    columns = (
+        samples.layer[first],
+        np.where(np.isfinite(z), z, np.nan),
+        np.add.reduceat(np.where(samples.extruding, length, 0.0), first),
+        np.add.reduceat(np.where(samples.extruding, 0.0, length), first),
+        np.add.reduceat(spent, first),
+        first,
+        stop,
+    )
+    kept = [column[samples.layer[first] >= 0] for column in columns]
+    for column in kept:
+        column.setflags(write=False)
+    return LayerTable(*kept)

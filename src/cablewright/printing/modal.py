@@ -1,0 +1,323 @@
+"""What a printer's controller remembers between lines of G-code, and what each word does to it.
+
+Choices where dialects differ:
+
+* G90 and G91 rule E as well until the first M82 or M83, as RepRap firmwares do.
+* I and J are measured from the start of the arc; arcs lie in the XY plane, G18 and G19 are refused.
+* P of G4 is milliseconds, S seconds; S rules where both stand.
+* G92 shifts the coordinates the file writes, never the machine; bare, it makes all of them zero.
+* G28 travels to the machine's zero along the named axes (all, if none is named) and drops their shift.
+* Every file starts at the machine's zero, in absolute millimetres.
+* A line that only names axes repeats the last of G0 to G3.
+* A code that is not known, and the words behind it, are counted and left alone, unless it would bend or move the path.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from typing import Final, NoReturn
+
+import numpy as np
+
+from cablewright.errors import InputError
+from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
+from cablewright.printing.words import MACRO, STRAIGHT, WordError, as_number, bare_text, code_of, read_marker, split
+
+__all__ = ["COLUMNS", "MAX_COORDINATE", "MAX_MOVES", "Controller"]
+
+MAX_COORDINATE: Final = 1e6  # m, distance from the origin
+MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath
+MAX_DWELL: Final = 1e6  # s, of one G4
+MAX_LAYER: Final = 1_000_000
+MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others count as one
+COLUMNS: Final = 5  # of a row: x, y, z (m, machine), extrusion (m), feed (m/s)
+
+_SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
+_FARTHEST_SQUARED = MAX_COORDINATE**2
+_SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
+_LETTERS = {"G0": "XYZEF", "G1": "XYZEF", "G2": "XYZEFIJR", "G3": "XYZEFIJR", "G4": "PS", "G28": "XYZ", "G92": "XYZE"}
+_REFUSED = {
+    "G5": "splines are not read; G0 to G3 are",
+    "G5.1": "splines are not read; G0 to G3 are",
+    "G18": "arcs are read in the XY plane (G17) only",
+    "G19": "arcs are read in the XY plane (G17) only",
+    "G51": "scaling inside the file is not read; a job has a scale",
+    "G68": "rotation inside the file is not read",
+    "G90.1": "absolute arc centres are not read; I and J are measured from the start of the arc",
+    "G92.1": "G92 is read with coordinates or bare",
+    "G93": "inverse-time feed is not read; F is a speed",
+}
+_FREE_TEXT = frozenset({"M0", "M1", "M16", "M23", "M28", "M30", "M32", "M117", "M118", "M486", "M928"})
+
+
+class Controller:
+    """Reads lines, in order, and keeps the straight moves they make: `COLUMNS` floats each in `rows`, one in `lines`.
+
+    ``marks`` lists (row, layer) where a layer begins, ``dwells`` (row, s) where the machine waits, ``unknown`` counts
+    the words nothing is done for.
+    """
+
+    def __init__(self, origin: str, arc_step: float) -> None:
+        """``origin`` names the file in messages; arcs are cut to pieces of at most ``arc_step`` (m)."""
+        self.rows = array("d")
+        self.lines = array("i")
+        self.marks: list[tuple[int, int]] = []
+        self.dwells: list[tuple[int, float]] = []
+        self.unknown: dict[str, int] = {}
+        self._origin = origin
+        self._arc_step = arc_step
+        self._unit = 1e-3  # m
+        self._relative = self._relative_e = False
+        self._e_follows_axes = True  # until M82 or M83
+        self._x = self._y = self._z = 0.0  # m, machine
+        self._shift = [0.0, 0.0, 0.0]  # m, machine minus written
+        self._e = 0.0  # m, written
+        self._feed = math.inf  # m/s; a file that never says F is held by the job's limits alone
+        self._motion = ""
+        self._marker_kind = ""
+        self._number = 0
+        self._line = b""
+        self._unterminated = False
+
+    def run(self, lines: list[bytes], first_number: int, unterminated: bool = False) -> None:
+        """Read ``lines``, the first being line ``first_number``; ``unterminated`` where no line end follows them.
+
+        Raises `InputError` naming file, line number, text and what is allowed.
+        """
+        self._unterminated = unterminated
+        straight = STRAIGHT.fullmatch
+        for number, line in enumerate(lines, first_number):
+            self._number = number
+            self._line = line
+            found = straight(line)
+            if found is None:
+                self._interpret(line)
+                continue
+            early, x, y, z, e, feed = found.groups()
+            if early is not None and feed is not None:
+                self._interpret(line)  # refuses: F stands twice
+            try:
+                self._straight(x, y, z, e, feed or early)
+            except ValueError:
+                self._interpret(line)  # refuses: says which word is no number
+        if len(self.lines) > MAX_MOVES:
+            self._refuse(f"more than {MAX_MOVES} moves, the most a file may make")
+
+    def _interpret(self, line: bytes) -> None:
+        """Read a line that is not a plain straight move."""
+        try:
+            if line.startswith(b";"):
+                self._mark(line)
+            else:
+                self._obey(bare_text(line))
+        except WordError as error:
+            cut = error.cut and self._unterminated
+            self._refuse("the line ends inside a word; the file looks truncated" if cut else str(error))
+        except ArcError as error:
+            self._refuse(str(error))
+
+    def _obey(self, text: str) -> None:
+        """Apply the settings of a line, then its one action. Raises `WordError`, `ArcError`."""
+        if (macro := MACRO.match(text)) is not None:
+            self._count(macro[0])
+            return
+        action, foreign = "", False  # a code that is not known owns the words behind it, whatever they are
+        taken = []
+        words, rest = split(text)
+        for letter, number in words:
+            if (letter == "T" and not foreign) or (letter in "GM" and (number or not foreign)):
+                code = letter + number if letter == "T" else code_of(letter, number)
+                if code in _REFUSED:
+                    raise WordError(_REFUSED[code])
+                if code in _LETTERS and action:
+                    raise WordError(f"{action} and {code} in one line; one of them is allowed")
+                if code in _LETTERS:
+                    action = code
+                elif code in _SETTINGS:
+                    self._set(code)
+                else:
+                    self._count(code)
+                    foreign = True
+                if code in _FREE_TEXT:
+                    break
+            else:
+                taken.append((letter, number))
+        if action or not foreign:
+            if rest:
+                shown = rest[:20].encode("ascii", "replace").decode()
+                raise WordError(f"{shown!r} is no G-code word; a letter and a number without exponent are allowed")
+            self._act(action, taken)
+
+    def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
+        """Do ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
+        if not action and any(letter in "XYZEFIJR" for letter, _ in taken):
+            action = self._motion
+            if not action:
+                raise WordError("axes without a G code before any of G0 to G3")
+        words: dict[str, float] = {}
+        for letter, number in taken:
+            if action in ("G2", "G3") and letter in "KP":
+                raise WordError(f"{letter} of an arc is not read; X, Y, Z, E, F with I and J, or with R, are allowed")
+            if letter in words:
+                raise WordError(f"{letter} stands twice; once is allowed")
+            if letter in _LETTERS.get(action, ""):
+                words[letter] = 0.0 if action == "G28" else as_number(letter, number)
+            else:
+                self._count(letter)
+        match action:
+            case "G0" | "G1":
+                self._straight(*(words.get(letter) for letter in "XYZEF"))
+            case "G2" | "G3":
+                self._arc(words, action)
+            case "G4":
+                self._wait(words)
+            case "G28":
+                self._home(words)
+            case "G92":
+                self._rename(words if taken else dict.fromkeys("XYZE", 0.0))
+
+    def _set(self, code: str) -> None:
+        match code:
+            case "G20" | "G21":
+                self._unit = 0.0254 if code == "G20" else 1e-3
+            case "G90" | "G91":
+                self._relative = code == "G91"
+                if self._e_follows_axes:
+                    self._relative_e = self._relative
+            case "M82" | "M83":
+                self._e_follows_axes = False
+                self._relative_e = code == "M83"
+
+    def _straight(
+        self,
+        x: bytes | float | None,
+        y: bytes | float | None,
+        z: bytes | float | None,
+        e: bytes | float | None,
+        feed: bytes | float | None,
+    ) -> None:
+        """Move in a line (file units). Raises ValueError for a text that is no number, `InputError` out of range."""
+        unit = self._unit
+        if feed is not None:
+            self._set_feed(float(feed))
+        if x is not None:
+            self._x = float(x) * unit + (self._x if self._relative else self._shift[0])
+        if y is not None:
+            self._y = float(y) * unit + (self._y if self._relative else self._shift[1])
+        if z is not None:
+            self._z = float(z) * unit + (self._z if self._relative else self._shift[2])
+        if e is not None:
+            self._add(self._extrude(float(e)))
+        elif x is not None or y is not None or z is not None:
+            self._add(0.0)
+        self._motion = "G1"
+
+    def _add(self, extrusion: float) -> None:
+        """Keep a move that ends at the present position."""
+        x, y, z = self._x, self._y, self._z
+        if not x * x + y * y + z * z <= _FARTHEST_SQUARED:  # nan and inf too
+            self._refuse(f"farther than {MAX_COORDINATE:.0f} m from the origin")
+        self.rows.extend((x, y, z, extrusion, self._feed))
+        self.lines.append(self._number)
+
+    def _extrude(self, written: float) -> float:
+        """Return the extrusion (m) that an E word asks for."""
+        value = written * self._unit
+        if self._relative_e:
+            self._e += value
+            return value
+        grown = value - self._e
+        self._e = value
+        return grown
+
+    def _set_feed(self, written: float) -> None:
+        speed = written * self._unit / 60
+        if not _SLOWEST <= speed <= _FASTEST:
+            self._refuse(f"F must be above 0 and no more than {_FASTEST:.0f} m/s; it is in file units per minute")
+        self._feed = speed
+
+    def _arc(self, words: dict[str, float], action: str) -> None:
+        """Move along an arc or a helix about Z. Raises `ArcError`."""
+        unit = self._unit
+        if "F" in words:
+            self._set_feed(words["F"])
+        start = (self._x, self._y, self._z)
+        x, y, z = (
+            words[axis] * unit + (at if self._relative else shift) if axis in words else at
+            for axis, at, shift in zip("XYZ", start, self._shift, strict=True)
+        )
+        for letter, value in zip("XYZIJR", (x, y, z, *(words.get(c, 0.0) * unit for c in "IJR")), strict=True):
+            if abs(value) > MAX_COORDINATE:
+                raise ArcError(f"{letter} is out of range; at most {MAX_COORDINATE:.0f} m is allowed")
+        clockwise = action == "G2"
+        if ("R" in words) == ("I" in words or "J" in words):
+            raise ArcError("an arc needs either R, or I and J")
+        if "R" in words:
+            centre = centre_from_radius(start[:2], (x, y), words["R"] * unit, clockwise)
+        else:
+            centre = centre_from_offset(start[:2], (x, y), (words.get("I", 0.0) * unit, words.get("J", 0.0) * unit))
+        sweep = swept_angle(start[:2], (x, y), centre, clockwise)
+        count = piece_count(math.dist(start[:2], centre), sweep, z - start[2], self._arc_step)
+        if len(self.lines) + count > MAX_MOVES:
+            raise ArcError(f"more than {MAX_MOVES} moves, the most a file may make")
+        rows = np.empty((count, COLUMNS))
+        rows[:, :3] = pieces(start, (x, y, z), centre, sweep, count)
+        rows[:, 3] = self._extrude(words["E"]) / count if "E" in words else 0.0
+        rows[:, 4] = self._feed
+        self.rows.frombytes(rows.tobytes())
+        self.lines.extend(array("i", [self._number]) * count)
+        self._x, self._y, self._z = x, y, z
+        self._motion = action
+
+    def _wait(self, words: dict[str, float]) -> None:
+        seconds = words["S"] if "S" in words else words.get("P", 0.0) * 1e-3
+        if not 0 <= seconds <= MAX_DWELL:
+            raise WordError(f"a dwell must last from 0 to {MAX_DWELL:.0f} s")
+        if seconds > 0:
+            self.dwells.append((len(self.lines), seconds))
+            self._add(0.0)
+
+    def _home(self, named: dict[str, float]) -> None:
+        place = [self._x, self._y, self._z]
+        for at, axis in enumerate("XYZ"):
+            if axis in named or not named:
+                place[at] = self._shift[at] = 0.0
+        if place != [self._x, self._y, self._z]:
+            self._x, self._y, self._z = place
+            self._add(0.0)
+
+    def _rename(self, words: dict[str, float]) -> None:
+        """Let the present place be called by the coordinates of ``words`` from now on (G92)."""
+        for at, (axis, machine) in enumerate(zip("XYZ", (self._x, self._y, self._z), strict=True)):
+            if axis in words:
+                self._shift[at] = machine - words[axis] * self._unit
+        if "E" in words:
+            self._e = words["E"] * self._unit
+
+    def _mark(self, line: bytes) -> None:
+        """Begin a layer at a marker. The kind of marker a file uses first counts, any other is a plain comment."""
+        marker = read_marker(line)
+        if marker is None or marker.kind != (self._marker_kind or marker.kind):
+            return
+        self._marker_kind = marker.kind
+        number = marker.number
+        if number is None:
+            number = self.marks[-1][1] + 1 if self.marks else 0
+        if abs(number) > MAX_LAYER:
+            raise WordError(f"layer {number} is out of range; numbers up to {MAX_LAYER} are allowed")
+        if self.marks and self.marks[-1][0] == len(self.lines):
+            self.marks.pop()
+        self.marks.append((len(self.lines), number))
+
+    def _count(self, word: str) -> None:
+        word = word[:32]
+        if word not in self.unknown and len(self.unknown) >= MAX_UNKNOWN:
+            word = "(others)"
+        self.unknown[word] = self.unknown.get(word, 0) + 1
+
+    def _refuse(self, reason: str) -> NoReturn:
+        """Raise the `InputError` of the line being read."""
+        text = self._line.decode("utf-8", "replace").strip()
+        shown = repr(text if len(text) <= 60 else text[:57] + "...")
+        raise InputError(f"{self._origin}, line {self._number}: {shown}: {reason}")

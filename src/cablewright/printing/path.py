@@ -1,0 +1,116 @@
+"""The path of the nozzle on the machine: a toolpath scaled, moved to its place and sampled along its length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.printing.gcode import Toolpath
+from cablewright.printing.modal import MAX_COORDINATE
+
+__all__ = ["MAX_SAMPLES", "Samples", "sample"]
+
+MAX_SAMPLES: Final = 20_000_000  # about 4 GB while they are made
+_SHORTEST_MOVE: Final = 1e-9  # m: what rounding may leave between two places that are one
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """k points along the path, each at the end of a straight segment but the first, where the path starts.
+
+    ``extruding``, ``layer``, ``line``, ``move`` and ``speed_limit`` tell of the segment that ends at the sample; those
+    of the first sample are the first segment's, except that nothing is extruded there. Read-only arrays.
+    """
+
+    positions: NDArray[np.float64]  # (k, 3) m, machine
+    distance: NDArray[np.float64]  # (k,) m, along the path from its start
+    speed_limit: NDArray[np.float64]  # (k,) m/s, may be inf
+    dwell: NDArray[np.float64]  # (k,) s waited at the sample
+    move: NDArray[np.int64]  # (k,) row of the toolpath
+    extruding: NDArray[np.bool_]  # (k,)
+    layer: NDArray[np.int32]  # (k,) -1 before the first layer
+    line: NDArray[np.int32]  # (k,) line of the file, from 1
+
+    def __len__(self) -> int:
+        """The number of samples."""
+        return len(self.distance)
+
+    @property
+    def extruded_length(self) -> float:
+        """Length (m) along which material is laid."""
+        return float(np.diff(self.distance)[self.extruding[1:]].sum())
+
+    @property
+    def travel_length(self) -> float:
+        """Length (m) along which none is."""
+        return float(np.diff(self.distance)[~self.extruding[1:]].sum())
+
+
+def sample(
+    toolpath: Toolpath,
+    scale: float = 1.0,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    step: float = 0.05,
+    print_speed: float = float("inf"),
+    travel_speed: float = float("inf"),
+) -> Samples:
+    """Sample ``toolpath`` at most every ``step`` (m, machine) and at the end of every move.
+
+    The file's zero comes to ``origin`` (m, machine) and its lengths grow by ``scale``. A move's speed limit is its feed
+    times ``scale``, but no more than ``print_speed`` where it extrudes and ``travel_speed`` where not (m/s). Moves of
+    zero length (a nanometre or less) give no sample; the dwell they ask for is kept at the sample reached.
+
+    Raises `InputError` where ``step`` asks for more than `MAX_SAMPLES`, where the path goes farther than
+    `MAX_COORDINATE`, or where nothing is left of it.
+    """
+    start = toolpath.start * scale + origin
+    end = toolpath.end * scale + origin
+    if not max(np.abs(start).max(), np.abs(end).max()) <= MAX_COORDINATE:
+        raise InputError(f"the scaled path leaves the {MAX_COORDINATE:.0f} m about the machine's zero")
+    length = np.linalg.norm(end - start, axis=1)
+    moves = np.flatnonzero(length > _SHORTEST_MOVE)
+    if len(moves) == 0:
+        raise InputError(f"the scaled path has no move longer than {_SHORTEST_MOVE} m")
+    with np.errstate(over="ignore"):
+        pieces = np.maximum(1.0, np.ceil(length[moves] / step - 1e-9))
+    if not pieces.sum() < MAX_SAMPLES:
+        raise InputError(f"step = {step:g} m: more than {MAX_SAMPLES} samples; a longer step is wanted")
+    count = pieces.astype(np.int64)
+    last = np.cumsum(count)  # the sample at the end of each move that has a length
+    move = np.repeat(moves, count)
+
+    fraction = (np.arange(len(move)) - np.repeat(last - count, count) + 1) / np.repeat(count, count)
+    positions = np.empty((len(move) + 1, 3))
+    positions[0] = start[moves[0]]
+    positions[1:] = start[move] + fraction[:, None] * (end - start)[move]
+    positions[last] = end[moves]  # exactly, whatever the fractions rounded to
+
+    reached = np.zeros(len(length) + 1, dtype=np.int64)  # the sample reached after each move, of zero length or not
+    reached[moves + 1] = count
+    dwell = np.bincount(np.cumsum(reached)[1:], weights=toolpath.dwell, minlength=len(positions))
+    extruding = toolpath.extruding
+    limit = np.minimum(toolpath.feed * scale, np.where(extruding, print_speed, travel_speed))
+    with_first = np.concatenate([move[:1], move])
+    laying = extruding[with_first]
+    laying[0] = False
+    return _frozen(
+        positions=positions,
+        distance=np.concatenate([[0.0], np.cumsum(np.repeat(length[moves] / count, count))]),
+        speed_limit=limit[with_first],
+        dwell=dwell,
+        move=with_first,
+        extruding=laying,
+        layer=toolpath.layer[with_first],
+        line=toolpath.line[with_first],
+    )
+
+
+def _frozen(**columns: NDArray[Any]) -> Samples:
+    """Build `Samples` of read-only arrays."""
+    for column in columns.values():
+        column.setflags(write=False)
+    return Samples(**columns)

@@ -1,0 +1,115 @@
+"""The words of one line of G-code: comments, checksums and layer markers set apart, letters with their numbers.
+
+An ``E`` always opens a word, for ``G1X1E5`` is legal without spaces. Only a small ``e`` inside a number of a line in
+capitals (``X1e5``) can be nothing but an exponent, which G-code has not: no word begins there.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Final, Literal, NamedTuple
+
+__all__ = ["MACRO", "STRAIGHT", "Marker", "WordError", "as_number", "bare_text", "code_of", "read_marker", "split"]
+
+_NUMBER = r"[-+.0-9]+"  # what float() takes of these has no exponent, no inf, no nan: just the numbers of G-code
+
+# Nine lines of ten: G0 or G1 with axes in the usual order and capitals. Groups: F, X, Y, Z, E, F.
+STRAIGHT: Final = re.compile(
+    r"G0?[01](?:[ \t]*F(#))?(?:[ \t]*X(#))?(?:[ \t]*Y(#))?(?:[ \t]*Z(#))?(?:[ \t]*E(#))?(?:[ \t]*F(#))?"
+    r"[ \t\r]*(?:;.*)?".replace("#", _NUMBER).encode(),
+    re.DOTALL,
+)
+MACRO: Final = re.compile(r"[A-Z_]{3}\w*|%", re.ASCII)  # START_PRINT of Klipper, the % that frames a CNC program
+
+_COLON = re.compile(rb";LAYER:([-+]?[0-9]{1,9})(?:\s.*)?", re.DOTALL)
+_CHANGE = re.compile(rb";LAYER_CHANGE\s*")
+_NAMED = re.compile(rb";\s?layer ([0-9]{1,9})(?:\s*|[\s,:]+[^\s=].*)", re.DOTALL)
+_COMMENT = re.compile(r";.*|\([^()]*\)?", re.DOTALL)
+_CHECKSUM = re.compile(r"\*\s*([0-9]{1,9})\s*$", re.ASCII)
+_LINE_NUMBER = re.compile(r"\s*N\s*[0-9]+(?![0-9.])", re.ASCII | re.IGNORECASE)
+_EXPONENT = re.compile(r"(?<=[0-9.])e(?=[-+]?[0-9])")
+_KEPT_SMALL = "\0"  # stands for such an e while the line turns to capitals; no line holds a NUL
+_CAPITAL = re.compile(r"[A-Z]")
+_WORD = re.compile(rf"([A-Z])\s*({_NUMBER})?\s*", re.ASCII)
+
+
+class WordError(ValueError):
+    """A line that is no G-code; ``cut`` says that a word lacks its number, as where a truncated file ends."""
+
+    def __init__(self, reason: str, cut: bool = False) -> None:
+        super().__init__(reason)
+        self.cut = cut
+
+
+class Marker(NamedTuple):
+    """A comment by which a slicer says that a layer begins; ``number`` is None where it only counts up."""
+
+    kind: Literal["colon", "change", "named"]
+    number: int | None
+
+
+def read_marker(line: bytes) -> Marker | None:
+    """Read ``;LAYER:3``, ``;LAYER_CHANGE`` or ``; layer 3``, possibly with text behind, at the very start of a line.
+
+    Settings that a slicer writes as comments (``; layer_height = 0.2``, ``; layer 3 = x``) are no markers.
+    """
+    if (found := _COLON.fullmatch(line)) is not None:
+        return Marker("colon", int(found[1]))
+    if _CHANGE.fullmatch(line) is not None:
+        return Marker("change", None)
+    if (found := _NAMED.fullmatch(line)) is not None:
+        return Marker("named", int(found[1]))
+    return None
+
+
+def bare_text(line: bytes) -> str:
+    """Return the line in capitals, but for the ``e`` of an exponent, without comments, line number and checksum.
+
+    Raises `WordError` where the checksum does not fit.
+    """
+    text = line.decode("latin-1")  # one character per byte, so that places in the text are places in the line
+    text = _COMMENT.sub(lambda comment: " " * len(comment[0]), text)
+    if (found := _CHECKSUM.search(text)) is not None:
+        own = 0
+        for byte in line[: found.start()]:
+            own ^= byte
+        if own != int(found[1]):
+            raise WordError(f"the checksum {found[1]} does not fit the line, whose own is {own}")
+        text = text[: found.start()]
+    if (found := _LINE_NUMBER.match(text)) is not None:
+        text = text[found.end() :]
+    if _CAPITAL.search(text) is not None:
+        text = _EXPONENT.sub(_KEPT_SMALL, text)
+    return text.strip().upper().replace(_KEPT_SMALL, "e")
+
+
+def split(text: str) -> tuple[list[tuple[str, str]], str]:
+    """Return (letter, number text) of each word, the number empty where a letter stands alone, and the unread rest."""
+    words = []
+    at = 0
+    while (found := _WORD.match(text, at)) is not None:
+        words.append((found[1], found[2] or ""))
+        at = found.end()
+    return words, text[at:]
+
+
+def code_of(letter: str, number: str) -> str:
+    """Return a code in its usual spelling: ``G1`` for G01 and G1.0. Raises `WordError` where it has no number."""
+    as_number(letter, number)
+    whole, _, part = number.lstrip("+").partition(".")
+    part = part.rstrip("0")
+    return letter + (whole.lstrip("0") or "0") + (f".{part}" if part else "")
+
+
+def as_number(letter: str, number: str) -> float:
+    """Return the finite number of a word. Raises `WordError` where there is none."""
+    try:
+        value = float(number)
+    except ValueError:
+        reason = f"{letter}{number} is no number" if number else f"{letter} has no number"
+        cut = not any(character.isdigit() for character in number)
+        raise WordError(f"{reason}; digits with an optional sign and one point are allowed", cut) from None
+    if not math.isfinite(value):
+        raise WordError(f"the number of {letter} is too large")
+    return value

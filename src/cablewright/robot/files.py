@@ -1,0 +1,73 @@
+"""Robots in and out of TOML: a file, a text, or one of the library's names."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.robot.defaults import locate, merge
+from cablewright.robot.faults import explain
+from cablewright.robot.robot import NEWEST_SCHEMA, Robot
+from cablewright.toml_input import MAX_BYTES, parse_table, read_table, require_schema
+
+__all__ = ["library_names", "library_text", "load", "loads"]
+
+
+def load(name_or_path: str | Path) -> Robot:
+    """Return the robot of that library name, or of that TOML file. Raises `InputError`.
+
+    A text that is a library name means the library, unless it has a path separator or ends in ``.toml``.
+    """
+    if isinstance(name_or_path, str) and not _looks_like_a_path(name_or_path):
+        if name_or_path in library_names():
+            return loads(library_text(name_or_path), f"{name_or_path} (library)")
+        if not Path(name_or_path).is_file():
+            hint = suggestion(name_or_path, library_names())
+            raise InputError(f"no robot {name_or_path!r} in the library and no file of that name; {hint}")
+    table, _ = read_table(name_or_path)
+    return _build(table, str(name_or_path))
+
+
+def loads(text: str, origin: str = "the text") -> Robot:
+    """Return the robot a TOML text describes; ``origin`` names the text in messages. Raises `InputError`."""
+    if len(text) > MAX_BYTES:
+        raise InputError(f"{origin}: longer than {MAX_BYTES} characters, the most a robot file may hold")
+    return _build(parse_table(text, origin), origin)
+
+
+def library_names() -> tuple[str, ...]:
+    """Return the names of the robots that come with cablewright, sorted."""
+    return tuple(
+        sorted(item.name.removesuffix(".toml") for item in _library().iterdir() if item.name.endswith(".toml"))
+    )
+
+
+def library_text(name: str) -> str:
+    """Return the TOML text of a library robot. Raises `UnknownName`."""
+    if name not in library_names():
+        raise UnknownName("robot", name, library_names())
+    return _library().joinpath(f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _library() -> Traversable:
+    return resources.files("cablewright.robot") / "library"
+
+
+def _looks_like_a_path(name: str) -> bool:
+    return name.endswith(".toml") or any(mark in name for mark in ("/", os.sep, os.altsep) if mark)
+
+
+def _build(document: dict[str, Any], origin: str) -> Robot:
+    require_schema(document, NEWEST_SCHEMA, origin)
+    merged = merge(document, origin)
+    try:
+        return Robot.model_validate(merged)
+    except ValidationError as error:
+        raise explain(error, merged, origin, partial(locate, document)) from None

@@ -1,0 +1,109 @@
+"""Writing a changed robot back into its own file: only what changed is touched, comments and units stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+
+from cablewright.errors import InputError
+from cablewright.robot.defaults import PARTS, holder
+from cablewright.robot.faults import KeyPath, look_up
+from cablewright.robot.files import loads
+from cablewright.robot.robot import Robot
+from cablewright.units import respell
+
+__all__ = ["update"]
+
+_ORIGIN = "the file to update"
+
+
+def update(text: str, robot: Robot) -> str:
+    """Return a robot file's ``text`` changed so that it describes ``robot``.
+
+    A changed value keeps its unit and its comment. One that all lines take from a default table is changed there if it
+    changed alike for all of them, else in the lines. Raises `InputError` if the text is not a robot file, or if the
+    change is more than one of values (lines added or removed, a default that one line no longer has).
+    """
+    before, after = loads(text, _ORIGIN).model_dump(), robot.model_dump()
+    try:
+        document = tomlkit.parse(text)
+        for path, value in _places(document, before, after):
+            _put(document, path, value)
+        result = document.as_string()
+    except TOMLKitError as error:
+        raise InputError(f"{_ORIGIN}: {error}") from None
+    if loads(result, _ORIGIN) != robot:
+        raise InputError(f"{_ORIGIN}: the change is more than one of values; edit the file by hand")
+    return result
+
+
+def _places(document: Any, before: Any, after: Any) -> Iterator[tuple[KeyPath, Any]]:
+    """Yield where in the document to put which value."""
+    if len(before["lines"]) != len(after["lines"]):
+        raise InputError(f"{_ORIGIN}: has {len(before['lines'])} lines, the robot has {len(after['lines'])}")
+    inherited: dict[KeyPath, dict[int, Any]] = {}
+    for path, value in _changes(before, after):
+        if path[0] != "lines":
+            yield path, value
+            continue
+        index, key = path[1], path[2 : 4 if path[2] in PARTS else 3]
+        assert isinstance(index, int)
+        home = holder(document, index, key)
+        if home is not None and home[0] == "lines":
+            yield path, value
+        else:
+            inherited.setdefault(key, {})[index] = look_up(after, ("lines", index, *key))
+    for key, values in inherited.items():
+        yield from _inherited_places(document, len(after["lines"]), key, values)
+
+
+def _inherited_places(document: Any, m: int, key: KeyPath, values: dict[int, Any]) -> Iterator[tuple[KeyPath, Any]]:
+    """Yield the default's place if all its heirs changed alike, else one place in each line that changed."""
+    homes = {index: holder(document, index, key) for index in range(m)}
+    home = homes[next(iter(values))]
+    heirs = {index for index in range(m) if homes[index] == home}
+    if home is not None and heirs == set(values) and len(set(values.values())) == 1:
+        yield (*home, key[-1]), next(iter(values.values()))
+        return
+    for index, value in values.items():
+        like = look_up(document, (*(homes[index] or ()), key[-1]))
+        yield ("lines", index, *key), _spelled(value, like)
+
+
+def _changes(before: Any, after: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
+    """Yield the leaves that differ, with their new values; None where a key is gone."""
+    if before == after:
+        return
+    if isinstance(before, dict) and isinstance(after, dict):
+        for key in dict.fromkeys([*before, *after]):
+            yield from _changes(before.get(key), after.get(key), (*path, key))
+    elif isinstance(before, tuple) and isinstance(after, tuple) and len(before) == len(after):
+        for index, pair in enumerate(zip(before, after, strict=True)):
+            yield from _changes(*pair, (*path, index))
+    else:
+        yield path, after
+
+
+def _put(document: Any, path: KeyPath, value: Any) -> None:
+    """Set, or for None remove, the value at a path, in the unit that stands there."""
+    *parents, last = path
+    table = document
+    for part in parents:
+        if isinstance(part, str) and part not in table:
+            table[part] = tomlkit.inline_table()
+        table = table[part]
+    if value is not None:
+        table[last] = _spelled(value, look_up(table, (last,)))
+    elif last in table:
+        table.remove(last)
+
+
+def _spelled(value: Any, like: Any) -> Any:
+    """Return ``value`` with the units that ``like`` has, where it has any."""
+    if isinstance(value, tuple):
+        likes = like if isinstance(like, list) and len(like) == len(value) else [None] * len(value)
+        return [_spelled(*pair) for pair in zip(value, likes, strict=True)]
+    return respell(value, like) if isinstance(value, float) and isinstance(like, str) else value

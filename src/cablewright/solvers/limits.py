@@ -1,0 +1,46 @@
+"""Is this pose allowed: how each line stands against its own hardware. Angles, speeds and torques of solved lines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import layout
+from cablewright.models.statics import Equilibrium
+from cablewright.robot import Robot
+
+__all__ = ["lever_angles", "swing_angles", "winch_torques"]
+
+Array = NDArray[np.float64]
+
+
+def swing_angles(equilibrium: Equilibrium) -> Array:
+    """Azimuth of each line's sheave from where its mounting faces, rad in (-pi, pi]; NaN where it is not told."""
+    robot = equilibrium.model.robot
+    angles = np.full(equilibrium.lengths.shape, np.nan)
+    for i, line in enumerate(robot.lines):
+        facing = getattr(line.sheave, "facing", None)
+        if facing is None:
+            continue
+        point = equilibrium.pose[..., :2] + np.asarray(line.platform_point[:2]) - np.asarray(line.exit_point[:2])
+        turned = np.arctan2(point[..., 1], point[..., 0]) - facing
+        angles[..., i] = np.arctan2(np.sin(turned), np.cos(turned))
+    return angles
+
+
+def lever_angles(equilibrium: Equilibrium) -> Array:
+    """Angle of each line's lever above the horizontal, rad; NaN where the model has no lever."""
+    has_lever = equilibrium.model.packed.lines[:, layout.UNKNOWNS] == 6.0
+    return np.where(has_lever, equilibrium.states[..., layout.BETA], np.nan)
+
+
+def winch_torques(equilibrium: Equilibrium) -> Array:
+    """Torque that holds each drum, N m; NaN where the drum's radius is not known."""
+    return equilibrium.winch_tensions * _drum_radii(equilibrium.model.robot)
+
+
+def _drum_radii(robot: Robot) -> Array:
+    radii = [line.winch.drum_radius for line in robot.lines]
+    return np.array([math.nan if radius is None else radius for radius in radii])

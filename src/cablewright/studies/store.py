@@ -1,0 +1,119 @@
+"""Run folders: they appear whole, by rename, or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.robot import library_names, library_text
+from cablewright.studies.check import Check
+
+__all__ = ["folder_name", "refuse_foreign", "run_folder", "write_check"]
+
+MANIFEST = "manifest.json"
+
+
+def folder_name(command: str, *names: str) -> str:
+    """A folder's name from names that strangers may have given: letters, digits, dots and dashes alone."""
+    parts = [re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "unnamed" for name in names]
+    return "-".join([command, *parts])[:120]
+
+
+def refuse_foreign(folder: Path) -> None:
+    """Raise `InputError` if *folder* holds anything but an earlier run, which a new one may replace."""
+    if folder.is_dir() and (folder / MANIFEST).is_file():
+        return
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise InputError(f"--out = {folder}: it is there already and holds no earlier run; choose another folder")
+
+
+@contextmanager
+def run_folder(folder: Path) -> Iterator[Path]:
+    """A folder beside *folder* to write to, which takes its place when the block ends well.
+
+    Raises `EnvironmentFault` if it cannot be made. On an error nothing is left behind.
+    """
+    refuse_foreign(folder)
+    part = folder.with_name(folder.name + ".part")
+    try:
+        shutil.rmtree(part, ignore_errors=True)
+        part.mkdir(parents=True)
+    except OSError as reason:
+        raise EnvironmentFault(f"{folder}: the run folder cannot be made: {reason.strerror or reason}") from None
+    try:
+        yield part
+        _take_place(part, folder)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+
+
+def _take_place(part: Path, folder: Path) -> None:
+    """Rename *part* to *folder*; an earlier run is moved aside first and removed last."""
+    aside = folder.with_name(folder.name + ".old")
+    shutil.rmtree(aside, ignore_errors=True)
+    if folder.exists():
+        folder.rename(aside)
+    part.rename(folder)
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_check(check: Check, folder: Path, robot: str, job: Path) -> None:
+    """Write samples.parquet, lengths.csv, result.json and the manifest of a check to an existing folder."""
+    names = [line.name for line in check.robot.lines]
+    with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
+        pa.parquet.write_table(_table(check, names), sink, compression="zstd")
+    columns = {"time": np.round(check.time, 6)}
+    columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
+    pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
+    inputs = {"robot": _robot_hash(robot), "job": _file_hash(job), "gcode": _file_hash(check.job.gcode)}
+    manifest = {"schema": 1, "command": "check", "cablewright": version("cablewright"), "inputs": inputs}
+    (folder / MANIFEST).write_text(json.dumps(manifest, indent=2) + "\n")
+
+
+def _robot_hash(robot: str) -> str:
+    if robot in library_names():
+        return hashlib.sha256(library_text(robot).encode()).hexdigest()
+    return _file_hash(Path(robot))
+
+
+def _file_hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _table(check: Check, names: list[str]) -> pa.Table:
+    """One row per sample, one column per quantity and line, SI."""
+    samples = check.samples
+    columns: dict[str, object] = {
+        "time": check.time,
+        "speed": check.speed,
+        "distance": samples.distance,
+        "layer": samples.layer,
+        "gcode_line": samples.line,
+        "extruding": samples.extruding,
+        "status": check.codes,
+    }
+    for prefix, points in (
+        ("", samples.positions),
+        ("uncompensated_", check.uncompensated),
+        ("elastic_only_", check.elastic_only),
+        ("compensated_", check.compensated),
+    ):
+        columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    for quantity in ("rigid_lengths", "lengths", "tensions", "cable_speed", "torque", "swing", "lever"):
+        values = getattr(check, quantity)
+        columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}
+    return pa.table(columns)

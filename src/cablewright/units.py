@@ -1,0 +1,182 @@
+"""Units at the border: a number is SI, a text ``"50 mm"`` is converted once, everything inside is SI floats.
+
+The table is small and our own. Nothing is evaluated: a text is one number and one unit of the field's dimension.
+"""
+
+from __future__ import annotations
+
+import decimal
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from numbers import Real
+from types import MappingProxyType
+from typing import Annotated, Any, TypeVar
+
+from annotated_types import Ge, Gt
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+__all__ = [
+    "Acceleration",
+    "Angle",
+    "Area",
+    "Density",
+    "Dimension",
+    "Duration",
+    "Force",
+    "Length",
+    "LinearDensity",
+    "Mass",
+    "NonNegative",
+    "Positive",
+    "Pressure",
+    "Speed",
+    "Torque",
+    "Vec3",
+    "respell",
+]
+
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
+_LONGEST_TEXT = 80
+
+# Decimal, so that "104 mm" is exactly the float 0.104; no traps, so that an absurd exponent becomes inf and is refused.
+_EXACT = decimal.Context(prec=60, traps=[])
+
+
+@dataclass(frozen=True, eq=False)
+class Dimension:
+    """A physical dimension: used as the annotation of a float field, it reads SI numbers and texts with a unit.
+
+    ``units`` maps each allowed unit to its size in the SI unit, which is the first one.
+    """
+
+    name: str
+    units: Mapping[str, Decimal]
+
+    @property
+    def si(self) -> str:
+        """The SI unit of this dimension."""
+        return next(iter(self.units))
+
+    @property
+    def wanted(self) -> str:
+        """What a field of this dimension accepts, as the end of a sentence."""
+        units = ", ".join(self.units)
+        return (
+            f"must be a finite {self.name}: a number ({self.si}) or a text such as '2 {self.si}', unit one of {units}"
+        )
+
+    def read(self, value: object) -> float:
+        """Return ``value`` in SI. Raises `ValueError` unless it is finite, or a text of number and unit."""
+        if isinstance(value, str):
+            return self._checked(self._parse(value))
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise self._refusal()
+        try:
+            return self._checked(float(value))
+        except OverflowError:  # an integer of 400 digits
+            raise self._refusal() from None
+
+    def write(self, value: float, unit: str) -> str:
+        """Return the shortest text in ``unit`` which `read` turns into exactly ``value`` (SI) again."""
+        exact = _EXACT.divide(Decimal(repr(value)), self.units[unit])
+        for digits in range(1, 40):
+            text = f"{decimal.Context(prec=digits).plus(exact).normalize():f} {unit}"
+            if len(text) <= _LONGEST_TEXT and self._parse(text) == value:
+                return text
+        return f"{value!r} {self.si}"
+
+    def _parse(self, text: str) -> float:
+        match = _TEXT.fullmatch(text.strip()) if len(text) <= _LONGEST_TEXT else None
+        if match is None or match[2] not in self.units:
+            raise self._refusal()
+        return float(_EXACT.multiply(_EXACT.create_decimal(match[1]), self.units[match[2]]))
+
+    def _checked(self, value: float) -> float:
+        if not math.isfinite(value):
+            raise self._refusal()
+        return value
+
+    def _refusal(self) -> PydanticCustomError:
+        return PydanticCustomError("quantity", "{wanted}", {"wanted": self.wanted})
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read first; limits such as ``Gt(0)`` then see an SI float."""
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A number or a text with one of the units."""
+        number = dict(handler(schema))
+        for ours, theirs in (("gt", "exclusiveMinimum"), ("ge", "minimum")):
+            if ours in number:
+                number[theirs] = number.pop(ours)
+        units = "|".join(re.escape(unit) for unit in self.units)
+        text = {"type": "string", "pattern": f"^ *{_NUMBER} *({units}) *$", "examples": [f"2 {self.si}"]}
+        return {"anyOf": [number, text], "description": f"{self.name}; a plain number is in {self.si}"}
+
+
+def _dimension(name: str, units: dict[str, str]) -> Dimension:
+    """Build a dimension from unit and size, the SI unit (size 1) first."""
+    return Dimension(name, MappingProxyType({unit: Decimal(size) for unit, size in units.items()}))
+
+
+_DEGREE = str(_EXACT.divide(Decimal(math.pi), Decimal(180)))
+_PER_MINUTE = _EXACT.divide(Decimal(1), Decimal(60))
+
+LENGTH = _dimension("length", {"m": "1", "mm": "1e-3", "cm": "1e-2", "um": "1e-6", "km": "1e3"})
+AREA = _dimension("area", {"m^2": "1", "mm^2": "1e-6", "cm^2": "1e-4"})
+FORCE = _dimension("force", {"N": "1", "kN": "1e3", "mN": "1e-3"})
+PRESSURE = _dimension("pressure", {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"})
+MASS = _dimension("mass", {"kg": "1", "g": "1e-3", "t": "1e3"})
+LINEAR_DENSITY = _dimension("linear density", {"kg/m": "1", "g/m": "1e-3"})
+DENSITY = _dimension("density", {"kg/m^3": "1", "g/cm^3": "1e3"})
+ANGLE = _dimension("angle", {"rad": "1", "mrad": "1e-3", "deg": _DEGREE})
+SPEED = _dimension(
+    "speed",
+    {
+        "m/s": "1",
+        "cm/s": "1e-2",
+        "mm/s": "1e-3",
+        "m/min": str(_PER_MINUTE),
+        "mm/min": str(_EXACT.scaleb(_PER_MINUTE, -3)),
+    },
+)
+ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
+TORQUE = _dimension("torque", {"N m": "1", "kN m": "1e3", "mN m": "1e-3"})
+DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"})
+
+_DIMENSIONS = (
+    LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, TORQUE, DURATION
+)  # fmt: skip
+
+Length = Annotated[float, LENGTH]
+Area = Annotated[float, AREA]
+Force = Annotated[float, FORCE]
+Pressure = Annotated[float, PRESSURE]
+Mass = Annotated[float, MASS]
+LinearDensity = Annotated[float, LINEAR_DENSITY]
+Density = Annotated[float, DENSITY]
+Angle = Annotated[float, ANGLE]
+Speed = Annotated[float, SPEED]
+Acceleration = Annotated[float, ACCELERATION]
+Torque = Annotated[float, TORQUE]
+Duration = Annotated[float, DURATION]
+
+Vec3 = tuple[Length, Length, Length]
+
+_Quantity = TypeVar("_Quantity")
+Positive = Annotated[_Quantity, Gt(0)]
+NonNegative = Annotated[_Quantity, Ge(0)]
+
+
+def respell(value: float, like: str) -> str:
+    """Return ``value`` (SI) as a text in the unit of the text ``like``, which `Dimension.read` has accepted before."""
+    match = _TEXT.fullmatch(like.strip())
+    for dimension in _DIMENSIONS:
+        if match is not None and match[2] in dimension.units:
+            return dimension.write(value, match[2])
+    raise ValueError(f"{like!r} has no known unit")

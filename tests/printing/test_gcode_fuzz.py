@@ -1,0 +1,71 @@
+"""Whatever stands in a file, the answer is a toolpath or one line."""
+
+import io
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cablewright.errors import InputError
+from cablewright.printing import Toolpath, layer_table, parse, sample, time_law
+
+WORD = st.builds(
+    str.__add__,
+    st.sampled_from("GGGXYZEFIJRSPMTNK*;( \tge"),
+    st.one_of(st.integers(-5, 120).map(str), st.floats(-1e3, 1e3).map(lambda v: f"{v:.3f}"), st.text(max_size=3)),
+)
+CODE = st.sampled_from(["G0", "G1", "G2", "G3", "G4", "G20", "G28", "G90", "G91", "G92", "M82", "M83", ";LAYER:1"])
+LINE = st.lists(st.one_of(CODE, WORD), max_size=6).map(" ".join)
+GCODE = st.lists(LINE, max_size=12).map("\n".join)
+
+
+def check(data: bytes) -> None:
+    try:
+        path = parse(io.BytesIO(data), arc_step=0.01)
+    except InputError:  # one line, by its constructor
+        return
+    k = len(path.line)
+    assert path.start.shape == path.end.shape == (k, 3)
+    assert all(len(column) == k for column in (path.extrusion, path.feed, path.dwell, path.layer))
+    assert np.isfinite(path.end).all()
+    assert np.isfinite(path.extrusion).all()
+    assert (path.feed > 0).all()
+    assert (path.dwell >= 0).all()
+    assert (np.diff(path.line) >= 0).all()
+    assert (path.start[1:] == path.end[:-1]).all()
+    assert path.extruding.any()
+    check_motion(path)
+
+
+def check_motion(path: Toolpath) -> None:
+    try:
+        samples = sample(path, step=20.0)
+    except InputError:  # nothing longer than a nanometre
+        return
+    law = time_law(samples, 0.5)
+    assert (np.diff(law.time) > 0).all()
+    assert np.isfinite(law.duration)
+    assert layer_table(samples, law).duration.sum() <= law.duration * (1 + 1e-9)
+
+
+@given(st.binary(max_size=300))
+def test_bytes(data):
+    check(data)
+
+
+@given(st.text(max_size=300))
+def test_text(text):
+    check(text.encode("utf-8", "surrogatepass"))
+
+
+@settings(max_examples=500)
+@given(GCODE, st.booleans())
+def test_words(text, prefixed):
+    check(("G1 X1 Y1 E1 F100\n" * prefixed + text).encode("utf-8", "surrogatepass"))
+
+
+@given(st.binary(max_size=40), st.integers(0, 60))
+def test_a_good_file_with_a_wound(wound, at):
+    good = b"G21\nG90\nM83\n;LAYER:0\nG1 X10 Y0 E1 F600\nG2 X0 Y0 I-5 J0 E2\n"
+    check(good[:at] + wound + good[at:])
+    check(good[:at])
