@@ -78,7 +78,7 @@ def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64]
     given, _ = as_rows(values, m, "modulus factors", "1")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
-    return np.ascontiguousarray(_spread(given, rows, "modulus factors"))
+    return np.array(_spread(given, rows, "modulus factors"), order="C")  # a copy: kernels take writeable arrays
 
 
 def _spread(given: NDArray[np.float64], rows: int, what: str) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from cablewright.apps.report.error_picture import error_by_height
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.line_pictures import MOST_LINES, limits, tensions
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
-from cablewright.apps.report.path_pictures import plan, side_view
+from cablewright.apps.report.path_pictures import MOST_NAMES, plan, side_view
 from cablewright.apps.report.per_line import line_table, unknowns
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.quantities import count, duration, quantity
@@ -65,7 +65,7 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     yield section("Worst place of every limit", findings_table(digest))
     yield section("The path, and how far off it is without compensation", *_path(digest, pictures))
     yield section("Tension of each line", *_tensions(digest, pictures))
-    yield section("Error against height", *_errors(pictures))
+    yield section("Error against height", *_errors(digest, pictures))
     yield section("Winches and sheaves", *_winches(digest, pictures))
     yield section("What went in", inputs_table(digest))
     yield section("What is assumed", list_of(assumptions(digest.check.robot)))
@@ -111,16 +111,18 @@ def _notices(digest: Digest) -> Iterator[Html]:
 
 
 def _path(digest: Digest, pictures: Pictures) -> Iterator[Html]:
+    m = digest.check.robot.m
     yield picture(
         pictures["plan"],
         "The extruded path seen from above, within the frame, coloured by its error",
         "From above, moves that lay material. Grey: the frame; squares: where the lines leave their mountings. Where "
         "layers lie on each other, the largest error is drawn.",
     )
+    some = f"{MOST_NAMES} of the {m}" if m > MOST_NAMES else "the"
     yield picture(
         pictures["path-3d"],
         "The extruded path seen from a corner, with the frame and the lines",
-        "The same from a corner, with the lines to the place of the largest error.",
+        f"The same from a corner, with {some} lines to the place of the largest error.",
     )
     yield canvas(digest)
 
@@ -128,17 +130,22 @@ def _path(digest: Digest, pictures: Pictures) -> Iterator[Html]:
 def _tensions(digest: Digest, pictures: Pictures) -> Iterator[Html]:
     m = digest.check.robot.m
     each = "in each layer" if digest.by_layer else "in each part of the path"
-    some = f" Of {m} lines, the {MOST_LINES} nearest to their limits are drawn." if m > MOST_LINES else ""
-    yield picture(
-        pictures["tensions"],
-        "Tension of the lines over the time of the print, with their limits",
-        f"Band: from the lowest to the highest tension {each}, anywhere along the line, compensated. Line: the median "
-        f"at the sheave. Dashed: the line's tension limits.{some}",
-    )
+    if "tensions" in pictures:
+        yield picture(
+            pictures["tensions"],
+            "Tension of the lines over the time of the print, with their limits",
+            f"Band: from the lowest to the highest tension {each}, anywhere along the line, compensated. Line: the "
+            f"median at the sheave. Dashed: the line's tension limits.{_some(m)}",
+        )
+    else:
+        yield element("p", "Not known: no equilibrium was found.")
     yield line_table(digest)
 
 
-def _errors(pictures: Pictures) -> Iterator[Html]:
+def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:
+    if "error-height" not in pictures:
+        yield element("p", f"Not drawn: {digest.nothing_drawn}.")
+        return
     yield picture(
         pictures["error-height"],
         "Error against the height of the nozzle, without, with partial and with full compensation",
@@ -155,11 +162,16 @@ def _winches(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         yield picture(
             pictures["limits"],
             "Winch speed and torque, swing and lever angle that each line used and may use",
-            f"Dark: what the job uses, orange where that is outside. Pale, between the marks: what is allowed.{some}",
+            f"Blue: what the job uses, orange where that is outside. Pale, up to the marks: what is allowed.{some}",
         )
     missing = unknowns(digest)
     if missing:
         yield list_of(missing)
+
+
+def _some(m: int) -> str:
+    """Say that a picture leaves lines out, where it does."""
+    return f" Of {m} lines, the {MOST_LINES} with tensions nearest to their limits are drawn." if m > MOST_LINES else ""
 
 
 def _save(path: Path, content: bytes) -> None:

@@ -78,6 +78,11 @@ class Digest:
         """Samples whose segment lays material, and whose error is known."""
         return np.flatnonzero(self.check.samples.extruding & np.isfinite(self.uncompensated))
 
+    @property
+    def nothing_drawn(self) -> str:
+        """Why there may be nothing to draw."""
+        return "no error is known" if self.check.samples.extruding.any() else "nothing is extruded"
+
     @cached_property
     def worst(self) -> int | None:
         """The extruding sample with the largest uncompensated error, or of all where none is extruded."""
@@ -97,6 +102,14 @@ class Digest:
         order = np.argsort(inverse, kind="stable")
         starts = np.searchsorted(inverse[order], np.arange(len(levels)))
         return Heights(levels * grain, self.extruding[order], starts)
+
+    def nearest_lines(self, most: int) -> list[int]:
+        """Return ``most`` lines in the robot's order: those whose tension comes nearest to its limits, or beyond."""
+        limit = np.array([line.tension_limits for line in self.check.robot.lines])
+        lowest = np.fmin.reduce(self.check.lowest_tension, axis=0)
+        highest = np.fmax.reduce(self.check.highest_tension, axis=0)
+        room = np.fmin(lowest - limit[:, 0], limit[:, 1] - highest) / np.ptp(limit, axis=1)
+        return sorted(int(i) for i in np.argsort(room, kind="stable")[:most])
 
     def unsolved(self) -> Iterator[tuple[int, int]]:
         """Yield each status code but 0 and how many samples have it, the commonest first."""

@@ -22,15 +22,16 @@ _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _FLOOR: Final = 1e-6  # mm: below it the arithmetic speaks, not the machine
 
 
-def error_by_height(digest: Digest) -> Figure:
-    """Draw errors of what is extruded against height: the uncompensated one plainly, all of them on a log axis."""
-    drawn = style.figure(9.0, 4.0)
-    plain, log = drawn.subplots(1, 2, sharey=True, width_ratios=(1, 1.5))
+def error_by_height(digest: Digest) -> Figure | None:
+    """Draw errors of what is extruded against height: the uncompensated one plainly, all of them on a log axis.
+
+    Nothing is drawn where nothing is extruded or no error is known.
+    """
     heights = digest.heights
     if len(heights.z) == 0:
-        plain.set_title("nothing is extruded")
-        log.set_axis_off()
-        return drawn
+        return None
+    drawn = style.figure(9.0, 4.0)
+    plain, log = drawn.subplots(1, 2, sharey=True, width_ratios=(1, 1.5))
     kinds = (
         ("not compensated", digest.uncompensated, style.RED),
         ("stretch compensated, sag not", digest.elastic_only, style.ORANGE),
@@ -56,11 +57,11 @@ def error_by_height(digest: Digest) -> Figure:
 
 
 def _draw(axes: Axes, z: Array, found: Band, colour: str, name: str) -> None:
-    """Draw the median as a line and the highest as a dotted one, with the band between them."""
+    """Draw the median as a line and the highest as a dotted one, with the band between them; of one height, rings."""
     marker = "o" if len(z) == 1 else ""
     axes.fill_betweenx(z, found.middle, found.high, color=colour, alpha=0.18, linewidth=0)
     axes.plot(found.middle, z, color=colour, marker=marker, label=name)
-    axes.plot(found.high, z, color=colour, marker=marker, linestyle=(0, (1, 1.4)), linewidth=1.5)
+    axes.plot(found.high, z, color=colour, marker=marker, mfc="none", linestyle=(0, (1, 1.4)), linewidth=1.5)
 
 
 def _legend(drawn: Figure, axes: Axes) -> None:

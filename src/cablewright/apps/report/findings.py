@@ -7,7 +7,7 @@ from typing import Final
 
 from cablewright.analyses.feasibility import Finding
 from cablewright.apps.report.digest import Digest
-from cablewright.apps.report.page import Html, element, join, table
+from cablewright.apps.report.page import Html, element, join, short_name, table
 from cablewright.apps.report.quantities import allowed_range, count, duration, quantity
 
 __all__ = ["findings_table", "ranked"]
@@ -84,8 +84,7 @@ def _limit(finding: Finding) -> Html:
 
 
 def _line(finding: Finding) -> str:
-    name = "platform" if finding.line is None else finding.line
-    return element("span", name, class_="keep") if len(name) <= 20 else name
+    return short_name("platform" if finding.line is None else finding.line)
 
 
 def _margin(finding: Finding) -> Html:

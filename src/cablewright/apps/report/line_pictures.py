@@ -15,7 +15,7 @@ from cablewright.apps.report.digest import Digest, band
 from cablewright.apps.report.quantities import quantity
 from cablewright.robot import Line
 
-__all__ = ["MOST_LINES", "Use", "limits", "nearest_lines", "tensions", "uses"]
+__all__ = ["MOST_LINES", "Use", "limits", "tensions", "uses"]
 
 Array = NDArray[np.float64]
 
@@ -35,34 +35,30 @@ class Use(NamedTuple):
     allowed: Array  # (m, 2)
 
 
-def nearest_lines(digest: Digest, most: int = MOST_LINES) -> list[int]:
-    """Return the indices of the lines to show, in the robot's order: those whose tension is nearest to its limits."""
-    check = digest.check
-    limit = np.array([line.tension_limits for line in check.robot.lines])
-    with np.errstate(invalid="ignore"):
-        lowest = np.fmin.reduce(check.lowest_tension, axis=0)
-        highest = np.fmax.reduce(check.highest_tension, axis=0)
-        room = np.fmin(lowest - limit[:, 0], limit[:, 1] - highest) / np.ptp(limit, axis=1)
-    return sorted(int(i) for i in np.argsort(room, kind="stable")[:most])
+def tensions(digest: Digest) -> Figure | None:
+    """Draw one panel per line on common axes: lowest, median and highest tension along the print, and its limits.
 
-
-def tensions(digest: Digest) -> Figure:
-    """Draw one panel per line on common axes: lowest, median and highest tension along the print, and its limits."""
+    Nothing is drawn where no tension is known.
+    """
     check = digest.check
-    lines = nearest_lines(digest)
+    if np.isnan(check.tensions).all():
+        return None
+    lines = digest.nearest_lines(MOST_LINES)
     columns = 1 if len(lines) == 1 else 2
     rows = -(-len(lines) // columns)
     drawn = style.figure(9.0, 0.7 + 1.9 * rows)
     grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     starts = digest.stretches
-    hours = np.append(check.time[starts], check.law.duration) / 3600
+    unit, seconds = _time_unit(check.law.duration)
+    time = np.append(check.time[starts], check.law.duration) / seconds
     low = np.fmin.reduceat(check.lowest_tension, starts)
     middle = band(check.tensions, starts).middle
     high = np.fmax.reduceat(check.highest_tension, starts)
     top = float(np.nanmax(high[:, lines], initial=0.0))
     for i, axes in zip(lines, grid.flat, strict=False):
-        axes.fill_between(hours, _held(low[:, i]), _held(high[:, i]), step="post", color=style.BLUE, alpha=0.3, lw=0)
-        axes.step(hours, _held(middle[:, i]), where="post", color=style.BLUE, linewidth=1.3)
+        axes.fill_between(time, _held(low[:, i]), _held(high[:, i]), step="post", color=style.BLUE, alpha=0.3, lw=0)
+        marker = "o" if len(starts) == 1 else ""
+        axes.step(time, _held(middle[:, i]), where="post", color=style.BLUE, linewidth=1.3, marker=marker)
         _draw_tension_limits(axes, check.robot.lines[i], top)
         axes.set_title(style.label(check.robot.lines[i].name), fontsize=9.5)
     grid[0, 0].margins(x=0)
@@ -72,9 +68,16 @@ def tensions(digest: Digest) -> Figure:
         axes.set_axis_off()
     for i, axes in enumerate(grid.flat[: len(lines)]):
         axes.tick_params(labelbottom=i + columns >= len(lines))
-    drawn.supxlabel("time in h", fontsize=9)
+    drawn.supxlabel(f"time in {unit}", fontsize=9)
     drawn.supylabel("tension in N", fontsize=9)
     return drawn
+
+
+def _time_unit(duration: float) -> tuple[str, float]:
+    """Return the unit that a print of that many seconds is told in, and the seconds it has."""
+    if duration < 120:
+        return "s", 1.0
+    return ("min", 60.0) if duration < 7200 else ("h", 3600.0)
 
 
 def _held(values: Array) -> Array:
@@ -124,7 +127,7 @@ def limits(digest: Digest) -> Figure | None:
     known = uses(digest)
     if not known:
         return None
-    lines = nearest_lines(digest)
+    lines = digest.nearest_lines(MOST_LINES)
     columns = min(2, len(known))
     rows = -(-len(known) // columns)
     drawn = style.figure(9.0, rows * (1.15 + 0.24 * len(lines)))
@@ -137,7 +140,7 @@ def limits(digest: Digest) -> Figure | None:
 
 
 def _draw_use(axes: Axes, use: Use, lines: list[int], names: list[str]) -> None:
-    """Draw the ranges of one quantity: allowed pale, used dark, ends of what is allowed as ticks."""
+    """Draw the ranges of one quantity: allowed pale with its ends marked, used blue, or orange if it goes outside."""
     places = np.arange(len(lines))
     low, high, allowed = use.low[lines], use.high[lines], use.allowed[lines]
     for place, (least, most) in zip(places, allowed, strict=True):
@@ -146,17 +149,21 @@ def _draw_use(axes: Axes, use: Use, lines: list[int], names: list[str]) -> None:
             axes.barh(place, most - begin, left=begin, height=0.62, color="#e9edf1", zorder=1)
         for end in (least, most):
             if math.isfinite(end):
-                axes.plot([end, end], [place - 0.36, place + 0.36], color=style.RED, linewidth=2, zorder=3)
+                axes.plot([end, end], [place - 0.36, place + 0.36], color=style.INK, linewidth=2, zorder=3)
     outside = (low < allowed[:, 0]) | (high > allowed[:, 1])
     colours = [style.RED if out else style.BLUE for out in outside]
     span = float(np.nanmax([*high, *allowed[np.isfinite(allowed)]]) - np.nanmin([*low, *allowed[np.isfinite(allowed)]]))
-    width = np.maximum(high - low, 0.004 * span)  # a range of one value is still seen
+    width = np.maximum(
+        high - low, 0.004 * (span or float(np.nanmax(np.abs(high))))
+    )  # a range of one value is still seen
     axes.barh(places, width, left=low, height=0.34, color=colours, zorder=2)
     axes.set_yticks(places, names)
     axes.set_ylim(len(lines) - 0.4, -0.6)
     axes.grid(visible=False, axis="y")
     axes.use_sticky_edges = False
     axes.margins(x=0.03)
+    if not np.isfinite(allowed).any() and np.nanmin(low) >= 0 and "degrees" not in use.unit:
+        axes.set_xlim(left=0)
     axes.set_xlabel(f"{use.title} in {use.unit}")
 
 

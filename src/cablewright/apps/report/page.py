@@ -7,8 +7,12 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import resources
+from typing import Final
 
-__all__ = ["Html", "bundled", "cards", "element", "join", "page", "picture", "section", "table"]
+__all__ = ["Html", "bundled", "cards", "element", "join", "page", "picture", "section", "short_name", "table"]
+
+
+_ONE_LINE: Final = 20  # characters
 
 
 class Html(str):
@@ -42,6 +46,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
     top = element("tr", *(cell("th", at, name) for at, name in enumerate(head)))
     body = [element("tr", *(cell("td", at, value) for at, value in enumerate(row))) for row in rows]
     return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
+
+
+def short_name(name: str) -> str:
+    """Keep a name on one line where it is short enough."""
+    return element("span", name, class_="keep") if len(name) <= _ONE_LINE else name
 
 
 def cards(figures: Iterable[tuple[str, str, str]]) -> Html:

@@ -20,14 +20,15 @@ from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.robot import Robot
 
-__all__ = ["ErrorScale", "box_edges", "error_scale", "plan", "side_view"]
+__all__ = ["MOST_NAMES", "ErrorScale", "box_edges", "error_scale", "plan", "side_view"]
 
 Array = NDArray[np.float64]
 
 _MOST_PLAN: Final = 30_000
 _MOST_SIDE: Final = 40_000
 _SIDE_SPAN: Final = 4  # samples
-_MOST_NAMES: Final = 12
+MOST_NAMES: Final = 12
+"""Lines whose names, and whose way to the worst place, a picture has room for."""
 _OUTLIERS: Final = 0.002  # of the samples at each end, if they would take much of the scale
 
 
@@ -92,11 +93,11 @@ def side_view(digest: Digest) -> Figure:
     _draw_pieces(drawn, axes, flat, pieces, digest, 1.4)
     exits = camera.project(np.array([line.exit_point for line in robot.lines]))
     if digest.worst is not None:
-        for end in exits:
+        for end in exits[digest.nearest_lines(MOST_NAMES)]:
             axes.plot(*zip(end, flat[digest.worst], strict=True), color=style.INK, linewidth=0.8, alpha=0.75)
     _mark_worst(axes, flat, digest)
     axes.plot(*exits.T, "o", color=style.INK, markersize=4.5)
-    if robot.m <= _MOST_NAMES:
+    if robot.m <= MOST_NAMES:
         for line, end in zip(robot.lines, exits, strict=True):
             _text(axes, end, (0, 7), style.label(line.name), "center")
     axes.margins(0.06)
@@ -165,7 +166,7 @@ def _draw_box(axes: Axes, camera: Camera, robot: Robot) -> None:
 def _draw_pieces(drawn: Figure, axes: Axes, flat: Array, pieces: Pieces, digest: Digest, width: float) -> None:
     """Draw pieces of the path in the colours of their error, with the scale beside them."""
     if len(pieces) == 0:
-        axes.set_title("nothing is extruded")
+        axes.set_title(digest.nothing_drawn)
         return
     scale = error_scale(digest)
     bundle = LineCollection(
@@ -204,7 +205,7 @@ def _mark_worst(axes: Axes, flat: Array, digest: Digest) -> None:
 def _plan_exits(axes: Axes, robot: Robot, exits: Array) -> None:
     """Draw the exit points; those above each other share one label."""
     axes.plot(*exits[:, :2].T, "s", color=style.INK, markersize=5, zorder=4)
-    if robot.m > _MOST_NAMES:
+    if robot.m > MOST_NAMES:
         return
     names: dict[tuple[float, float], list[str]] = {}
     for line in robot.lines:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.apps.report.digest import Digest, median
-from cablewright.apps.report.page import Html, table
+from cablewright.apps.report.page import Html, short_name, table
 from cablewright.apps.report.quantities import allowed_range, quantity
 from cablewright.robot import Robot
 
@@ -20,7 +20,7 @@ def line_table(digest: Digest) -> Html:
     check = digest.check
     lines = check.robot.lines
     columns: list[tuple[str, list[str]]] = [
-        ("line", [line.name for line in lines]),
+        ("line", [short_name(line.name) for line in lines]),
         ("lowest tension", _written(np.fmin.reduce(check.lowest_tension, axis=0), "N")),
         ("median tension", _written(median(check.tensions), "N")),
         ("highest tension", _written(np.fmax.reduce(check.highest_tension, axis=0), "N")),

@@ -19,9 +19,9 @@ def inputs_table(digest: Digest) -> Html:
     robot, job = check.robot, check.job
     rows = [
         ("robot", robot.name),
-        ("", robot.description),
+        ("description", robot.description),
         ("source of the robot", robot.source),
-        ("platform", f"point mass of {robot.platform.mass:g} kg on {robot.m} lines"),
+        ("platform", f"point mass of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
         ("job", job.name),
         ("G-code", job.gcode.name),
         ("scale", f"{job.scale:g}; the file's zero is at {_point(job.origin)} m"),

@@ -27,12 +27,13 @@ class Pieces:
 def worst_of_each_place(samples: Samples, known: Indices, error: NDArray[np.float64], most: int) -> Pieces:
     """Return one segment for each place of the plan, the one with the largest error, by rising error.
 
-    ``known`` are the samples whose segments may be shown. A place is a square as small as ``most`` allows.
+    ``known`` are the samples whose segments may be shown. A place is a square as small as ``most`` allows, and a
+    segment is where its middle is.
     """
     if len(known) == 0:
         return Pieces(known, known)
     order = known[np.argsort(-error[known], kind="stable")]
-    plan = samples.positions[order, :2]
+    plan = (samples.positions[order, :2] + samples.positions[order - 1, :2]) / 2
     corner, extent = plan.min(axis=0), max(float(np.ptp(plan, axis=0).max()), 1e-9)
     chosen = order
     cells = 1024

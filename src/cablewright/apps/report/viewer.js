@@ -12,15 +12,14 @@
   const { step, origin: [ox, oy, oz], frame: [low, high] } = data;
   const middle = low.map((v, i) => (v + high[i]) / 2);
   const size = Math.hypot(...low.map((v, i) => high[i] - v));
-  const px = new Float32Array(count), py = new Float32Array(count);
-  const bucket = new Int32Array(count), order = new Int32Array(count);
+  const [px, py, bucket, order] = [Float32Array, Float32Array, Int32Array, Int32Array].map((Kind) => new Kind(count));
   const HOME = { azimuth: -62, elevation: 22, zoom: 1 }; // degrees
   let view = { ...HOME }, waiting = false;
 
   function camera(width, height) {
     const a = view.azimuth * Math.PI / 180, e = view.elevation * Math.PI / 180;
     const [ca, sa, ce, se] = [Math.cos(a), Math.sin(a), Math.cos(e), Math.sin(e)];
-    const scale = 1.1 * view.zoom * Math.min(width, height) / size;
+    const scale = 1.1 * view.zoom * Math.min(width - 90, height) / size;
     const closer = Math.max(0, 1 - 1 / view.zoom); // from the middle of the frame to that of the part
     const [mx, my, mz] = middle.map((v, i) => v + closer * (data.centre[i] - v));
     return (x, y, z) => {
@@ -86,6 +85,7 @@
 
   function drawScale(pen, width, height) {
     const tall = Math.min(220, height - 80), top = 44, left = width - 74;
+    pen.fillStyle = "#ffffffd8"; pen.fillRect(left - 22, top - 32, 96, tall + 44);
     for (let k = 0; k < levels; k++) {
       pen.fillStyle = data.ramp[levels - 1 - k];
       pen.fillRect(left, top + k * tall / levels, 14, tall / levels + 1);
@@ -104,9 +104,7 @@
     const pen = canvas.getContext("2d"), project = camera(width, height);
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.lineCap = "round"; pen.font = "13px system-ui, sans-serif";
-    drawFrame(pen, project);
-    drawPath(pen, project);
-    drawLines(pen, project);
+    for (const part of [drawFrame, drawPath, drawLines]) part(pen, project);
     drawScale(pen, width, height);
   }
 
@@ -147,5 +145,5 @@
     if (event.key === "0") view = { ...HOME };
     change(...KEYS[event.key]);
   });
-  new ResizeObserver(() => change(0, 0, 1)).observe(canvas);
+  new ResizeObserver(draw).observe(canvas);
 })();

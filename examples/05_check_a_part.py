@@ -1,0 +1,20 @@
+"""Check a sliced part: a square of 2 m in two layers, written here, read as a slicer's file is read."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cablewright as cw
+
+gcode = ["G21", "G90", "M83", "G0 X-1000 Y-1000 Z20 F18000"]  # mm, absolute, relative extrusion
+for layer, height in enumerate((20, 40)):
+    gcode += [f";LAYER:{layer}", f"G0 Z{height}"]
+    gcode += [f"G1 X{x} Y{y} E50" for x, y in ((1000, -1000), (1000, 1000), (-1000, 1000), (-1000, -1000))]
+
+with TemporaryDirectory() as folder:
+    path = Path(folder) / "square.gcode"
+    path.write_text("\n".join(gcode) + "\n")
+    found = cw.check(cw.load("house-printer"), cw.load_job(path))
+
+print(found.verdict)
+print(f"{found.layer_count} layers, {found.samples.extruded_length:.0f} m laid in {found.law.duration:.0f} s")
+print(f"largest error without compensation: {1e3 * found.error_uncompensated.max():.2f} mm")

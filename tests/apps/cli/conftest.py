@@ -1,0 +1,69 @@
+"""The command line, called in this process."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from cablewright.apps.cli import main
+
+
+def _no_constant(word: str) -> None:
+    raise ValueError(f"{word} is no JSON")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command answered."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """The one object on stdout; NaN and Infinity, which Python would let pass, are refused."""
+        found = json.loads(self.out, parse_constant=_no_constant)
+        assert isinstance(found, dict)
+        assert found["schema"] == 1
+        return found
+
+    @property
+    def refusal(self) -> str:
+        """The line of a bad input: the only one on stderr, with nothing on stdout."""
+        assert self.code == 2, self
+        assert self.out == ""
+        assert self.err.endswith("\n")
+        assert self.err.count("\n") == 1, self.err
+        assert self.err.startswith("cablewright: ")
+        line = self.err.removeprefix("cablewright: ").strip()
+        assert line
+        return line
+
+    @property
+    def no(self) -> str:
+        """The sentence of a no: the last line on stderr."""
+        assert self.code == 1, self
+        assert "Traceback" not in self.err
+        return self.err.splitlines()[-1].removeprefix("cablewright: ")
+
+
+@pytest.fixture(scope="session")
+def cli() -> Callable[..., Outcome]:
+    """Run a command. Kernels are compiled before the first, so that no notice of it is on stderr."""
+
+    def run(*arguments: object) -> Outcome:
+        out, err = io.StringIO(), io.StringIO()
+        with redirect_stdout(out), redirect_stderr(err):
+            code = main.run([str(argument) for argument in arguments])
+        return Outcome(code, out.getvalue(), err.getvalue())
+
+    run("inverse", "merlet2023", "--at", "0,0,1")
+    run("forward", "merlet2023", "--lengths", "10,10,10,10")
+    return run

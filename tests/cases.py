@@ -1,0 +1,100 @@
+"""What the tests share: robots, fidelities, poses. A law runs on the product of these."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Eyelet, Robot, Swivel, library_names, load
+from cablewright.solvers.inverse import solve_inverse
+from oracles.line import LineState
+
+SEED = 20210603
+
+
+def robots() -> list[Robot]:
+    """The library, and relatives that no library robot covers: wrap under, six lines, a dead span off its axis."""
+    return [*(load(name) for name in library_names()), under(), six_lines(), off_axis()]
+
+
+def models(*laws: CableLaw) -> Iterator[Model]:
+    """Every robot under every fidelity that it can have, with cables of these laws."""
+    for robot in robots():
+        order = list(SheaveLaw)
+        built = min(order.index(SheaveLaw(line.sheave.kind)) for line in robot.lines)
+        for sheave in order[: built + 1]:
+            for law in laws:
+                yield Model(robot, Fidelity(law, sheave))
+
+
+def name(model: Model) -> str:
+    """For a test's id."""
+    sheave = model.fidelity.sheave
+    return f"{model.robot.name}-{model.fidelity.cable.value}-{'built' if sheave is None else sheave.value}"
+
+
+def poses(model: Model, count: int, seed: int = SEED) -> Equilibrium:
+    """*count* random poses inside the frame that the model can hold within its tension limits, solved."""
+    rng = np.random.default_rng(seed)
+    low, high = np.array(model.robot.scene.frame_min), np.array(model.robot.scene.frame_max)
+    found = solve_inverse(model, rng.uniform(low, high, (20 * count, 3)))
+    rows = np.flatnonzero(found.ok)[:count]
+    assert len(rows) == count, f"only {len(rows)} of {20 * count} poses are feasible"
+    return found[rows]
+
+
+def line_states(row: Equilibrium) -> list[LineState]:
+    """The states of a single equilibrium as the oracle takes them."""
+    return [
+        LineState(tension, phi, free, psi, dead, beta)
+        for tension, (phi, _, free, dead, psi, beta) in zip(row.tensions, row.states, strict=True)
+    ]
+
+
+def replaced(robot: Robot, name: str, **line_changes: object) -> Robot:
+    """*robot* under another name with all its lines changed."""
+    lines = tuple(line.model_copy(update=line_changes) for line in robot.lines)
+    return robot.model_copy(update={"name": name, "lines": lines})
+
+
+def under() -> Robot:
+    """merlet2023 fed from above: its cables pass under their sheaves."""
+    robot = load("merlet2023")
+    lines = tuple(
+        line.model_copy(
+            update={
+                "sheave": Swivel(radius=0.0375, wrap="under"),
+                "winch_exit": (*line.exit_point[:2], line.exit_point[2] + 1.0),
+            }
+        )
+        for line in robot.lines
+    )
+    return robot.model_copy(update={"name": "under", "lines": lines})
+
+
+def six_lines() -> Robot:
+    """Six lines to one point, from exit points at different heights: two redundant."""
+    robot = load("merlet2023")
+    corners = [(2.5, 5.0, 4.0), (-2.5, 5.0, 4.3), (-2.5, -5.0, 4.1), (2.5, -5.0, 3.9), (2.6, 0.3, 4.2), (-2.7, -0.4, 4.0)]
+    lines = tuple(
+        robot.lines[0].model_copy(
+            update={"name": f"line {i}", "exit_point": corner, "winch_exit": (*corner[:2], 0.0)}
+        )
+        for i, corner in enumerate(corners)
+    )
+    return robot.model_copy(update={"name": "six-lines", "lines": lines})
+
+
+def off_axis() -> Robot:
+    """merlet2023 through rings, its winches two metres away from below them."""
+    robot = load("merlet2023")
+    lines = tuple(
+        line.model_copy(
+            update={"sheave": Eyelet(), "winch_exit": (0.5 * line.exit_point[0], 0.8 * line.exit_point[1], 0.0)}
+        )
+        for line in robot.lines
+    )
+    return robot.model_copy(update={"name": "off-axis", "lines": lines})

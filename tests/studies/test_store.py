@@ -1,0 +1,217 @@
+"""Run folders: whole or not there, never over somebody else's files, the same bytes from the same input."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.printing.job import load_job
+from cablewright.robot import library_text, load
+from cablewright.studies.check import Check, check
+from cablewright.studies.store import folder_name, refuse_foreign, run_folder, write_check
+
+
+@pytest.fixture
+def earlier(tmp_path: Path, found: Check, job_file: Path) -> Path:
+    """The folder of an earlier run."""
+    folder = tmp_path / "runs" / "run"
+    with run_folder(folder) as part:
+        write_check(found, part, "house-printer", job_file)
+    (folder / "earlier").write_text("yes")
+    return folder
+
+
+def test_a_run_appears_at_its_end(tmp_path: Path) -> None:
+    folder = tmp_path / "runs" / "a"
+    with run_folder(folder) as part:
+        (part / "file").write_text("text")
+        assert not folder.exists()
+        assert part.parent == folder.parent
+    assert (folder / "file").read_text() == "text"
+    assert list(folder.parent.iterdir()) == [folder]
+
+
+@pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit])
+def test_a_run_that_breaks_leaves_nothing(tmp_path: Path, error: type[BaseException]) -> None:
+    with pytest.raises(error), run_folder(tmp_path / "a") as part:
+        (part / "file").write_text("half")
+        raise error
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_second_run_replaces_the_first(earlier: Path) -> None:
+    with run_folder(earlier) as part:
+        (part / "later").write_text("yes")
+        assert (earlier / "earlier").exists()
+    assert [path.name for path in earlier.iterdir()] == ["later"]
+    assert list(earlier.parent.iterdir()) == [earlier]
+
+
+def test_a_second_run_that_breaks_leaves_the_first(earlier: Path) -> None:
+    with pytest.raises(ValueError, match="broken"), run_folder(earlier):
+        raise ValueError("broken")
+    assert (earlier / "earlier").exists()
+    assert list(earlier.parent.iterdir()) == [earlier]
+
+
+def test_a_second_run_that_cannot_take_its_place_leaves_the_first(earlier: Path, monkeypatch) -> None:
+    rename = Path.rename
+
+    def refuse(self: Path, target: Path) -> Path:
+        if self.name.endswith(".part"):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises((OSError, EnvironmentFault)), run_folder(earlier):
+        pass
+    assert (earlier / "earlier").exists()
+
+
+def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
+    with run_folder(tmp_path / "empty") as part:
+        (part / "file").write_text("text")
+    (tmp_path / "new").mkdir()
+    with run_folder(tmp_path / "new") as part:
+        (part / "file").write_text("text")
+    assert (tmp_path / "new" / "file").exists()
+
+
+@pytest.mark.parametrize("name", ["thesis.txt", "manifest.toml", ".hidden"])
+def test_a_foreign_folder_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / name).write_text("years of work")
+    with pytest.raises(InputError, match="holds no earlier run"), run_folder(tmp_path / "a"):
+        pytest.fail("the block must not be entered")
+    assert (tmp_path / "a" / name).read_text() == "years of work"
+
+
+@pytest.mark.parametrize("manifest", ['{"name": "my web app", "icons": []}', "", "[1, 2]", "\xff"])
+def test_a_manifest_of_something_else_makes_no_run(tmp_path: Path, manifest: str) -> None:
+    """`manifest.json` is a common name: web applications and browser extensions have one."""
+    (tmp_path / "manifest.json").write_text(manifest, encoding="latin-1")
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(InputError, match="holds no earlier run"):
+        refuse_foreign(tmp_path)
+
+
+def test_a_file_in_its_place_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("a file")
+    with pytest.raises(InputError, match="--out"):
+        refuse_foreign(tmp_path / "a")
+
+
+@pytest.mark.parametrize("ending", [".part", ".old"])
+def test_neighbours_of_like_name_are_kept(tmp_path: Path, earlier: Path, ending: str) -> None:
+    neighbour = earlier.with_name(earlier.name + ending)
+    neighbour.mkdir()
+    (neighbour / "thesis.txt").write_text("years of work")
+    try:
+        with run_folder(earlier) as part:
+            (part / "file").write_text("text")
+    except (InputError, EnvironmentFault):
+        pass  # to refuse is as good
+    assert (neighbour / "thesis.txt").read_text() == "years of work"
+
+
+@pytest.mark.parametrize(
+    "error", [PermissionError(errno.EACCES, "Permission denied"), OSError(errno.ENOSPC, "No space left on device")]
+)
+def test_a_folder_that_cannot_be_made(tmp_path: Path, monkeypatch, error: OSError) -> None:
+    def refuse(*_arguments: object, **_options: object) -> None:
+        raise error
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(EnvironmentFault, match=error.strerror) as caught, run_folder(tmp_path / "a"):
+        pytest.fail("the block must not be entered")
+    assert caught.value.exit_code == 3
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_parent_that_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("text")
+    with pytest.raises(EnvironmentFault), run_folder(tmp_path / "file" / "run"):
+        pytest.fail("the block must not be entered")
+
+
+@pytest.mark.parametrize("name", ["../../etc", "/etc/passwd", "a/b\\c", "..", "", ".", "\0", "~root", "*", "Bär ☃", "a\nb"])
+def test_names_of_strangers_are_one_plain_folder(name: str) -> None:
+    made = folder_name("check", name, name)
+    assert Path(made).name == made
+    assert made.isascii()
+    assert made.startswith("check-")
+    assert set(made) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-")
+
+
+def test_long_names_are_cut() -> None:
+    assert len(folder_name("check", "x" * 1000, "y" * 1000).encode()) <= 200
+
+
+def test_lengths_csv(earlier: Path, found: Check) -> None:
+    table = pyarrow.csv.read_csv(earlier / "lengths.csv")
+    assert table.column_names == ["time", *(f"length {line.name}" for line in found.robot.lines)]
+    assert table.num_rows == len(found.samples)
+    time = table["time"].to_numpy()
+    assert time[0] == 0.0
+    assert (np.diff(time) > 0).all()
+    np.testing.assert_allclose(time, found.time, atol=1e-6)
+    for i, name in enumerate(table.column_names[1:]):
+        np.testing.assert_allclose(table[name].to_numpy(), found.lengths[:, i], atol=1e-9)
+
+
+def test_samples_parquet(earlier: Path, found: Check) -> None:
+    table = pyarrow.parquet.read_table(earlier / "samples.parquet")
+    assert table.num_rows == len(found.samples)
+    for name, expected in {
+        "time": found.time,
+        "x": found.samples.positions[:, 0],
+        "uncompensated_z": found.uncompensated[:, 2],
+        "lengths north-east": found.lengths[:, 2],
+        "tensions south-west": found.tensions[:, 0],
+        "layer": found.samples.layer,
+        "status": found.codes,
+    }.items():
+        np.testing.assert_array_equal(table[name].to_numpy(), expected)
+
+
+def test_the_manifest_says_what_went_in(earlier: Path, job_file: Path) -> None:
+    manifest = json.loads((earlier / "manifest.json").read_text())
+    assert (manifest["schema"], manifest["command"]) == (1, "check")
+    assert manifest["cablewright"] == version("cablewright")
+    gcode = job_file.with_name("part.gcode")
+    assert manifest["inputs"] == {
+        "robot": hashlib.sha256(library_text("house-printer").encode()).hexdigest(),
+        "job": hashlib.sha256(job_file.read_bytes()).hexdigest(),
+        "gcode": hashlib.sha256(gcode.read_bytes()).hexdigest(),
+    }
+
+
+def test_a_robot_file_has_the_hash_of_its_bytes(tmp_path: Path, found: Check, job_file: Path) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text("# my own\n" + library_text("house-printer"))
+    write_check(found, tmp_path, str(mine), job_file)
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    assert manifest["inputs"]["robot"] == hashlib.sha256(mine.read_bytes()).hexdigest()
+
+
+def test_all_that_is_promised_is_written(earlier: Path) -> None:
+    """`write_check` names four files."""
+    names = {path.name for path in earlier.iterdir()} - {"earlier"}
+    assert names == {"samples.parquet", "lengths.csv", "result.json", "manifest.json"}
+
+
+def test_the_same_input_gives_the_same_bytes(earlier: Path, tmp_path: Path, job_file: Path) -> None:
+    again = tmp_path / "again"
+    again.mkdir()
+    write_check(check(load("house-printer"), load_job(job_file)), again, "house-printer", job_file)
+    for name in ("lengths.csv", "samples.parquet", "manifest.json"):
+        assert (again / name).read_bytes() == (earlier / name).read_bytes()
