@@ -78,11 +78,16 @@ def under() -> Robot:
 def six_lines() -> Robot:
     """Six lines to one point, from exit points at different heights: two redundant."""
     robot = load("merlet2023")
-    corners = [(2.5, 5.0, 4.0), (-2.5, 5.0, 4.3), (-2.5, -5.0, 4.1), (2.5, -5.0, 3.9), (2.6, 0.3, 4.2), (-2.7, -0.4, 4.0)]
+    corners = [
+        (2.5, 5.0, 4.0),
+        (-2.5, 5.0, 4.3),
+        (-2.5, -5.0, 4.1),
+        (2.5, -5.0, 3.9),
+        (2.6, 0.3, 4.2),
+        (-2.7, -0.4, 4.0),
+    ]
     lines = tuple(
-        robot.lines[0].model_copy(
-            update={"name": f"line {i}", "exit_point": corner, "winch_exit": (*corner[:2], 0.0)}
-        )
+        robot.lines[0].model_copy(update={"name": f"line {i}", "exit_point": corner, "winch_exit": (*corner[:2], 0.0)})
         for i, corner in enumerate(corners)
     )
     return robot.model_copy(update={"name": "six-lines", "lines": lines})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,9 +41,10 @@ def test_an_edited_callee_is_not_answered_by_a_stale_caller(tmp_path) -> None:
     """The trap itself: a caller in one file, its callee in another, the callee edited between two processes."""
     package = tmp_path / "trap"
     package.mkdir()
-    source = (kernels.__file__ or "").replace("\\", "/")
-    (package / "__init__.py").write_text(open(source).read())
-    (package / "caller.py").write_text("from trap import jit\nfrom trap.callee import f\n@jit\ndef g():\n    return f()\n")
+    (package / "__init__.py").write_text(Path(kernels.__file__).read_text())
+    (package / "caller.py").write_text(
+        "from trap import jit\nfrom trap.callee import f\n@jit\ndef g():\n    return f()\n"
+    )
 
     def answer(value: float) -> str:
         (package / "callee.py").write_text(f"from trap import jit\n@jit\ndef f():\n    return {value}\n")
@@ -70,7 +72,9 @@ def test_without_the_compiler_the_numbers_are_the_same(name: str) -> None:
     robot = load(name)
     held = solve_inverse(Model(robot), [0.2, -0.1, 1.0])
     back = solve_forward(Model(robot), held.lengths)
-    np.testing.assert_allclose([float(x) for x in plain.stdout.split()], [*held.lengths, *back.pose], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        [float(x) for x in plain.stdout.split()], [*held.lengths, *back.pose], rtol=0, atol=1e-12
+    )
 
 
 def test_an_unwritable_cache_compiles_and_says_so(monkeypatch, caplog) -> None:

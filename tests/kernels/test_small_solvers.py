@@ -44,7 +44,17 @@ def distributed(structure, load, low, high, give=0.0):
     n, m = structure.shape
     tensions = np.zeros(m)
     code = distribute(
-        structure, load, low, high, np.ones(m), np.zeros(m), give, tensions, np.zeros(n), np.zeros((n, n)), np.zeros((n, 1))
+        structure,
+        load,
+        low,
+        high,
+        np.ones(m),
+        np.zeros(m),
+        give,
+        tensions,
+        np.zeros(n),
+        np.zeros((n, n)),
+        np.zeros((n, 1)),
     )
     return code, tensions
 

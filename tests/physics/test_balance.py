@@ -38,9 +38,7 @@ def evenly_elastic(name: str) -> Robot:
     """All of each cable stretches, and none of it weighs: what MuJoCo's tendons can be."""
     robot = load(name)
     lines = tuple(
-        line.model_copy(
-            update={"arc_elastic": True, "cable": line.cable.model_copy(update={"linear_density": 0.0})}
-        )
+        line.model_copy(update={"arc_elastic": True, "cable": line.cable.model_copy(update={"linear_density": 0.0})})
         for line in robot.lines
     )
     return robot.model_copy(update={"lines": lines})

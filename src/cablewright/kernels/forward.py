@@ -2,7 +2,7 @@
 
 from cablewright.kernels import jit
 from cablewright.kernels.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
-from cablewright.kernels.equilibrium import NOT_CONVERGED, OK, judge, refine
+from cablewright.kernels.equilibrium import NOT_CONVERGED, OK, OVERSTRETCHED, judge, refine
 from cablewright.kernels.layout import DEAD, FREE, MASSLESS, PLATFORM_WEIGHT, RADIUS
 from cablewright.kernels.line import guess
 from cablewright.kernels.rotation import matrix
@@ -11,6 +11,8 @@ from cablewright.kernels.wrench import place
 
 FIRST_STEP = 0.25  # of the way from taut lengths to the wanted ones
 LAST_STEP = 1e-3
+ROUGH = 1e-3  # of the weight: where the descent hands over to Newton
+FOUND = (OK, OVERSTRETCHED)  # an equilibrium that no other start would change
 
 
 @jit
@@ -26,27 +28,46 @@ def solve_warm(packed, lengths, pose, states, work):
 
 
 @jit
-def solve_cold(packed, lengths, pose, states, work):
-    """Solve for *lengths* without a guess; *pose* and *states* are only written. As `solve_warm`."""
-    if not spring_guess(packed, lengths, pose, states, work):
-        return NOT_CONVERGED, 0, 0.0
-    return solve_near(packed, lengths, pose, states, work)
+def solve_near(packed, lengths, pose, states, work):
+    """Solve from *pose* alone: line states are guessed there; on failure cold. As `solve_warm`."""
+    code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
+    if code in FOUND:
+        return code, iterations, residual
+    again, more, residual = solve_cold(packed, lengths, pose, states, work)
+    return again, iterations + more, residual
 
 
 @jit
-def solve_near(packed, lengths, pose, states, work):
-    """Solve from *pose* alone: line states are guessed there; on failure by length homotopy. As `solve_warm`."""
-    if packed.platform[MASSLESS] > 0.0:
-        return solve_warm(packed, lengths, pose, states, work)
-    begin = pose.copy()
-    if not guess_states(packed, lengths, pose, states, work):
+def solve_cold(packed, lengths, pose, states, work):
+    """Solve for *lengths* without a guess; *pose* and *states* are only written. As `solve_warm`.
+
+    Springs place the platform; where Newton fails from there the slack lines are let out step by step, and where
+    that fails too the platform walks downhill with all lines settled at each step.
+    """
+    if not spring_guess(packed, lengths, pose, states, work):
         return NOT_CONVERGED, 0, 0.0
-    code, iterations, residual = solve_warm(packed, lengths, pose, states, work)
-    if code == OK:
+    begin = pose.copy()
+    code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
+    if code in FOUND or packed.platform[MASSLESS] > 0.0:
         return code, iterations, residual
     pose[:] = begin
-    retry, more, residual = solve_by_homotopy(packed, lengths, pose, states, work)
-    return retry, iterations + more, residual
+    code, more, residual = solve_by_homotopy(packed, lengths, pose, states, work)
+    if code in FOUND:
+        return code, iterations + more, residual
+    pose[:] = begin
+    if guess_states(packed, lengths, pose, states, work):
+        descend(packed, lengths, pose, states, work, SETTLED, ROUGH)
+        code, last, residual = solve_warm(packed, lengths, pose, states, work)
+        more += last
+    return code, iterations + more, residual
+
+
+@jit
+def _solve_at(packed, lengths, pose, states, work):
+    """Guess the line states at *pose* and solve."""
+    if packed.platform[MASSLESS] == 0.0 and not guess_states(packed, lengths, pose, states, work):
+        return NOT_CONVERGED, 0, 0.0
+    return solve_warm(packed, lengths, pose, states, work)
 
 
 @jit
