@@ -32,9 +32,8 @@ def write_job(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
         folder = tmp_path_factory.mktemp("job")
         (folder / "part.gcode").write_text(square() if gcode is None else gcode)
         job = folder / "job.toml"
-        job.write_text(
-            f'schema = 1\nname = "{name}"\ngcode = "part.gcode"\nscale = {scale}\norigin = {[float(x) for x in origin]}\n'
-        )
+        place = [float(x) for x in origin]
+        job.write_text(f'schema = 1\nname = "{name}"\ngcode = "part.gcode"\nscale = {scale}\norigin = {place}\n')
         return job
 
     return write

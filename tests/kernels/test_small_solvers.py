@@ -54,7 +54,7 @@ def distributed(structure, load, low, high, give=0.0):
         tensions,
         np.zeros(n),
         np.zeros((n, n)),
-        np.zeros((n, 1)),
+        np.zeros((n, 3)),
     )
     return code, tensions
 

@@ -125,7 +125,7 @@ def test_arrays_of_any_layout_are_read_and_left_alone(held: Equilibrium, layout:
 
 
 @pytest.mark.parametrize(
-    "arguments, says",
+    ("arguments", "says"),
     [
         ({"lengths": [28.0] * 3}, "lengths: 4 numbers"),
         ({"lengths": [28.0, 28.0, 28.0, np.nan]}, "lengths: every number must be finite"),
@@ -147,12 +147,12 @@ def test_what_cannot_be_used_is_refused(arguments: dict[str, object], says: str)
 
 @pytest.mark.parametrize("cable", [CableLaw.ELASTIC, CableLaw.CATENARY])
 @pytest.mark.parametrize("robot", cases.robots(), ids=lambda robot: robot.name)
-@pytest.mark.parametrize("share", [0.8, 0.5])
+@pytest.mark.parametrize("share", [0.7, 0.5])
 def test_lines_too_short_are_overstretched(robot: Robot, cable: CableLaw, share: float) -> None:
     model = Model(robot, Fidelity(cable))
     found = solve_forward(model, cases.poses(model, 1)[0].lengths * share)
     assert found.status is Status.OVERSTRETCHED
-    low, high = found.extremes()
+    _low, high = found.extremes()
     worst = int(np.argmax(high))
     with pytest.raises(AnswerError, match="over its breaking load: line ") as caught:
         found.checked()
@@ -162,7 +162,7 @@ def test_lines_too_short_are_overstretched(robot: Robot, cable: CableLaw, share:
 
 def test_a_slack_line_without_weight_pulls_nothing() -> None:
     model = Model(load("merlet2023"), Fidelity(CableLaw.ELASTIC))
-    lengths = cases.poses(model, 1)[0].lengths + [3.0, 0.0, 0.0, 0.0]
+    lengths = cases.poses(model, 1)[0].lengths + np.array([3.0, 0.0, 0.0, 0.0])
     found = solve_forward(model, lengths).checked()
     assert found.tensions[0] == found.platform_tensions[0] == found.winch_tensions[0] == 0.0
     assert (found.tensions[1:] > 0.0).any()

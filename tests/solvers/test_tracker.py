@@ -35,7 +35,7 @@ def test_elastic_lines_are_followed_through_slackness() -> None:
     model = Model(HOUSE.robot, Fidelity(CableLaw.ELASTIC))
     tracker = Tracker(model, START)
     for out in np.linspace(0.0, 0.2, 100):
-        lengths = START + [out, 0.0, 0.0, 0.0]
+        lengths = START + np.array([out, 0.0, 0.0, 0.0])
         assert tracker.step(lengths) is Status.OK
     np.testing.assert_allclose(tracker.pose, solve_forward(model, lengths).pose, atol=1e-7)
 

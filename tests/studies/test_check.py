@@ -135,7 +135,9 @@ def test_a_job_outside_the_frame(write_job) -> None:
 
 def test_a_winch_too_slow(job_file) -> None:
     robot = load("house-printer")
-    slow = tuple(line.model_copy(update={"winch": line.winch.model_copy(update={"max_speed": 0.05})}) for line in robot.lines)
+    slow = tuple(
+        line.model_copy(update={"winch": line.winch.model_copy(update={"max_speed": 0.05})}) for line in robot.lines
+    )
     no = check(robot.model_copy(update={"lines": slow}), load_job(job_file))
     assert not no.feasible
     assert no.findings[0].limit == "winch speed"

@@ -42,9 +42,13 @@ def test_a_run_appears_at_its_end(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit])
 def test_a_run_that_breaks_leaves_nothing(tmp_path: Path, error: type[BaseException]) -> None:
-    with pytest.raises(error), run_folder(tmp_path / "a") as part:
-        (part / "file").write_text("half")
-        raise error
+    def broken_run() -> None:
+        with run_folder(tmp_path / "a") as part:
+            (part / "file").write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        broken_run()
     assert not list(tmp_path.iterdir())
 
 
@@ -143,7 +147,9 @@ def test_a_parent_that_is_a_file(tmp_path: Path) -> None:
         pytest.fail("the block must not be entered")
 
 
-@pytest.mark.parametrize("name", ["../../etc", "/etc/passwd", "a/b\\c", "..", "", ".", "\0", "~root", "*", "Bär ☃", "a\nb"])
+@pytest.mark.parametrize(
+    "name", ["../../etc", "/etc/passwd", "a/b\\c", "..", "", ".", "\0", "~root", "*", "Bär ☃", "a\nb"]
+)
 def test_names_of_strangers_are_one_plain_folder(name: str) -> None:
     made = folder_name("check", name, name)
     assert Path(made).name == made

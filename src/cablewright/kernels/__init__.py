@@ -30,11 +30,16 @@ def _stamp() -> str:
 STAMP = _stamp()
 
 
-def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False) -> Any:
-    """Compile *function* with the package's options and the package-wide cache stamp."""
+def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False, allocates: bool = False) -> Any:
+    """Compile *function* with the package's options and the package-wide cache stamp.
+
+    A kernel that makes arrays says so with *allocates*. The others count no references: each view of a row
+    would cost more than the arithmetic done on it.
+    """
     if function is None:
-        return lambda inner: jit(inner, parallel=parallel)
+        return lambda inner: jit(inner, parallel=parallel, allocates=allocates)
     options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "parallel": parallel, "nogil": True}
+    options["_nrt"] = allocates or parallel
     try:
         dispatcher = numba.jit(cache=True, **options)(function)
     except RuntimeError as reason:  # numba found no folder that it may write its cache to

@@ -57,7 +57,7 @@ class Work(NamedTuple):
     lengths: NDArray[np.float64]  # (m,)
 
 
-@jit
+@jit(allocates=True)
 def workspace(packed):
     """Scratch that fits *packed*."""
     m, n = packed.lines.shape[0], packed.freedoms
@@ -125,9 +125,9 @@ def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
     """Add one eliminated line to the balance and stiffness: its end force after its own step, and its change."""
     weight = row[WEIGHT]
     h, v = force[0], force[1]
-    dh, dv = force_change(h, v, weight, steps[:, 0])
-    kxx, kzx = force_change(h, v, weight, steps[:, 1])
-    kxz, kzz = force_change(h, v, weight, steps[:, 2])
+    dh, dv = force_change(h, v, weight, steps, 0)
+    kxx, kzx = force_change(h, v, weight, steps, 1)
+    kxz, kzz = force_change(h, v, weight, steps, 2)
     v += weight * y[FREE]
     add_line(arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
 

@@ -27,7 +27,7 @@ def solve_warm(packed, lengths, pose, states, work):
     return code, iterations, residual
 
 
-@jit
+@jit(allocates=True)
 def solve_near(packed, lengths, pose, states, work):
     """Solve from *pose* alone: line states are guessed there; on failure cold. As `solve_warm`."""
     code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
@@ -37,7 +37,7 @@ def solve_near(packed, lengths, pose, states, work):
     return again, iterations + more, residual
 
 
-@jit
+@jit(allocates=True)
 def solve_cold(packed, lengths, pose, states, work):
     """Solve for *lengths* without a guess; *pose* and *states* are only written. As `solve_warm`.
 
@@ -70,7 +70,7 @@ def _solve_at(packed, lengths, pose, states, work):
     return solve_warm(packed, lengths, pose, states, work)
 
 
-@jit
+@jit(allocates=True)
 def solve_by_homotopy(packed, lengths, pose, states, work):
     """From lengths that leave no line slack at *pose*, let the slack lines out step by step. As `solve_warm`."""
     m = packed.lines.shape[0]

@@ -66,9 +66,10 @@ class InverseWork(NamedTuple):
     curvature: NDArray[np.float64]  # (m,): of the Lagrangian
     bias: NDArray[np.float64]  # (m,)
     column: NDArray[np.float64]  # (n,)
+    step: NDArray[np.float64]  # (n, 3)
 
 
-@jit
+@jit(allocates=True)
 def inverse_workspace(packed):
     """Scratch that fits *packed*."""
     m, n = packed.lines.shape[0], packed.freedoms
@@ -86,6 +87,7 @@ def inverse_workspace(packed):
         np.ones(m),
         np.zeros(m),
         np.zeros(n),
+        np.zeros((n, 3)),
     )
 
 
@@ -175,7 +177,7 @@ def _program(packed, states, work, give, relax):
         if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
             return NOT_CONVERGED, 0.0, False
         h, v = start_force(y)
-        dh, dv = force_change(h, v, row[WEIGHT], steps[:, 1])
+        dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
         dh, dv = dh / pull, dv / pull
         work.column[:] = 0.0
         add_force(base.arms[i], dh * plane[0], dh * plane[1], dv, work.column)
@@ -197,7 +199,7 @@ def _program(packed, states, work, give, relax):
         work.wanted,
         work.multipliers,
         base.stiffness,
-        base.move,
+        work.step,
     )
     if solved <= 0:
         return (INFEASIBLE if solved == 0 else NOT_CONVERGED), 0.0, False

@@ -112,9 +112,10 @@ def start_force(y):
 
 
 @jit
-def force_change(h, v, weight, change):
-    """Change of the tension (h, v + weight * length) at the free span's end with the *change* of the unknowns."""
-    return h * change[TAU] - v * change[PHI], v * change[TAU] + h * change[PHI] + weight * change[FREE]
+def force_change(h, v, weight, changes, k):
+    """Change of the tension (h, v + weight * length) at the free span's end with changes[:, k] of the unknowns."""
+    turn, grow = changes[PHI, k], changes[TAU, k]
+    return h * grow - v * turn, v * grow + h * turn + weight * changes[FREE, k]
 
 
 @jit

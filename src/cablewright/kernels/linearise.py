@@ -29,7 +29,7 @@ from cablewright.kernels.wrench import AXIS_DISTANCE, add_force
 PARAMETERS = 5
 
 
-@jit
+@jit(allocates=True)
 def linearise(packed, lengths, pose, states, work, stiffness, motion):
     """Write the tangent stiffness (n, n) and the motion (n, m, 5) of the platform per line parameter.
 
@@ -51,9 +51,9 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
         if not solve(work.blocks[i], changes, int(row[UNKNOWNS]), 3):
             return SINGULAR
         for k in range(3):
-            dh, dv = force_change(h, v, row[WEIGHT], changes[:, k])
+            dh, dv = force_change(h, v, row[WEIGHT], changes, k)
             _write(right, arm, dh * plane[0], dh * plane[1], dv, i * PARAMETERS + (k if k < 2 else 4), work.trial)
-        kxx, kzx = force_change(h, v, row[WEIGHT], work.steps[i, :, 1])
+        kxx, kzx = force_change(h, v, row[WEIGHT], work.steps[i], 1)
         across = h / max(plane[2], AXIS_DISTANCE)
         ex, ey = plane[0], plane[1]
         _write(

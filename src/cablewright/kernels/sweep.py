@@ -31,7 +31,7 @@ CHUNK = 64  # rows per task; results do not depend on how many threads share the
 COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from
 
 
-@jit
+@jit(allocates=True)
 def forward_rows(packed, lengths, factors, poses, states, codes, iterations, residuals, start, first, last):
     """Solve rows *first* to *last* of a batch of forward problems in place; see `forward_sweep`."""
     own = Packed(packed.freedoms, packed.lines.copy(), packed.platform)
@@ -53,7 +53,7 @@ def forward_rows(packed, lengths, factors, poses, states, codes, iterations, res
         codes[j], iterations[j], residuals[j] = result
 
 
-@jit
+@jit(allocates=True)
 def _follow(packed, lengths, pose, states, neighbour, shift, work):
     """Solve near *pose* plus the neighbour's *shift*, from the neighbour's line states; else from the pose alone."""
     begin = pose.copy()
@@ -89,7 +89,7 @@ def forward_sweep(packed, lengths, factors, poses, states, codes, iterations, re
         forward_rows(packed, lengths, factors, poses, states, codes, iterations, residuals, start, first, last)
 
 
-@jit
+@jit(allocates=True)
 def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first, last):
     """Solve rows *first* to *last* of a batch of inverse problems in place; see `inverse_sweep`."""
     work = inverse_workspace(packed)
@@ -115,7 +115,7 @@ def inverse_sweep(packed, poses, states, lengths, codes, violations, chain):
         inverse_rows(packed, poses, states, lengths, codes, violations, chain, first, min(rows, first + CHUNK))
 
 
-@jit
+@jit(allocates=True)
 def linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, last):
     """Linearise rows *first* to *last*; see `linearise_sweep`."""
     work = workspace(packed)
@@ -132,7 +132,7 @@ def linearise_sweep(packed, lengths, poses, states, stiffness, motion, codes):
         linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, min(rows, first + CHUNK))
 
 
-@jit
+@jit(allocates=True)
 def examine(packed, lengths, poses, states, residuals, unbalanced, low, high):
     """What is left of each row's equations, and the extremes of tension along its lines.
 

@@ -21,7 +21,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
 
     *curvature* (m,) and *bias* (m,) are h and g of the objective. *give* > 0 softens the limits: the answer then is
     the distribution that violates them least. *multipliers* (n,) start the search and are improved; *hessian* (n, n)
-    and *step* (n, 1) are scratch. Returns 1 solved, 0 proved infeasible, -1 not solved.
+    and *step* (n, 3) are scratch. Returns 1 solved, 0 proved infeasible, -1 not solved.
     """
     n, m = structure.shape
     scale = 0.0
@@ -38,30 +38,30 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
             return 1
         if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale):
             return 0
-        gradient = step[:, 0].copy()
         trace = 1e-300
         for k in range(n):
             trace += hessian[k, k]
         for k in range(n):
+            step[k, 1] = step[k, 0]
             hessian[k, k] += 1e-13 * trace + (1e-6 if trace < 1e-200 else 0.0)
         if not solve(hessian, step, n, 1):
             return -1
         slope = 0.0
         for k in range(n):
-            slope += gradient[k] * step[k, 0]
-        move = step[:, 0].copy()
+            slope += step[k, 1] * step[k, 0]
+            step[k, 2] = step[k, 0]
         reach = 1.0
         improved = False
         for _ in range(60):
             for k in range(n):
-                multipliers[k] += reach * move[k]
+                multipliers[k] += reach * step[k, 2]
             trial = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             if trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
                 value = trial
                 improved = True
                 break
             for k in range(n):
-                multipliers[k] -= reach * move[k]
+                multipliers[k] -= reach * step[k, 2]
             reach *= 0.5
         if not improved:
             _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)

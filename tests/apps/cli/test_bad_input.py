@@ -14,7 +14,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
 
 
 @pytest.mark.parametrize(
-    "arguments, says",
+    ("arguments", "says"),
     [
         (["inverse", HOUSE, "--at", "1,2"], "3 numbers are wanted"),
         (["inverse", HOUSE, "--at", "1,2,3,4,5,6"], "3 numbers are wanted"),
@@ -111,7 +111,7 @@ CHANGES = [
 ]
 
 
-@pytest.mark.parametrize("old, new, says", CHANGES)
+@pytest.mark.parametrize(("old", "new", "says"), CHANGES)
 def test_robot_files(cli, tmp_path: Path, old: str, new: str, says: str) -> None:
     text = library_text("merlet2023")
     assert old in text
@@ -147,7 +147,7 @@ def test_a_folder_is_neither_robot_nor_job(cli, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "data, says",
+    ("data", "says"),
     [
         (b"", "the file is empty"),
         (bytes(range(256)) * 20, "binary"),

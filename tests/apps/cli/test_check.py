@@ -95,7 +95,7 @@ def test_bare_gcode_is_a_job(cli, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments, says",
+    ("arguments", "says"),
     [
         (("--tension-limits", "500,20"), "0 <= lowest < highest"),
         (("--tension-limits", "nan,20"), "0 <= lowest < highest"),
@@ -123,7 +123,7 @@ def test_the_present_folder_is_used_or_refused(cli, write_job, tmp_path: Path, m
 
 
 @pytest.mark.parametrize(
-    "error, code",
+    ("error", "code"),
     [
         (OSError(errno.ENOSPC, "No space left on device"), 3),
         (PermissionError(errno.EACCES, "Permission denied"), 3),

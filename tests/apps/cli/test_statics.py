@@ -77,9 +77,13 @@ def test_people_get_a_table(cli) -> None:
 @pytest.mark.parametrize("as_json", [True, False])
 def test_overstretched_names_the_line_and_by_how_much(cli, as_json: bool) -> None:
     answer = cli("forward", "house-printer", "--lengths", "25,24,25,25", *(["--json"] if as_json else []))
-    line, tension, over, breaking = answer.no.removeprefix(
-        "a line is over its breaking load: line "
-    ).replace(" N over its", ",").replace(" at ", ",").replace(" N", "").split(",")
+    line, tension, over, breaking = (
+        answer.no.removeprefix("a line is over its breaking load: line ")
+        .replace(" N over its", ",")
+        .replace(" at ", ",")
+        .replace(" N", "")
+        .split(",")
+    )
     assert line in {"south-west", "south-east", "north-east", "north-west"}
     assert float(breaking) == 10290
     assert float(tension) - float(breaking) == pytest.approx(float(over), rel=1e-3)
@@ -93,7 +97,7 @@ def test_overstretched_names_the_line_and_by_how_much(cli, as_json: bool) -> Non
 
 
 @pytest.mark.parametrize(
-    "at, status, says",
+    ("at", "status", "says"),
     [
         ("0,0,14.9", "infeasible", "over its most, 5150 N"),
         ("0,0,20", "infeasible", "under its least, 20 N"),  # above the frame: lines cannot push down
