@@ -1,14 +1,19 @@
-"""Each example runs alone, and the last line it prints ends in its pinned number."""
+"""Examples and the blocks of the documentation run, and print what is pinned here or printed there."""
 
 from __future__ import annotations
 
 import re
 import runpy
+import shlex
+import subprocess
 from pathlib import Path
 
 import pytest
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+from cablewright.apps.cli.main import run
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "examples"
 PINNED = {  # the number, and how far the printed one may be from it: its last digit
     "01_hold_a_pose": (833.4, 0.1),  # N
     "02_where_does_it_hang": (19.0, 0.1),  # mm; Paty 2021, Table 1 prints 19.5
@@ -17,6 +22,17 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "05_check_a_part": (19.76, 0.01),  # mm
     "06_own_robot": (2.7283, 0.0001),  # m
 }
+PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
+CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of what they print
+
+
+def blocks(pattern: re.Pattern[str]) -> list[object]:
+    """Each match in a page as a parameter named after the page."""
+    return [
+        pytest.param(*found.groups(), id=f"{page.stem}-{number}")
+        for page in sorted((ROOT / "docs").rglob("*.md"))
+        for number, found in enumerate(pattern.finditer(page.read_text(encoding="utf-8")), 1)
+    ]
 
 
 def test_every_example_is_pinned() -> None:
@@ -31,3 +47,35 @@ def test_an_example_prints_its_number(name: str, capsys: pytest.CaptureFixture[s
     assert found is not None, f"the last line tells no number with its unit: {last!r}"
     number, last_digit = PINNED[name]
     assert float(found[1]) == pytest.approx(number, abs=1.001 * last_digit)
+
+
+@pytest.mark.parametrize(("script", "printed"), blocks(PYTHON))
+def test_a_script_of_the_documentation_prints_what_the_page_says(
+    script: str,
+    printed: str | None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(script, encoding="utf-8")
+    monkeypatch.chdir(ROOT)
+    runpy.run_path(str(path), run_name="__main__")
+    out = capsys.readouterr().out
+    assert printed is None or out == printed
+
+
+@pytest.mark.parametrize("session", [block.values[0] for block in blocks(CONSOLE)])
+def test_a_session_of_the_documentation_prints_what_the_page_says(
+    session: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    out: list[str] = []
+    for line in session.splitlines():
+        if line.startswith("$ cablewright "):
+            run(shlex.split(line)[2:])
+            out += "".join(capsys.readouterr()).splitlines()
+        elif line.startswith("$ "):
+            subprocess.run(line[2:], shell=True, check=True)
+        else:
+            assert line in out

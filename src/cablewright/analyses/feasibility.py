@@ -55,8 +55,10 @@ class LineQuantities:
     torque: Array
 
 
-def judge(robot: Robot, positions: Array, codes: NDArray[np.int64], lines: LineQuantities) -> tuple[Finding, ...]:
-    """Findings of a path, worst first: *positions* (k, 3) m and *codes* (k,) of the inverse problem there."""
+def judge(
+    robot: Robot, positions: Array, codes: NDArray[np.int64], violations: Array, lines: LineQuantities
+) -> tuple[Finding, ...]:
+    """Findings of a path, worst first: *positions* (k, 3) m; *codes* and *violations* (k,), N, of the inverse there."""
     rules: list[tuple[str, str, Array, Callable[[Line], Bounds]]] = [
         ("lowest tension", "N", lines.lowest_tension, lambda line: (line.tension_limits[0], np.inf)),
         ("highest tension", "N", lines.highest_tension, lambda line: _up_to(line.tension_limits[1])),
@@ -66,7 +68,7 @@ def judge(robot: Robot, positions: Array, codes: NDArray[np.int64], lines: LineQ
         ("winch speed", "m/s", lines.speed, lambda line: _up_to(line.winch.max_speed)),
         ("winch torque", "N m", lines.torque, lambda line: _up_to(line.winch.max_torque)),
     ]
-    findings = [_frame(robot, positions), *_statics(codes)]
+    findings = [_frame(robot, positions), *_statics(codes, violations)]
     for name, unit, values, bounds in rules:
         findings += _worst_line(name, unit, values, [bounds(line) for line in robot.lines], robot)
     return tuple(sorted(findings, key=lambda finding: (finding.violations == 0, -finding.violations)))
@@ -81,7 +83,7 @@ def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
     if model.tension_limits is not None:  # the solver has seen to the limits that replace the lines' own
         low, high = np.full_like(low, np.nan), np.full_like(high, np.nan)
     lines = LineQuantities(low, high, row.lengths, swing_angles(row), lever_angles(row), still, winch_torques(row))
-    return judge(model.robot, row.pose[:, :3], row.code, lines)
+    return judge(model.robot, row.pose[:, :3], row.code, row.violation, lines)
 
 
 def _up_to(limit: float | None) -> Bounds:
@@ -146,13 +148,13 @@ def _frame(robot: Robot, positions: Array) -> Finding:
     return Finding(name, "m", float(margins[at, axis]), float(positions[at, axis]), allowed, None, at, violations)
 
 
-def _statics(codes: NDArray[np.int64]) -> list[Finding]:
-    """Poses that no equilibrium was found for at all, by status; infeasible ones show in the tensions."""
+def _statics(codes: NDArray[np.int64], violations: Array) -> list[Finding]:
+    """Poses that cannot be held, by status: by how much tensions break their limits at best, or just how many."""
     found = []
-    for code in np.unique(codes):
-        status = Status.of(int(code))
-        if status in (Status.OK, Status.INFEASIBLE, Status.OVERSTRETCHED):
-            continue
+    for code in np.unique(codes[codes != 0]):
         at = np.flatnonzero(codes == code)
-        found.append(Finding(status.value, "", -1.0, 0.0, (0.0, 0.0), None, int(at[0]), len(at)))
+        worst = int(at[np.argmax(violations[at])])
+        beyond = float(violations[worst])
+        sentence = Status.of(int(code)).value
+        found.append(Finding(sentence, "N", -beyond, beyond, (-np.inf, 0.0), None, worst, len(at)))
     return found

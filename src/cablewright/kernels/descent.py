@@ -50,7 +50,8 @@ def descend(packed, lengths, pose, states, work, law, tolerance):
         size = 0.0
         soft = 0.0
         for k in range(n):
-            size = max(size, abs(work.wrench[k]))
+            if not abs(work.wrench[k]) <= size:  # a NaN counts as large
+                size = abs(work.wrench[k])
             soft = max(soft, work.stiffness[k, k])
         if size < tolerance * load:
             return True

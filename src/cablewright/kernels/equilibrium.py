@@ -245,6 +245,7 @@ def remaining(packed, lengths, pose, states, work):
             continue
         h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], residual)
         for k in range(int(row[UNKNOWNS])):
-            worst = max(worst, abs(residual[k]))
+            if not abs(residual[k]) <= worst:  # a NaN counts
+                worst = abs(residual[k])
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v - row[WEIGHT] * y[FREE], work.wrench)
     return worst, _unbalanced(work.wrench, reach)

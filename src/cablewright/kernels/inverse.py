@@ -42,12 +42,15 @@ from cablewright.kernels.tension import SOFT, distribute
 from cablewright.kernels.wrench import add_force, place, start_balance
 
 PROGRAMS = 120
-SOFT_PROGRAMS = 12  # where limits cannot be met the tensions need not settle: the violation does
+SOFT_PROGRAMS = 40
+SECOND_CHANCE = 1e-3  # of the weight: a violation so small is looked at again
 TENSION_TOLERANCE = 1e-11  # of the largest pull
 FLATTEST = 0.05  # of an extreme's change per pull: flatter than this, a limit is not linearised
 INFEASIBLE = int(Code.INFEASIBLE)
 INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
 UNDERCONSTRAINED = int(Code.UNDERCONSTRAINED)
+NEEDS_PUSH = -1  # infeasible, and no line states that balance the load
+ANSWERED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP)  # codes that come with a state
 
 
 class InverseWork(NamedTuple):
@@ -96,46 +99,76 @@ def solve_inverse(packed, pose, states, work, known):
     """Least-norm tensions and line states at *pose*; *known* says that *states* hold a neighbour's solution.
 
     Returns code and the largest violation of a tension limit (N, 0 where feasible). Where limits cannot be met
-    *states* hold the distribution that violates them least.
+    *states* hold the distribution that violates them least; where no state balances the load they are NaN.
     """
-    m, n = packed.lines.shape[0], packed.freedoms
-    if m < n:
+    code, violation = _solve(packed, pose, states, work, known)
+    if code not in ANSWERED:
+        states[:, :] = np.nan
+    return (INFEASIBLE if code == NEEDS_PUSH else code), violation
+
+
+@jit
+def _solve(packed, pose, states, work, known):
+    if packed.lines.shape[0] < packed.freedoms:
         return UNDERCONSTRAINED, 0.0
     code = _begin(packed, pose, states, work, known)
     if code != OK:
         return code, 0.0
     if not known:
         work.multipliers[:] = 0.0
+    code = _distribute(packed, states, work)
+    if code != INFEASIBLE:
+        return code, 0.0
+    settled, violation = _least_violation(packed, states, work)
+    if settled and violation <= SECOND_CHANCE * packed.platform[PLATFORM_WEIGHT]:
+        code = _distribute(packed, states, work)  # the no was that of a program far from the answer
+        if code != INFEASIBLE:
+            return code, 0.0
+        settled, violation = _least_violation(packed, states, work)
+    return (INFEASIBLE if settled else NEEDS_PUSH), violation
+
+
+@jit
+def _distribute(packed, states, work):
+    """Programs under the limits until the pulls rest. Returns a code."""
     relax = 1.0
     work.moves[:] = 0.0
     work.before[:] = 0.0
     work.curvature[:] = 1.0
     for _ in range(PROGRAMS):
         code, change, turned = _program(packed, states, work, 0.0, relax)
-        if code == INFEASIBLE:
-            return INFEASIBLE, _least_violation(packed, states, work)
         if code != OK:
-            return code, 0.0
+            return code
         if change < TENSION_TOLERANCE:
-            return _verdict(packed, states), 0.0
+            return _verdict(packed, states)
         # slack lines curve: where the programs overshoot, go only part of the way
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
-    return NOT_CONVERGED, 0.0
+    return NOT_CONVERGED
 
 
 @jit
 def _least_violation(packed, states, work):
-    """Move *states* towards the tensions that break the limits least; returns by how much they do (N)."""
+    """Move *states* to the tensions that break the limits least.
+
+    Returns whether they rest there, and by how much they break them (N): where a line would have to push there is
+    nothing to rest at, and the violation is that of its pull.
+    """
     work.multipliers[:] = 0.0
     work.curvature[:] = 1.0
+    work.before[:] = 0.0
     for _ in range(SOFT_PROGRAMS):
         code, change, _ = _program(packed, states, work, SOFT, 1.0)
         if code != OK or change < TENSION_TOLERANCE:
             break
     violation = 0.0
+    if code == OK and change < TENSION_TOLERANCE:
+        for i in range(packed.lines.shape[0]):
+            least, most = extremes(packed.lines[i], states[i])
+            violation = max(violation, packed.lines[i, TENSION_MIN] - least, most - packed.lines[i, TENSION_MAX])
+        return True, violation
     for i in range(packed.lines.shape[0]):
         violation = max(violation, work.low[i] - work.wanted[i], work.wanted[i] - work.high[i])
-    return violation
+    return False, violation
 
 
 @jit

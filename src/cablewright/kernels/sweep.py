@@ -38,8 +38,7 @@ def forward_rows(packed, lengths, factors, poses, states, codes, iterations, res
     work = workspace(own)
     shift = np.zeros(packed.freedoms)
     for j in range(first, last):
-        if factors.shape[0] > 0:
-            _scale_modulus(packed, factors[j], own)
+        _scale_modulus(packed, factors[j], own)
         if start == COLD:
             result = solve_cold(own, lengths[j], poses[j], states[j], work)
         elif start == WARM:
@@ -78,7 +77,7 @@ def _scale_modulus(packed, factors, out):
 def forward_sweep(packed, lengths, factors, poses, states, codes, iterations, residuals, start):
     """A batch of forward problems, in place.
 
-    lengths (N, m); factors (N, m) on each line's modulus, or (0, m) for none; poses (N, n) and states (N, m, 6)
+    lengths (N, m); factors (N, m) on each line's modulus; poses (N, n) and states (N, m, 6)
     hold the guesses that *start* speaks of (COLD none, NEAR poses, WARM poses and states, CHAIN poses and the
     row before) and receive the solutions; codes, iterations, residuals (N,) are written.
     """
@@ -116,31 +115,36 @@ def inverse_sweep(packed, poses, states, lengths, codes, violations, chain):
 
 
 @jit(allocates=True)
-def linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, last):
+def linearise_rows(packed, lengths, factors, poses, states, stiffness, motion, codes, first, last):
     """Linearise rows *first* to *last*; see `linearise_sweep`."""
-    work = workspace(packed)
+    own = Packed(packed.freedoms, packed.lines.copy(), packed.platform)
+    work = workspace(own)
     for j in range(first, last):
-        codes[j] = linearise(packed, lengths[j], poses[j], states[j], work, stiffness[j], motion[j])
+        _scale_modulus(packed, factors[j], own)
+        codes[j] = linearise(own, lengths[j], poses[j], states[j], work, stiffness[j], motion[j])
 
 
 @jit(parallel=True)
-def linearise_sweep(packed, lengths, poses, states, stiffness, motion, codes):
+def linearise_sweep(packed, lengths, factors, poses, states, stiffness, motion, codes):
     """Tangent stiffness (N, n, n) and motion (N, n, m, 5) at solved equilibria; see `linearise.linearise`."""
     rows = lengths.shape[0]
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
-        linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, min(rows, first + CHUNK))
+        last = min(rows, first + CHUNK)
+        linearise_rows(packed, lengths, factors, poses, states, stiffness, motion, codes, first, last)
 
 
 @jit(allocates=True)
-def examine(packed, lengths, poses, states, residuals, unbalanced, low, high):
+def examine(packed, lengths, factors, poses, states, residuals, unbalanced, low, high):
     """What is left of each row's equations, and the extremes of tension along its lines.
 
     Writes the largest geometric residual (m) and unbalanced force (N) of each row (N,), and the smallest and
     largest tension along each line, N: low and high (N, m).
     """
-    work = workspace(packed)
+    own = Packed(packed.freedoms, packed.lines.copy(), packed.platform)
+    work = workspace(own)
     for j in range(states.shape[0]):
-        residuals[j], unbalanced[j] = remaining(packed, lengths[j], poses[j], states[j], work)
+        _scale_modulus(packed, factors[j], own)
+        residuals[j], unbalanced[j] = remaining(own, lengths[j], poses[j], states[j], work)
         for i in range(states.shape[1]):
             low[j, i], high[j, i] = extremes(packed.lines[i], states[j, i])

@@ -29,6 +29,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
         scale = max(scale, abs(load[k]))
     for i in range(m):
         scale = max(scale, abs(low[i]), min(abs(high[i]), 1e12))
+    _begin_free(structure, load, curvature, bias, multipliers, hessian, step)
     value = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
     for _ in range(STEPS):
         gap = 0.0
@@ -72,6 +73,29 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     if gap <= 1e-9 * scale:
         return 1
     return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
+
+
+@jit
+def _begin_free(structure, load, curvature, bias, multipliers, hessian, step):
+    """Where the search has no start, begin as if no line were at a limit."""
+    n, m = structure.shape
+    trace = 1e-300
+    for k in range(n):
+        if multipliers[k] != 0.0:
+            return
+        step[k, 0] = load[k]
+        for i in range(m):
+            step[k, 0] -= structure[k, i] * bias[i] / curvature[i]
+        for j in range(n):
+            hessian[k, j] = 0.0
+            for i in range(m):
+                hessian[k, j] += structure[k, i] * structure[j, i] / curvature[i]
+        trace += hessian[k, k]
+    for k in range(n):
+        hessian[k, k] += 1e-13 * trace
+    if solve(hessian, step, n, 1):
+        for k in range(n):
+            multipliers[k] = step[k, 0]
 
 
 @jit

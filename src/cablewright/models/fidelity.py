@@ -37,9 +37,9 @@ class Fidelity:
     def of(cls, cable: str = "catenary", sheave: str | None = None) -> Fidelity:
         """From the words of the command line. Raises `UnknownName` for another word."""
         if cable not in list(CableLaw):
-            raise UnknownName("cable law", cable, list(CableLaw))
+            raise UnknownName("cable law", cable, [law.value for law in CableLaw])
         if sheave is not None and sheave not in list(SheaveLaw):
-            raise UnknownName("sheave law", sheave, list(SheaveLaw))
+            raise UnknownName("sheave law", sheave, [law.value for law in SheaveLaw])
         return cls(CableLaw(cable), None if sheave is None else SheaveLaw(sheave))
 
     def sheave_of(self, built: str, line: str) -> SheaveLaw:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -33,9 +34,7 @@ class Model:
     def __post_init__(self) -> None:
         """Refuse limits that do not rise."""
         if self.tension_limits is not None:
-            low, high = self.tension_limits
-            if not 0.0 <= low < high < float("inf"):
-                raise InputError(f"tension limits {low:g},{high:g}: 0 <= lowest < highest is wanted, in N")
+            object.__setattr__(self, "tension_limits", _limits(self.tension_limits))
 
     @property
     def packed(self) -> Packed:
@@ -53,6 +52,17 @@ class Model:
         return self.robot.n
 
 
+def _limits(given: Sequence[float]) -> tuple[float, float]:
+    """Two rising numbers of newtons, or `InputError`."""
+    try:
+        low, high = (float(value) for value in given)
+    except (TypeError, ValueError):
+        raise InputError(f"tension limits {given!r}: two numbers are wanted, lowest and highest in N") from None
+    if not 0.0 <= low < high < float("inf"):
+        raise InputError(f"tension limits {low:g},{high:g}: 0 <= lowest < highest is wanted, in N")
+    return low, high
+
+
 @lru_cache(maxsize=32)
 def _packed(model: Model) -> Packed:
     return pack(model.robot, model.fidelity, model.tension_limits)
@@ -62,14 +72,16 @@ def _packed(model: Model) -> Packed:
 class Equilibrium:
     """Poses, lengths and line states that belong together: one row of each, or a batch of rows.
 
-    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `violation` (N) is
-    how far the tensions of an inverse solution break their limits, 0 where they hold.
+    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `modulus_factors`
+    (m,) are those it was solved with. `violation` (N) is how far the tensions of an inverse solution break their
+    limits, 0 where they hold. Lengths and states are NaN where there is no answer.
     """
 
     model: Model
     pose: Array
     lengths: Array
     states: Array
+    modulus_factors: Array
     code: NDArray[np.int64]
     violation: Array
     iterations: NDArray[np.int64]
@@ -159,6 +171,8 @@ class Equilibrium:
             return (
                 f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {lines[worst, layout.BREAKING]:g} N"
             )
+        if np.isnan(low).any():
+            return f"a line would have to push, {float(self.violation):.4g} N out of its limits"
         under, over = lines[:, layout.TENSION_MIN] - low, high - lines[:, layout.TENSION_MAX]
         worst = int(np.argmax(np.maximum(under, over)))
         name = self.model.robot.lines[worst].name
@@ -173,10 +187,16 @@ class Equilibrium:
             np.asarray(self.pose[index]),
             np.asarray(self.lengths[index]),
             np.asarray(self.states[index]),
+            np.asarray(self.modulus_factors[index]),
             np.asarray(self.code[index]),
             np.asarray(self.violation[index]),
             np.asarray(self.iterations[index]),
         )
+
+    def solved_arrays(self) -> list[Array]:
+        """Lengths, modulus factors, poses and states of all rows, as kernels take them."""
+        arrays = (self.lengths, self.modulus_factors, self.pose, self.states)
+        return [np.array(a[None] if self.code.ndim == 0 else a, order="C") for a in arrays]
 
     @property
     def _examined(self) -> tuple[Array, Array, Array, Array]:
@@ -184,8 +204,7 @@ class Equilibrium:
         rows = 1 if single else len(self.code)
         m = self.model.m
         residual, force, low, high = np.empty(rows), np.empty(rows), np.empty((rows, m)), np.empty((rows, m))
-        shaped = [np.ascontiguousarray(a[None] if single else a) for a in (self.lengths, self.pose, self.states)]
-        sweep.examine(self.model.packed, *shaped, residual, force, low, high)
+        sweep.examine(self.model.packed, *self.solved_arrays(), residual, force, low, high)
         if single:
             return residual[0], force[0], low[0], high[0]
         return residual, force, low, high

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -10,8 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
+from cablewright.kernels import is_compiled
 
 __all__ = ["as_rows", "run"]
+
+log = logging.getLogger(__name__)
 
 SERIAL_BELOW = 64
 """Rows under which one thread is faster than waking the others."""
@@ -38,7 +42,10 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArra
 
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
     """Run the serial kernel on few rows, the parallel one on many."""
-    if rows < SERIAL_BELOW:
+    serial = rows < SERIAL_BELOW
+    if not is_compiled(rows_kernel if serial else sweep_kernel):
+        log.info("compiling kernels (once, up to a minute)")
+    if serial:
         rows_kernel(*arguments, 0, rows)
         return
     with _sweeping:

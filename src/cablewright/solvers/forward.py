@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -63,7 +65,7 @@ def solve_forward(
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
     arrays = (length, factors, pose, states, codes, iterations, np.zeros(rows))
     run(sweep.forward_rows, sweep.forward_sweep, rows, model.packed, *arrays, start)
-    batch = Equilibrium(model, pose, length, states, codes, np.zeros(rows), iterations)
+    batch = Equilibrium(model, pose, length, states, factors, codes, np.zeros(rows), iterations)
     return batch[0] if single else batch
 
 
@@ -74,7 +76,7 @@ def _refuse_rigid(model: Model) -> None:
 
 def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64]:
     if values is None:
-        return np.zeros((0, m))
+        return np.ones((rows, m))
     given, _ = as_rows(values, m, "modulus factors", "1")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
@@ -103,8 +105,14 @@ class Tracker:
         self._packed = model.packed
         self._work = workspace(self._packed)
 
-    def step(self, lengths: NDArray[np.float64]) -> Status:
-        """Move to the equilibrium of *lengths* (m,) float64, m. Unless the status is OK the pose stays as it was."""
+    def step(self, lengths: ArrayLike) -> Status:
+        """Move to the equilibrium of *lengths* (m,), m. Unless the status is OK the pose stays as it was.
+
+        Raises `InputError` for lengths of the wrong count or not finite.
+        """
+        lengths = np.ascontiguousarray(lengths, dtype=np.float64)
+        if lengths.shape != (self.model.m,) or not math.isfinite(lengths.sum()):
+            raise InputError(f"lengths: {self.model.m} finite numbers in m are wanted; got {lengths.tolist()}")
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
         if code == layout.Code.OK:

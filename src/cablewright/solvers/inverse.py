@@ -40,5 +40,6 @@ def solve_inverse(model: Model, poses: ArrayLike, *, path: bool = False) -> Equi
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)
     run(sweep.inverse_rows, sweep.inverse_sweep, rows, model.packed, pose, states, lengths, codes, violations, path)
-    batch = Equilibrium(model, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
+    factors = np.ones_like(lengths)
+    batch = Equilibrium(model, pose, lengths, states, factors, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch

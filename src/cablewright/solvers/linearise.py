@@ -51,13 +51,12 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     """
     equilibrium.checked()
     single = equilibrium.code.ndim == 0
-    batch = equilibrium[None] if single else equilibrium
-    model, rows = equilibrium.model, len(batch.code)
+    model, rows = equilibrium.model, equilibrium.code.size
     stiffness = np.zeros((rows, model.n, model.n))
     motion = np.zeros((rows, model.n, model.m, sweep.PARAMETERS))
     codes = np.zeros(rows, dtype=np.int64)
-    given = [np.ascontiguousarray(a) for a in (batch.lengths, batch.pose, batch.states)]
-    run(sweep.linearise_rows, sweep.linearise_sweep, rows, model.packed, *given, stiffness, motion, codes)
+    solved = equilibrium.solved_arrays()
+    run(sweep.linearise_rows, sweep.linearise_sweep, rows, model.packed, *solved, stiffness, motion, codes)
     if codes.any():
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")

@@ -186,6 +186,7 @@ def _solve_block(models: dict[CableLaw, Model], positions: Array) -> dict[str, N
         "lever": lever_angles(inverse),
         "torque": winch_torques(inverse),
         "codes": inverse.code,
+        "violations": inverse.violation,
     }
 
 
@@ -219,11 +220,11 @@ def _judged(
         speed,
         solved["torque"],
     )
-    codes = solved.pop("codes")
-    findings = judge(robot, samples.positions, codes, quantities)
+    codes, violations = solved.pop("codes"), solved.pop("violations")
+    findings = judge(robot, samples.positions, codes, violations, quantities)
     missed = np.linalg.norm(solved["compensated"] - samples.positions, axis=1)
     failed = int((~(missed <= MET) & (codes == 0)).sum())
-    feasible = not failed and all(finding.violations == 0 for finding in findings)
+    feasible = not failed and not codes.any() and all(finding.violations == 0 for finding in findings)
     found = Check(
         robot=robot,
         job=job,
@@ -255,10 +256,10 @@ def _verdict(found: Check, failed: int) -> str:
     """One sentence."""
     machine, part = found.robot.name, found.job.name
     if found.feasible:
-        off, left = _extreme(np.nanmax, found.error_uncompensated), _extreme(np.nanmax, found.error_compensated)
+        off = _extreme(np.nanmax, found.error_uncompensated)
         return (
             f"{machine} can print {part}: every sample is within all limits; without compensation it prints up to "
-            f"{off * 1e3:.0f} mm off, with it the model meets the path to {left:.1g} m."
+            f"{off * 1e3:.0f} mm off, with it the model meets the path to within {MET * 1e6:g} um."
         )
     if failed:
         row = int(np.flatnonzero(~(found.error_compensated <= MET) & (found.codes == 0))[0])

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 import pyarrow as pa
@@ -20,9 +21,10 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.robot import library_names, library_text
 from cablewright.studies.check import Check
 
-__all__ = ["folder_name", "refuse_foreign", "run_folder", "write_check"]
+__all__ = ["folder_name", "run_folder", "write_check"]
 
 MANIFEST = "manifest.json"
+MANIFEST_BYTES = 1 << 20
 
 
 def folder_name(command: str, *names: str) -> str:
@@ -31,47 +33,63 @@ def folder_name(command: str, *names: str) -> str:
     return "-".join([command, *parts])[:120]
 
 
-def refuse_foreign(folder: Path) -> None:
+def _refuse_foreign(folder: Path) -> None:
     """Raise `InputError` if *folder* holds anything but an earlier run, which a new one may replace."""
-    if folder.is_dir() and (folder / MANIFEST).is_file():
+    if not folder.name:
+        raise InputError(f"--out = {str(folder)!r}: a folder with a name of its own is wanted")
+    if not folder.exists() or (folder.is_dir() and (_is_run(folder) or not any(folder.iterdir()))):
         return
-    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        raise InputError(f"--out = {folder}: it is there already and holds no earlier run; choose another folder")
+    raise InputError(f"--out = {folder}: it is there already and holds no earlier run; choose another folder")
+
+
+def _is_run(folder: Path) -> bool:
+    """Whether *folder* has a manifest of ours."""
+    try:
+        manifest = json.loads((folder / MANIFEST).read_bytes()[:MANIFEST_BYTES])
+    except (OSError, ValueError):
+        return False
+    return isinstance(manifest, dict) and {"schema", "command", "cablewright"} <= manifest.keys()
 
 
 @contextmanager
 def run_folder(folder: Path) -> Iterator[Path]:
     """A folder beside *folder* to write to, which takes its place when the block ends well.
 
-    Raises `EnvironmentFault` if it cannot be made. On an error nothing is left behind.
+    Raises `InputError` if *folder* holds something else than an earlier run, `EnvironmentFault` if nothing can be
+    written there. On an error nothing is left behind.
     """
-    refuse_foreign(folder)
-    part = folder.with_name(folder.name + ".part")
+    folder = folder.absolute()
+    _refuse_foreign(folder)
     try:
-        shutil.rmtree(part, ignore_errors=True)
-        part.mkdir(parents=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        aside = Path(mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     except OSError as reason:
         raise EnvironmentFault(f"{folder}: the run folder cannot be made: {reason.strerror or reason}") from None
     try:
+        part = aside / "new"
+        part.mkdir()
         yield part
-        _take_place(part, folder)
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
+        _take_place(part, folder, aside / "old")
+    except OSError as reason:
+        raise EnvironmentFault(f"{folder}: cannot be written: {reason.strerror or reason}") from None
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _take_place(part: Path, folder: Path, old: Path) -> None:
+    """Rename *part* to *folder*; an earlier run is moved aside first, and back if that fails."""
+    if folder.exists():
+        folder.rename(old)
+    try:
+        part.rename(folder)
+    except OSError:
+        if old.exists():
+            old.rename(folder)
         raise
 
 
-def _take_place(part: Path, folder: Path) -> None:
-    """Rename *part* to *folder*; an earlier run is moved aside first and removed last."""
-    aside = folder.with_name(folder.name + ".old")
-    shutil.rmtree(aside, ignore_errors=True)
-    if folder.exists():
-        folder.rename(aside)
-    part.rename(folder)
-    shutil.rmtree(aside, ignore_errors=True)
-
-
 def write_check(check: Check, folder: Path, robot: str, job: Path) -> None:
-    """Write samples.parquet, lengths.csv, result.json and the manifest of a check to an existing folder."""
+    """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder."""
     names = [line.name for line in check.robot.lines]
     with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
         pa.parquet.write_table(_table(check, names), sink, compression="zstd")

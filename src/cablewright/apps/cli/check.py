@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, RobotName
-from cablewright.apps.cli.output import limits, print_json, progress, tell, tell_if_compiling
+from cablewright.apps.cli.output import limits, print_json, progress, tell
 
 if TYPE_CHECKING:
     from cablewright.studies.check import Check
@@ -33,14 +33,12 @@ def check(
 
     described, wanted = load(robot), load_job(job)
     folder = out or Path("runs") / store.folder_name("check", described.name, job.stem)
-    store.refuse_foreign(folder)
-    tell_if_compiling("inverse_sweep")
-    with progress() as show:
-        found = run_check(described, wanted, tension_limits=limits(tension_limits), progress=show)
-        with store.run_folder(folder) as part:
-            show("writing report", 0, 1)
-            store.write_check(found, part, robot, job)
-            report.write(found, part, layer_table(found.samples, found.law))
+    tensions = limits(tension_limits)
+    with store.run_folder(folder) as part, progress() as show:
+        found = run_check(described, wanted, tension_limits=tensions, progress=show)
+        show("writing report", 0, 1)
+        store.write_check(found, part, robot, job)
+        report.write(found, part, layer_table(found.samples, found.law))
     page = folder / "report.html"
     if as_json:
         print_json(found.summary() | {"report": str(page), "lengths": str(folder / "lengths.csv")})

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import errno
+import logging
 import sys
 import traceback
 from typing import Annotated
 
 import typer
-from typer.exceptions import Abort, TyperException
+from typer.exceptions import TyperException
 
 from cablewright.apps.cli import check, robots, statics
 from cablewright.errors import CablewrightError
@@ -18,7 +18,6 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     name="cablewright",
     help="Models and checks cable-driven parallel robots that print large parts.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -55,8 +54,13 @@ def run(arguments: list[str]) -> int:
     """Run one command; returns its exit code. Errors become one line on stderr, with --debug a traceback too."""
     debug = "--debug" in arguments
     arguments = [argument for argument in arguments if argument != "--debug"]
+    logging.basicConfig(format="%(message)s", level=logging.WARNING)
+    logging.getLogger("cablewright").setLevel(logging.INFO)
     try:
-        return app(arguments, prog_name="cablewright", standalone_mode=False) or 0
+        code = app(arguments, prog_name="cablewright", standalone_mode=False) or 0
+        if code == INTERRUPTED:
+            _explain("interrupted", debug=False)
+        return code
     except CablewrightError as error:
         _explain(str(error), debug)
         return error.exit_code
@@ -64,14 +68,8 @@ def run(arguments: list[str]) -> int:
         _explain(" ".join(error.format_message().split()), debug)
         return BAD_INPUT
     except OSError as error:
-        if error.errno == errno.EPIPE:  # the reader of our output has gone
-            sys.stderr.close()
-            return 0
         _explain(f"{error.filename or 'output'}: {error.strerror or error}", debug)
         return ENVIRONMENT
-    except (KeyboardInterrupt, Abort):
-        _explain("interrupted", debug)
-        return INTERRUPTED
 
 
 def _explain(line: str, debug: bool) -> None:

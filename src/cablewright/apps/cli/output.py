@@ -14,7 +14,7 @@ import typer
 
 from cablewright.errors import InputError
 
-__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "tell_if_compiling"]
+__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell"]
 
 SCHEMA = 1
 """Version of the JSON that commands print."""
@@ -53,14 +53,6 @@ def _without_nan(value: Any) -> Any:
 def tell(line: str) -> None:
     """Say something to the person, apart from the result."""
     typer.echo(line, err=True)
-
-
-def tell_if_compiling(kernel: str) -> None:
-    """Say why the first run of a command that rests on *kernel* takes longer."""
-    from cablewright.kernels import is_compiled, sweep
-
-    if not is_compiled(getattr(sweep, kernel)):
-        tell("compiling kernels (once, up to a minute)")
 
 
 def numbers(text: str | None, option: str) -> list[float] | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cablewright.apps.cli.options import AsJson, Cable, Limits, RobotName, Sheave
-from cablewright.apps.cli.output import limits, numbers, print_json, tell, tell_if_compiling
+from cablewright.apps.cli.output import limits, numbers, print_json, tell
 
 if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium
@@ -33,7 +33,6 @@ def inverse(
     from cablewright.solvers.inverse import solve_inverse
 
     model = Model(load(robot), Fidelity.of(cable, sheave), limits(tension_limits))
-    tell_if_compiling("inverse_rows")
     found = solve_inverse(model, numbers(at, "--at") or [])
     status, sentence = found.status, found.sentence()
     if status is Status.OK and (broken := _broken_limit(found)):
@@ -62,7 +61,6 @@ def forward(
     from cablewright.solvers.forward import solve_forward
 
     model = Model(load(robot), Fidelity.of(cable, sheave))
-    tell_if_compiling("forward_rows")
     found = solve_forward(
         model,
         numbers(lengths, "--lengths") or [],
