@@ -15,6 +15,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.equilibrium import BAD_WRAP, NOT_CONVERGED, OK, OVERSTRETCHED, UNDER_EXIT, Work, workspace
 from cablewright.kernels.layout import (
     BREAKING,
+    DEAD,
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
@@ -43,6 +44,8 @@ from cablewright.kernels.wrench import add_force, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
+UNSURE = 0.01  # of its own weight: a line so slack may as well hang otherwise
+SLACKEST = 0.25  # of its own weight: the least asked of a line where less leads nowhere
 SECOND_CHANCE = 1e-3  # of the weight: a violation so small is looked at again
 TENSION_TOLERANCE = 1e-11  # of the largest pull
 FLATTEST = 0.05  # of an extreme's change per pull: flatter than this, a limit is not linearised
@@ -70,6 +73,7 @@ class InverseWork(NamedTuple):
     bias: NDArray[np.float64]  # (m,)
     column: NDArray[np.float64]  # (n,)
     step: NDArray[np.float64]  # (n, 3)
+    slackest: NDArray[np.float64]  # (1,): share of its weight that a line's tension may not fall under
 
 
 @jit(allocates=True)
@@ -91,6 +95,7 @@ def inverse_workspace(packed):
         np.zeros(m),
         np.zeros(n),
         np.zeros((n, 3)),
+        np.zeros(1),
     )
 
 
@@ -116,12 +121,23 @@ def _solve(packed, pose, states, work, known):
         return code, 0.0
     if not known:
         work.multipliers[:] = 0.0
-    code = _distribute(packed, states, work)
+    code = _distribute(packed, states, work, 0.0)
+    if code in (OK, BAD_WRAP, OVERSTRETCHED) and _slackest(packed, states) > UNSURE:
+        return code, 0.0
+    # limits that let a line go slack under its own weight: ask no line to go that far
+    _begin(packed, pose, states, work, False)
+    work.multipliers[:] = 0.0
+    again = _distribute(packed, states, work, SLACKEST)
+    if again == OK:
+        return OK, 0.0
+    _begin(packed, pose, states, work, False)
+    work.multipliers[:] = 0.0
+    code = _distribute(packed, states, work, 0.0)
     if code != INFEASIBLE:
         return code, 0.0
     settled, violation = _least_violation(packed, states, work)
     if settled and violation <= SECOND_CHANCE * packed.platform[PLATFORM_WEIGHT]:
-        code = _distribute(packed, states, work)  # the no was that of a program far from the answer
+        code = _distribute(packed, states, work, 0.0)  # the no was that of a program far from the answer
         if code != INFEASIBLE:
             return code, 0.0
         settled, violation = _least_violation(packed, states, work)
@@ -129,8 +145,21 @@ def _solve(packed, pose, states, work, known):
 
 
 @jit
-def _distribute(packed, states, work):
-    """Programs under the limits until the pulls rest. Returns a code."""
+def _slackest(packed, states):
+    """Smallest tension along any line as a share of that line's own weight."""
+    share = 1e300
+    for i in range(packed.lines.shape[0]):
+        row, y = packed.lines[i], states[i]
+        carried = row[WEIGHT] * (y[FREE] + y[DEAD])
+        if carried > 0.0:
+            share = min(share, extremes(row, y)[0] / carried)
+    return share
+
+
+@jit
+def _distribute(packed, states, work, slackest):
+    """Programs under the limits until the pulls rest, no line slacker than *slackest* of its weight. Returns a code."""
+    work.slackest[0] = slackest
     relax = 1.0
     work.moves[:] = 0.0
     work.before[:] = 0.0
@@ -219,7 +248,8 @@ def _program(packed, states, work, give, relax):
         h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
         add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, work.load)
         least, most, dleast, dmost = extremes_and_change(row, y, steps[:, 1])
-        work.low[i] = pull + (row[TENSION_MIN] - least) * pull / max(dleast, FLATTEST * pull)
+        wanted = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
+        work.low[i] = pull + (wanted - least) * pull / max(dleast, FLATTEST * pull)
         work.high[i] = pull + (row[TENSION_MAX] - most) * pull / max(dmost, FLATTEST * pull)
     solved = distribute(
         work.structure,
