@@ -112,18 +112,23 @@ def infeasible(limits: tuple[float, float]) -> Equilibrium:
 def test_an_infeasible_pose_has_a_negative_margin(limits: tuple[float, float]) -> None:
     no = infeasible(limits)
     assert (no.violation > 0.0).all()
-    assert (no.margin() < 0.0).all()
+    settled = ~np.isnan(no.lengths).any(axis=1)  # the others would need a line that pushes: no numbers, but how much
+    assert settled.sum() > 20
+    assert (no[settled].margin() < 0.0).all()
+    assert np.isnan(no[~settled].tensions).all()
 
 
 @pytest.mark.parametrize("limits", [(20.0, 5150.0), (300.0, 600.0), (1000.0, 2000.0)])
 def test_the_lines_of_an_infeasible_pose_still_end_at_the_platform(limits: tuple[float, float]) -> None:
-    assert infeasible(limits).residual_norm().max() < 1e-6
+    no = infeasible(limits)
+    assert np.nanmax(no.residual_norm()) < 1e-6
 
 
 @pytest.mark.parametrize("limits", [(20.0, 5150.0), (300.0, 600.0), (1000.0, 2000.0)])
 def test_the_violation_is_that_of_the_tensions_returned(limits: tuple[float, float]) -> None:
     no = infeasible(limits)
-    np.testing.assert_allclose(no.violation, -no.margin(), rtol=0.01, atol=0.1)
+    settled = no[~np.isnan(no.lengths).any(axis=1)]
+    np.testing.assert_allclose(settled.violation, -settled.margin(), rtol=1e-9, atol=1e-6)
 
 
 def test_a_little_out_of_reach_is_a_little_violation() -> None:

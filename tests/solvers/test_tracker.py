@@ -44,9 +44,6 @@ def test_elastic_lines_are_followed_through_slackness() -> None:
     "lengths",
     [
         pytest.param(np.full(4, 24.0), id="too short"),
-        pytest.param(np.array([28.0, 28.0, 28.0, np.nan]), id="nan"),
-        pytest.param(np.full(4, np.nan), id="all nan"),
-        pytest.param(np.array([28.0, 28.0, 28.0, np.inf]), id="inf"),
         pytest.param(np.array([28.0, 28.0, 28.0, -28.0]), id="negative"),
     ],
 )
@@ -60,11 +57,15 @@ def test_a_step_that_fails_moves_nothing(cable: CableLaw, lengths: np.ndarray) -
     assert tracker.step(START - 0.001) is Status.OK
 
 
-@pytest.mark.parametrize("count", [3, 5])
-def test_a_wrong_count_of_lengths_is_refused(count: int) -> None:
+@pytest.mark.parametrize(
+    "lengths", [[28.0] * 3, [28.0] * 5, [28.0, 28.0, 28.0, np.nan], [28.0, 28.0, 28.0, np.inf], [[28.0] * 4]]
+)
+def test_lengths_of_the_wrong_count_or_not_finite_are_refused(lengths: list[float]) -> None:
     tracker = tracked()
-    with pytest.raises(InputError):
-        tracker.step(np.full(count, 28.0))
+    pose = tracker.pose.copy()
+    with pytest.raises(InputError, match="4 finite numbers"):
+        tracker.step(lengths)
+    np.testing.assert_array_equal(tracker.pose, pose)
 
 
 def test_lengths_are_left_alone() -> None:

@@ -68,9 +68,10 @@ def judge(
         ("winch speed", "m/s", lines.speed, lambda line: _up_to(line.winch.max_speed)),
         ("winch torque", "N m", lines.torque, lambda line: _up_to(line.winch.max_torque)),
     ]
-    findings = [_frame(robot, positions), *_statics(codes, violations)]
+    findings = [_frame(robot, positions)]
     for name, unit, values, bounds in rules:
         findings += _worst_line(name, unit, values, [bounds(line) for line in robot.lines], robot)
+    findings += _statics(codes, violations)
     return tuple(sorted(findings, key=lambda finding: (finding.violations == 0, -finding.violations)))
 
 

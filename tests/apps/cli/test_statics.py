@@ -100,8 +100,8 @@ def test_overstretched_names_the_line_and_by_how_much(cli, as_json: bool) -> Non
     ("at", "status", "says"),
     [
         ("0,0,14.9", "infeasible", "over its most, 5150 N"),
-        ("0,0,20", "infeasible", "under its least, 20 N"),  # above the frame: lines cannot push down
-        ("9,0,1", "infeasible", "under its least, 20 N"),  # outside the lines
+        ("0,0,20", "infeasible", "a line would have to push"),  # above the frame: lines cannot push down
+        ("9,0,1", "infeasible", "a line would have to push"),  # outside the lines
         ("7.4,7.4,14.95", "inside-sheave", "inside a sheave"),
         ("7.5,7.5,1", "under-exit", "straight below"),
         ("0,0,-1", "out-of-limits", "frame, z -1 m; 0 to 15 m is allowed"),
@@ -117,7 +117,7 @@ def test_a_pose_that_cannot_be_held(cli, at: str, status: str, says: str) -> Non
     assert text.out.startswith(f"house-printer: {status}\n")
 
 
-@pytest.mark.parametrize("at", ["0,0,14.9", "9,0,1", "0,0,20", "7.45,0,1"])
+@pytest.mark.parametrize("at", ["0,0,14.9", "7.45,0,1"])
 def test_an_infeasible_pose_is_told_with_the_numbers_it_prints(cli, at: str) -> None:
     """The line, the excess and the tensions printed belong together."""
     answer = cli("inverse", "house-printer", "--at", at, "--json")

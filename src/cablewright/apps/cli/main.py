@@ -67,6 +67,8 @@ def run(arguments: list[str]) -> int:
     except TyperException as error:
         _explain(" ".join(error.format_message().split()), debug)
         return BAD_INPUT
+    except SystemExit:  # typer's answer to a reader that has seen enough
+        return 0
     except OSError as error:
         _explain(f"{error.filename or 'output'}: {error.strerror or error}", debug)
         return ENVIRONMENT
