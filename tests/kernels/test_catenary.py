@@ -21,7 +21,7 @@ def by_chance(count: int) -> list[tuple[float, float, float, float, float]]:
     return rows
 
 
-@pytest.mark.parametrize("h, v, length, weight, stiffness", by_chance(300))
+@pytest.mark.parametrize(("h", "v", "length", "weight", "stiffness"), by_chance(300))
 def test_its_end_is_the_textbooks(h: float, v: float, length: float, weight: float, stiffness: float) -> None:
     x, z, *_ = span(h, v, length, weight, 1 / stiffness)
     exact_x, exact_z = textbook(h, v, length, weight, stiffness)
@@ -30,7 +30,7 @@ def test_its_end_is_the_textbooks(h: float, v: float, length: float, weight: flo
     assert abs(z - exact_z) < 2e-14 * max(abs(exact_z), length * 1e-2)
 
 
-@pytest.mark.parametrize("h, v, length, weight, stiffness", by_chance(100))
+@pytest.mark.parametrize(("h", "v", "length", "weight", "stiffness"), by_chance(100))
 def test_its_derivatives_are_the_textbooks(h: float, v: float, length: float, weight: float, stiffness: float) -> None:
     _, _, x_h, x_v, z_v, x_l, z_l, v1 = span(h, v, length, weight, 1 / stiffness)
 

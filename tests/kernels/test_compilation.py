@@ -59,8 +59,8 @@ def test_an_edited_callee_is_not_answered_by_a_stale_caller(tmp_path) -> None:
 @pytest.mark.parametrize("name", ["paty2021", "merlet2023"])
 def test_without_the_compiler_the_numbers_are_the_same(name: str) -> None:
     code = (
-        "import cablewright as cw; r = cw.load('%s'); e = cw.inverse(r, [0.2, -0.1, 1.0]);"
-        "f = cw.forward(r, e.lengths); print(*map(repr, map(float, [*e.lengths, *f.pose])))" % name
+        f"import cablewright as cw; r = cw.load({name!r}); e = cw.inverse(r, [0.2, -0.1, 1.0]);"
+        "f = cw.forward(r, e.lengths); print(*map(repr, map(float, [*e.lengths, *f.pose])))"
     )
     plain = subprocess.run(
         [sys.executable, "-c", code],

@@ -62,7 +62,7 @@ def distributed(structure, load, low, high, give=0.0):
 SHAPES = [(3, 3), (3, 4), (3, 6), (3, 8), (6, 6), (6, 7), (6, 8), (6, 12)]
 
 
-@pytest.mark.parametrize("n, m", SHAPES)
+@pytest.mark.parametrize(("n", "m"), SHAPES)
 @pytest.mark.parametrize("lost", [0, 1])
 def test_it_finds_tensions_where_an_lp_does_and_the_least_of_them(n: int, m: int, lost: int) -> None:
     rng = np.random.default_rng(100 * n + m + lost)

@@ -54,7 +54,7 @@ def test_massless_elastic_lines_rest_where_mujoco_rests(name: str, excess: float
     lengths[0] += excess
     found = solve_forward(model, lengths)
     assert found.ok
-    start = found.pose + [0.01, -0.02, 0.01]
+    start = found.pose + np.array([0.01, -0.02, 0.01])
     rest = mujoco_model.rest(robot, lengths.tolist(), start.tolist())
     assert np.linalg.norm(np.asarray(rest.pose) - found.pose) < 20e-6
 
@@ -62,7 +62,7 @@ def test_massless_elastic_lines_rest_where_mujoco_rests(name: str, excess: float
 def test_a_slack_massless_line_carries_nothing() -> None:
     model = Model(load("merlet2023"), Fidelity(CableLaw.ELASTIC))
     row = cases.poses(model, 1)[0]
-    found = solve_forward(model, row.lengths + [0.5, 0.0, 0.0, 0.0])
+    found = solve_forward(model, row.lengths + np.array([0.5, 0.0, 0.0, 0.0]))
     assert found.ok
     assert found.tensions[0] == 0.0
     assert (found.tensions[1:] >= 0.0).all()

@@ -177,7 +177,7 @@ def test_a_light_lever_points_along_the_bisector() -> None:
 @pytest.mark.parametrize("name", ["merlet2023", "off-axis"])
 @pytest.mark.parametrize("law", [CableLaw.ELASTIC, CableLaw.CATENARY])
 def test_winches_work_reciprocally(name: str, law: CableLaw) -> None:
-    """dV/dL = -T (1 + T / 2EA) + w z at the winch exit is a gradient: its derivatives by other lengths are symmetric."""
+    """dV/dL = -T (1 + T / 2EA) + w z at the winch exit is a gradient: its derivatives by the lengths are symmetric."""
     robot = next(robot for robot in cases.robots() if robot.name == name)
     model = Model(robot, Fidelity(law, SheaveLaw.EYELET))
     held = cases.poses(model, 3)

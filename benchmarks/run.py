@@ -1,0 +1,41 @@
+"""Print the table and write results.json beside this file."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmarks import commands, statics
+
+RESULTS = Path(__file__).with_name("results.json")
+
+
+def main() -> None:
+    """Run everything; an aim that is missed is said, not hidden."""
+    rows = []
+    print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
+    for source in (statics, commands):
+        for row in source.rows():
+            print(row.text(), flush=True)
+            rows.append(row.fields())
+    machine = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
+    machine |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy")}
+    part = RESULTS.with_suffix(".part")
+    part.write_text(json.dumps({"schema": 1, "machine": machine, "rows": rows}, indent=2, default=float) + "\n")
+    part.replace(RESULTS)
+
+
+def processor() -> str:
+    """The processor's name as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+if __name__ == "__main__":
+    main()

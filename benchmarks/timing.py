@@ -1,0 +1,55 @@
+"""Measuring: the best of a few repeats, so that what else the machine does counts least."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table. `aim` is a bound on `value`; `peer` and `ratio` are of another way to do the same."""
+
+    name: str
+    value: float
+    unit: str
+    aim: str = ""
+    met: bool | None = None
+    peer: str = ""
+    ratio: float | None = None
+
+    def text(self) -> str:
+        """For the table."""
+        verdict = "" if self.met is None else ("yes" if self.met else "NO")
+        beside = "" if self.ratio is None else f"{self.ratio:,.1f} x {self.peer}"
+        return f"{self.name:<52} {self.value:>12,.2f} {self.unit:<10} {self.aim:<14} {verdict:<4} {beside}"
+
+    def fields(self) -> dict[str, object]:
+        """For the JSON file."""
+        return asdict(self)
+
+
+def best(function: Callable[[], object], repeats: int = 5) -> float:
+    """Shortest time of *repeats* calls, s, after one that is not counted."""
+    function()
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def medians(functions: list[Callable[[], object]], calls: int) -> list[float]:
+    """Median time of a call of each function, s, called in turn so that the machine's moods hit all alike."""
+    times: list[list[float]] = [[] for _ in functions]
+    for function in functions:
+        function()
+    for _ in range(calls):
+        for function, own in zip(functions, times, strict=True):
+            begin = time.perf_counter()
+            function()
+            own.append(time.perf_counter() - begin)
+    return [statistics.median(own) for own in times]
