@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -40,11 +41,17 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArra
     return np.atleast_2d(array), array.ndim == 1
 
 
+@cache
+def _say_compiling() -> None:
+    """Say, once a process, why this takes longer than it will the next time."""
+    log.info("compiling kernels (once, up to a minute)")
+
+
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
     """Run the serial kernel on few rows, the parallel one on many."""
     serial = rows < SERIAL_BELOW
     if not is_compiled(rows_kernel if serial else sweep_kernel):
-        log.info("compiling kernels (once, up to a minute)")
+        _say_compiling()
     if serial:
         rows_kernel(*arguments, 0, rows)
         return

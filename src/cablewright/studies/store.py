@@ -91,8 +91,11 @@ def _take_place(part: Path, folder: Path, old: Path) -> None:
 def write_check(check: Check, folder: Path, robot: str, job: Path) -> None:
     """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder."""
     names = [line.name for line in check.robot.lines]
+    table = _table(check, names)
+    floats = [field.name for field in table.schema if pa.types.is_floating(field.type)]
+    whole = [field.name for field in table.schema if field.name not in floats]
     with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
-        pa.parquet.write_table(_table(check, names), sink, compression="zstd")
+        pa.parquet.write_table(table, sink, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats)
     columns = {"time": np.round(check.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
