@@ -7,14 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Sheave(IntEnum):
-    """How a line leaves its mounting."""
-
-    EYELET = 0
-    SWIVEL = 1
-    UNIVERSAL_JOINT = 2
-
-
 class Code(IntEnum):
     """What became of one solve. The sentences for people are in `cablewright.errors.Status`."""
 
@@ -34,16 +26,15 @@ class Code(IntEnum):
 # Columns of `Packed.lines`. Lengths in m, forces in N, weights in N/m, compliances 1/EA in 1/N.
 EXIT_X, EXIT_Y, EXIT_Z = 0, 1, 2  # exit point A, world
 POINT_X, POINT_Y, POINT_Z = 3, 4, 5  # platform point B, platform frame
-KIND = 6  # a Sheave
-RADIUS, LEVER, LEVER_MOMENT = 7, 8, 9  # lever moment: weight times its distance from A, N m
-SIDE = 10  # +1 the cable passes over the sheave, -1 under it
-WINCH_X, WINCH_Z = 11, 12  # winch exit C from A in the plane of the dead span: horizontal distance, height
-DEAD_LENGTH = 13  # constant length added where the dead span is not modelled
-WEIGHT = 14  # weight per unstrained length
-FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE = 15, 16, 17
-TENSION_MIN, TENSION_MAX, BREAKING = 18, 19, 20
-UNKNOWNS = 21  # how many of the line's unknowns are free: 3 to 6
-COLUMNS = 22
+RADIUS, LEVER, LEVER_MOMENT = 6, 7, 8  # lever moment: weight times its distance from A, N m
+SIDE = 9  # +1 the cable passes over the sheave, -1 under it
+WINCH_X, WINCH_Z = 10, 11  # winch exit C from A in the plane of the dead span: horizontal distance, height
+DEAD_LENGTH = 12  # constant length added where the dead span is not modelled
+WEIGHT = 13  # weight per unstrained length
+FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE = 14, 15, 16
+TENSION_MIN, TENSION_MAX, BREAKING = 17, 18, 19
+UNKNOWNS = 20  # how many of the line's unknowns are free, 3 to 6: what tells sheave kinds apart
+COLUMNS = 21
 
 # Unknowns of one line, in the order in which sheave kinds need them: a simpler kind uses a leading part.
 # In the line's plane, x towards B and z up; angles of the tangent where the cable leaves the sheave.

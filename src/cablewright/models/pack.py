@@ -15,12 +15,6 @@ from cablewright.robot import Line, Robot
 
 __all__ = ["pack"]
 
-KINDS = {
-    SheaveLaw.EYELET: layout.Sheave.EYELET,
-    SheaveLaw.SWIVEL: layout.Sheave.SWIVEL,
-    SheaveLaw.UNIVERSAL_JOINT: layout.Sheave.UNIVERSAL_JOINT,
-}
-
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
     """Arrays of *robot* under *fidelity*; *tension_limits* (N) replace those of every line.
@@ -44,7 +38,6 @@ def _pack_geometry(row: NDArray[np.float64], line: Line, law: SheaveLaw) -> None
     """Points, sheave and which unknowns the line has."""
     row[layout.EXIT_X : layout.EXIT_Z + 1] = line.exit_point
     row[layout.POINT_X : layout.POINT_Z + 1] = line.platform_point
-    row[layout.KIND] = KINDS[law]
     row[layout.DEAD_LENGTH] = line.dead_length
     row[layout.SIDE] = 1.0
     row[layout.UNKNOWNS] = 3

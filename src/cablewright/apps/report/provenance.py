@@ -91,10 +91,9 @@ def _arc(line: Line) -> str:
 
 
 def _dead_span(line: Line) -> str:
-    stretch = "stretches" if line.dead_elastic else "does not stretch"
     if line.winch_exit is not None:
-        return f"modelled, {stretch}"
-    return f"a constant {quantity(line.dead_length, 'm')} that {stretch}" if line.dead_length else "not modelled"
+        return "modelled, stretches" if line.dead_elastic else "modelled, does not stretch"
+    return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"
 
 
 def _speeds(digest: Digest) -> str:
