@@ -20,8 +20,11 @@ from cablewright.kernels.layout import (
     FREE,
     FREE_COMPLIANCE,
     LEVER,
+    PHI,
     PLATFORM_WEIGHT,
+    PSI,
     RADIUS,
+    TAU,
     TENSION_MAX,
     TENSION_MIN,
     UNKNOWNS,
@@ -247,7 +250,9 @@ def _program(packed, states, work, give, relax):
         # the part of the end force that is not proportional to the pull belongs to the load
         h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
         add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, work.load)
-        least, most, dleast, dmost = extremes_and_change(row, y, steps[:, 1])
+        least, most, dleast, dmost = extremes_and_change(
+            row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
+        )
         wanted = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
         work.low[i] = pull + (wanted - least) * pull / max(dleast, FLATTEST * pull)
         work.high[i] = pull + (row[TENSION_MAX] - most) * pull / max(dmost, FLATTEST * pull)

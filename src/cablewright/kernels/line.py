@@ -130,23 +130,23 @@ def lever_stable(row, y):
 @jit
 def extremes(row, y):
     """Smallest and largest tension along the line, N."""
-    low, high, _, _ = extremes_and_change(row, y, y)
+    low, high, _, _ = extremes_and_change(row, y, 0.0, 0.0, 0.0, 0.0, 0.0)
     return low, high
 
 
 @jit
-def extremes_and_change(row, y, change):
-    """Smallest and largest tension along the line, N, and how they change with the *change* of the unknowns."""
+def extremes_and_change(row, y, dphi, dtau, dfree, ddead, dpsi):
+    """Smallest and largest tension along the line, N, and how they change with changes of the unknowns."""
     t = exp(y[TAU])
     weight = row[WEIGHT]
     h, v = t * cos(y[PHI]), t * sin(y[PHI])
-    dh, dv = h * change[TAU] - v * change[PHI], v * change[TAU] + h * change[PHI]
-    low, high, dlow, dhigh = _span_extremes(h, v, weight * y[FREE], dh, dv, weight * change[FREE])
+    dh, dv = h * dtau - v * dphi, v * dtau + h * dphi
+    low, high, dlow, dhigh = _span_extremes(h, v, weight * y[FREE], dh, dv, weight * dfree)
     if row[UNKNOWNS] > 3.0:
         h, v = t * cos(y[PSI]), t * sin(y[PSI])
-        turn = change[PSI] if row[UNKNOWNS] > 4.0 else 0.0
-        dh, dv = h * change[TAU] - v * turn, v * change[TAU] + h * turn
-        low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * change[DEAD])
+        turn = dpsi if row[UNKNOWNS] > 4.0 else 0.0
+        dh, dv = h * dtau - v * turn, v * dtau + h * turn
+        low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * ddead)
         if low2 < low:
             low, dlow = low2, dlow2
         if high2 > high:
