@@ -12,9 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.equilibrium import BAD_WRAP, NOT_CONVERGED, OK, OVERSTRETCHED, UNDER_EXIT, Work, workspace
+from cablewright.kernels.equilibrium import (
+    BAD_WRAP,
+    LEVER_UNSTABLE,
+    NOT_CONVERGED,
+    OK,
+    OVERSTRETCHED,
+    UNDER_EXIT,
+    Work,
+    judge,
+    workspace,
+)
 from cablewright.kernels.layout import (
-    BREAKING,
     DEAD,
     DEAD_COMPLIANCE,
     FREE,
@@ -41,7 +50,7 @@ from cablewright.kernels.line import (
     start_force,
 )
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.sheave import straight, unstrain, wrap
+from cablewright.kernels.sheave import straight, unstrain
 from cablewright.kernels.tension import SOFT, distribute
 from cablewright.kernels.wrench import add_force, place, start_balance
 
@@ -56,7 +65,7 @@ INFEASIBLE = int(Code.INFEASIBLE)
 INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
 UNDERCONSTRAINED = int(Code.UNDERCONSTRAINED)
 NEEDS_PUSH = -1  # infeasible, and no line states that balance the load
-ANSWERED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP)  # codes that come with a state
+ANSWERED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP, LEVER_UNSTABLE)  # codes that come with a state
 
 
 class InverseWork(NamedTuple):
@@ -125,7 +134,7 @@ def _solve(packed, pose, states, work, known):
     if not known:
         work.multipliers[:] = 0.0
     code = _distribute(packed, states, work, 0.0)
-    if code in (OK, BAD_WRAP, OVERSTRETCHED) and _slackest(packed, states) > UNSURE:
+    if code not in (INFEASIBLE, NOT_CONVERGED) and _slackest(packed, states) > UNSURE:
         return code, 0.0
     # limits that let a line go slack under its own weight: ask no line to go that far
     _begin(packed, pose, states, work, False)
@@ -172,7 +181,7 @@ def _distribute(packed, states, work, slackest):
         if code != OK:
             return code
         if change < TENSION_TOLERANCE:
-            return _verdict(packed, states)
+            return judge(packed, states, work.base.planes)
         # slack lines curve: where the programs overshoot, go only part of the way
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED
@@ -308,19 +317,6 @@ def _curve(work, i, pull):
         work.structure[k, i] = work.column[k]
     work.before[i] = pull
     work.bias[i] = (work.curvature[i] - 1.0) * pull
-
-
-@jit
-def _verdict(packed, states):
-    """Code of the settled lines."""
-    for i in range(packed.lines.shape[0]):
-        row, y = packed.lines[i], states[i]
-        angle = wrap(row, y)
-        if angle < 0.0 or angle > 6.283185307179586:
-            return BAD_WRAP
-        if extremes(row, y)[1] > row[BREAKING]:
-            return OVERSTRETCHED
-    return OK
 
 
 @jit
