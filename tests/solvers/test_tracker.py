@@ -44,7 +44,6 @@ def test_elastic_lines_are_followed_through_slackness() -> None:
     "lengths",
     [
         pytest.param(np.full(4, 24.0), id="too short"),
-        pytest.param(np.array([28.0, 28.0, 28.0, -28.0]), id="negative"),
     ],
 )
 @pytest.mark.parametrize("cable", [CableLaw.CATENARY, CableLaw.ELASTIC])
@@ -58,12 +57,21 @@ def test_a_step_that_fails_moves_nothing(cable: CableLaw, lengths: np.ndarray) -
 
 
 @pytest.mark.parametrize(
-    "lengths", [[28.0] * 3, [28.0] * 5, [28.0, 28.0, 28.0, np.nan], [28.0, 28.0, 28.0, np.inf], [[28.0] * 4]]
+    "lengths",
+    [
+        [28.0] * 3,
+        [28.0] * 5,
+        [28.0, 28.0, 28.0, np.nan],
+        [28.0, 28.0, 28.0, np.inf],
+        [[28.0] * 4],
+        [28.0, 28.0, 28.0, -28.0],
+        ["a"] * 4,
+    ],
 )
 def test_lengths_of_the_wrong_count_or_not_finite_are_refused(lengths: list[float]) -> None:
     tracker = tracked()
     pose = tracker.pose.copy()
-    with pytest.raises(InputError, match="4 finite numbers"):
+    with pytest.raises(InputError, match="lengths"):
         tracker.step(lengths)
     np.testing.assert_array_equal(tracker.pose, pose)
 

@@ -176,7 +176,7 @@ def _massless(row, x, z, length, y, block, rhs):
 @jit
 def spring_guess(packed, lengths, pose, states, work):
     """Set *pose* near the equilibrium for *lengths*: springs from the exit points, sheaves as constant offsets."""
-    place_below(packed, pose)
+    place_below(packed, lengths, pose)
     for _ in range(2):
         for i in range(packed.lines.shape[0]):
             row, plane, y = packed.lines[i], work.planes[i], states[i]
@@ -192,13 +192,17 @@ def spring_guess(packed, lengths, pose, states, work):
 
 
 @jit
-def place_below(packed, pose):
+def place_below(packed, lengths, pose):
     """A pose to begin from: below the middle of the exit points."""
     m = packed.lines.shape[0]
     pose[:] = 0.0
-    low, high = 1e300, -1e300
+    drop = 1e300
     for i in range(m):
-        for k in range(3):
+        drop = min(drop, 0.25 * lengths[i])
+    for k in range(3):
+        low, high = 1e300, -1e300
+        for i in range(m):
             pose[k] += packed.lines[i, EXIT_X + k] / m
-        low, high = min(low, packed.lines[i, EXIT_X]), max(high, packed.lines[i, EXIT_X])
-    pose[2] -= 0.25 * (high - low)
+            low, high = min(low, packed.lines[i, EXIT_X + k]), max(high, packed.lines[i, EXIT_X + k])
+        drop = max(drop, 0.25 * (high - low))
+    pose[2] -= drop

@@ -101,7 +101,7 @@ def evaluate(packed, lengths, pose, states, work):
         v += row[WEIGHT] * y[FREE]
         for k in range(int(row[UNKNOWNS])):
             size = abs(steps[k, 0])
-            if not size <= worst:
+            if size > worst or size != size:  # once NaN, always NaN
                 worst = size
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
         scale = max(scale, abs(h), abs(v))
@@ -114,6 +114,8 @@ def condense(packed, states, work):
     """Eliminate the evaluated lines: balance after each line's own Newton step, tangent stiffness, line steps."""
     for i in range(packed.lines.shape[0]):
         row, y, steps = packed.lines[i], states[i], work.steps[i]
+        if is_slack(row, y):
+            continue
         if not eliminate(row, work.blocks[i], steps):
             return False
         add_eliminated(row, y, work.forces[i], steps, work.arms[i], work.planes[i], work.wrench, work.stiffness)
@@ -133,6 +135,12 @@ def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
 
 
 @jit
+def is_slack(row, y):
+    """Whether a massless line hangs slack: it carries nothing and has no shape."""
+    return row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK
+
+
+@jit
 def eliminate(row, block, steps):
     """Turn steps[:, 0], the residual, and columns 1 and 2 into the block inverse times residual, x and z."""
     unknowns = int(row[UNKNOWNS])
@@ -149,7 +157,9 @@ def _unbalanced(wrench, reach):
     """Largest force (N) of a wrench, its moments over the longest arm."""
     largest = 0.0
     for k in range(wrench.shape[0]):
-        largest = max(largest, abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, 1e-3))
+        size = abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, 1e-3)
+        if size > largest or size != size:
+            largest = size
     return largest
 
 
@@ -159,11 +169,12 @@ def refine(packed, lengths, pose, states, work):
     lines, n = packed.lines, packed.freedoms
     stalled = False
     worst = 0.0
+    grain = 4e-16 * max(abs(pose[0]), abs(pose[1]), abs(pose[2]))  # what a coordinate can resolve
     for iteration in range(NEWTON_STEPS):
         worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
         if not (worst == worst and unbalanced == unbalanced):
             return NOT_FINITE, iteration, worst
-        if (worst < LENGTH_TOLERANCE and unbalanced < FORCE_TOLERANCE * scale) or stalled:
+        if (worst < LENGTH_TOLERANCE + grain and unbalanced < FORCE_TOLERANCE * scale) or stalled:
             return OK, iteration, worst
         if not condense(packed, states, work):
             return SINGULAR, iteration, worst
@@ -174,7 +185,7 @@ def refine(packed, lengths, pose, states, work):
         step, full = move_platform(pose, work)
         for i in range(lines.shape[0]):
             full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
-        stalled = full and step < STALLED and worst < STALLED
+        stalled = full and step < STALLED + grain and worst < STALLED + grain
     return NOT_CONVERGED, NEWTON_STEPS, worst
 
 
@@ -241,11 +252,12 @@ def remaining(packed, lengths, pose, states, work):
         row, y, residual, plane = packed.lines[i], states[i], work.steps[i, :, 0], work.planes[i]
         place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
         reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
-        if row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK:
+        if is_slack(row, y):
             continue
         h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], residual)
         for k in range(int(row[UNKNOWNS])):
-            if not abs(residual[k]) <= worst:  # a NaN counts
-                worst = abs(residual[k])
+            size = abs(residual[k])
+            if size > worst or size != size:
+                worst = size
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v - row[WEIGHT] * y[FREE], work.wrench)
     return worst, _unbalanced(work.wrench, reach)

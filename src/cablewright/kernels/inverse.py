@@ -56,10 +56,12 @@ from cablewright.kernels.wrench import add_force, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
+TAUT = 1.5  # of its own weight: a tension at which a line is straight enough to begin with
 UNSURE = 0.01  # of its own weight: a line so slack may as well hang otherwise
 SLACKEST = 0.25  # of its own weight: the least asked of a line where less leads nowhere
 SECOND_CHANCE = 1e-3  # of the weight: a violation so small is looked at again
 TENSION_TOLERANCE = 1e-11  # of the largest pull
+BALANCE_TOLERANCE = 1e-9  # of the largest force
 FLATTEST = 0.05  # of an extreme's change per pull: flatter than this, a limit is not linearised
 INFEASIBLE = int(Code.INFEASIBLE)
 INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
@@ -157,6 +159,24 @@ def _solve(packed, pose, states, work, known):
 
 
 @jit
+def _balances(packed, states, work):
+    """Whether the settled lines hold the platform, to rounding: programs can rest on an ill-conditioned answer."""
+    base = work.base
+    start_balance(packed, base.rotation, base.wrench, base.stiffness)
+    scale = packed.platform[PLATFORM_WEIGHT]
+    for i in range(packed.lines.shape[0]):
+        h, v = start_force(states[i])
+        v += packed.lines[i, WEIGHT] * states[i, FREE]
+        plane = base.planes[i]
+        add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, base.wrench)
+        scale = max(scale, abs(h), abs(v))
+    for k in range(packed.freedoms):
+        if not abs(base.wrench[k]) <= BALANCE_TOLERANCE * scale:
+            return False
+    return True
+
+
+@jit
 def _slackest(packed, states):
     """Smallest tension along any line as a share of that line's own weight."""
     share = 1e300
@@ -181,7 +201,7 @@ def _distribute(packed, states, work, slackest):
         if code != OK:
             return code
         if change < TENSION_TOLERANCE:
-            return judge(packed, states, work.base.planes)
+            return judge(packed, states, work.base.planes) if _balances(packed, states, work) else NOT_CONVERGED
         # slack lines curve: where the programs overshoot, go only part of the way
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED
@@ -227,10 +247,15 @@ def _begin(packed, pose, states, work, known):
         if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
             return INSIDE_SHEAVE  # within reach of the lever
         if not known:
-            if not straight(row, plane[2], plane[3], max(share, row[TENSION_MIN], 1.0), y):
+            tension = max(share, row[TENSION_MIN], 1.0)
+            if not straight(row, plane[2], plane[3], tension, y):
                 return INSIDE_SHEAVE
+            tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))
+            y[TAU] = log(tension)
             unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
-        work.pulls[i], _, _ = pull_of(row, y, plane[2], plane[3])
+            work.pulls[i] = tension
+        else:
+            work.pulls[i], _, _ = pull_of(row, y, plane[2], plane[3])
     return OK
 
 

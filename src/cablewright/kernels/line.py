@@ -5,7 +5,7 @@ free span ends at the platform point (x, z); unstrained lengths add up; dead spa
 moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
 """
 
-from math import atan2, cos, exp, log, sin, sqrt
+from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.catenary import span
@@ -33,6 +33,7 @@ from cablewright.kernels.sheave import constant_length, straight, unstrain, wrap
 
 STEPS = 80
 LENGTH_TOLERANCE = 1e-15  # m per m of line: a few roundings
+SLACK_FROM = 1.001  # lengths per chord: from here the catenary is a better guess than the parabola
 STALLED = 1e-12  # a Newton step so small that the one after it is rounding
 SLACK_TENSION = 1e-6  # N: a massless line that is straight at this tension carries nothing
 
@@ -218,6 +219,8 @@ def guess(row, x, z, length, tension, y):
             break
     h = t * cos(y[PHI])
     v = t * sin(y[PHI]) - 0.5 * weight * free
+    if free > SLACK_FROM * chord:
+        h, v = _hanging(max(reach, 1e-6 * chord), chord * sin(y[PHI]), free, weight)
     t = sqrt(h * h + v * v)
     if row[UNKNOWNS] > 3.0:  # the dead span must at least carry itself
         t = max(t, 1.02 * weight * y[DEAD])
@@ -226,6 +229,20 @@ def guess(row, x, z, length, tension, y):
     y[PHI] -= atan2(s * h - c * v, c * h + s * v)
     y[FREE] = free
     return True
+
+
+@jit
+def _hanging(x, z, length, weight):
+    """Start force of the inextensible catenary of *length* over (x, z), longer than their distance; x > 0.
+
+    With u = w x / 2H: sinh(u) / u = sqrt(L^2 - z^2) / x, and the middle of the span is at atanh(z / L).
+    """
+    ratio = sqrt((length - z) * (length + z)) / x
+    u = sqrt(6.0 * (ratio - 1.0)) if ratio < 3.0 else log(2.0 * ratio) + log(log(2.0 * ratio))
+    for _ in range(6):
+        u -= (sinh(u) - ratio * u) / (cosh(u) - ratio)
+    h = 0.5 * weight * x / u
+    return h, h * sinh(atanh(z / length) - u)
 
 
 @jit

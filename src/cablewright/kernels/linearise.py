@@ -5,7 +5,7 @@ from math import cos, exp, sin
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.equilibrium import OK, SINGULAR, condense, evaluate
+from cablewright.kernels.equilibrium import OK, SINGULAR, condense, evaluate, is_slack
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     DEAD,
@@ -46,6 +46,9 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
     right = motion.reshape((n, m * PARAMETERS))
     for i in range(m):
         row, y, plane, arm = packed.lines[i], states[i], work.planes[i], work.arms[i]
+        right[:, i * PARAMETERS : (i + 1) * PARAMETERS] = 0.0
+        if is_slack(row, y):
+            continue
         h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], changes[:, 0])
         _parameter_residuals(row, y, changes)
         if not solve(work.blocks[i], changes, int(row[UNKNOWNS]), 3):

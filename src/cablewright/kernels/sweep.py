@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablewright.kernels import jit, prange
-from cablewright.kernels.equilibrium import OK, remaining, workspace
+from cablewright.kernels.equilibrium import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, remaining, workspace
 from cablewright.kernels.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.inverse import inverse_workspace, lengths_of, solve_inverse
 from cablewright.kernels.layout import ARC_COMPLIANCE, DEAD_COMPLIANCE, FREE_COMPLIANCE, Packed
@@ -28,6 +28,7 @@ __all__ = [
 
 CHUNK = 64  # rows per task; results do not depend on how many threads share the tasks
 
+NO_ANSWER = (NOT_CONVERGED, SINGULAR, NOT_FINITE)
 COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from
 
 
@@ -50,6 +51,8 @@ def forward_rows(packed, lengths, factors, poses, states, codes, iterations, res
         else:
             result = _follow(own, lengths[j], poses[j], states[j], states[j - 1], shift, work)
         codes[j], iterations[j], residuals[j] = result
+        if codes[j] in NO_ANSWER:
+            poses[j], states[j] = np.nan, np.nan
 
 
 @jit(allocates=True)

@@ -28,7 +28,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     for k in range(n):
         scale = max(scale, abs(load[k]))
     for i in range(m):
-        scale = max(scale, abs(low[i]), min(abs(high[i]), 1e12))
+        scale = max(scale, abs(low[i]))
     _begin_free(structure, load, curvature, bias, multipliers, hessian, step)
     value = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
     for _ in range(STEPS):
@@ -70,7 +70,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     gap = 0.0
     for k in range(n):
         gap = max(gap, abs(step[k, 0]))
-    if gap <= 1e-9 * scale:
+    if gap <= 1e-11 * scale:
         return 1
     return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
 
@@ -129,16 +129,18 @@ def _evaluate(structure, load, low, high, curvature, bias, give, multipliers, te
 
 @jit
 def _impossible(structure, load, low, high, multipliers, scale):
-    """Farkas: along these multipliers the load exceeds what any tensions within limits can give."""
+    """Farkas: along these multipliers the load exceeds, by more than rounding, what tensions within limits can give."""
     n, m = structure.shape
-    needed = 0.0
-    size = 0.0
+    needed, size, bulk = 0.0, 0.0, 0.0
     for k in range(n):
         needed += load[k] * multipliers[k]
         size += multipliers[k] * multipliers[k]
     for i in range(m):
-        pull = 0.0
+        pull, terms = 0.0, 0.0
         for k in range(n):
             pull += structure[k, i] * multipliers[k]
-        needed -= max(low[i] * pull, high[i] * pull)
-    return needed > 1e-9 * scale * sqrt(size)
+            terms += abs(structure[k, i] * multipliers[k])
+        given = max(low[i] * pull, high[i] * pull)
+        needed -= given
+        bulk += abs(given) + 1e-16 * terms * max(abs(low[i]), abs(high[i]))
+    return needed > 1e-12 * bulk + 1e-12 * scale * sqrt(size)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import layout, sweep
 from cablewright.kernels.layout import Packed
-from cablewright.models.fidelity import Fidelity
+from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.pack import pack
 from cablewright.robot import Robot
 
@@ -40,6 +40,11 @@ class Model:
     def packed(self) -> Packed:
         """The arrays that kernels take."""
         return _packed(self)
+
+    def refuse_rigid(self) -> None:
+        """Raise `InputError` if the cables are rigid: their lengths leave tensions, and so stiffness, undecided."""
+        if self.fidelity.cable is CableLaw.RIGID:
+            raise InputError("cable = rigid: lengths of rigid cables leave tensions undecided; use elastic or catenary")
 
     @property
     def m(self) -> int:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,7 +9,7 @@ from cablewright.errors import InputError, Status
 from cablewright.kernels import forward as kernel
 from cablewright.kernels import layout, sweep
 from cablewright.kernels.equilibrium import workspace
-from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.batch import as_rows, run
@@ -49,7 +47,7 @@ def solve_forward(
     path: bool = False,
 ) -> Equilibrium:
     """`forward` of a model. *path* says that neighbouring rows are neighbours on a path, each near its guess."""
-    _refuse_rigid(model)
+    model.refuse_rigid()
     length, single = as_rows(lengths, model.m, "lengths", "m")
     if not (length > 0.0).all():
         raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
@@ -67,11 +65,6 @@ def solve_forward(
     run(sweep.forward_rows, sweep.forward_sweep, rows, model.packed, *arrays, start)
     batch = Equilibrium(model, pose, length, states, factors, codes, np.zeros(rows), iterations)
     return batch[0] if single else batch
-
-
-def _refuse_rigid(model: Model) -> None:
-    if model.fidelity.cable is CableLaw.RIGID:
-        raise InputError("cable = rigid: lengths of rigid cables leave tensions undecided; use elastic or catenary")
 
 
 def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64]:
@@ -108,13 +101,13 @@ class Tracker:
     def step(self, lengths: ArrayLike) -> Status:
         """Move to the equilibrium of *lengths* (m,), m. Unless the status is OK the pose stays as it was.
 
-        Raises `InputError` for lengths of the wrong count or not finite.
+        Raises `InputError` for lengths of the wrong count, not finite or not positive.
         """
-        lengths = np.ascontiguousarray(lengths, dtype=np.float64)
-        if lengths.shape != (self.model.m,) or not math.isfinite(lengths.sum()):
-            raise InputError(f"lengths: {self.model.m} finite numbers in m are wanted; got {lengths.tolist()}")
+        rows, single = as_rows(lengths, self.model.m, "lengths", "m")
+        if not single or not (rows > 0.0).all():
+            raise InputError(f"lengths: {self.model.m} numbers over zero are wanted, in m; got {rows.tolist()}")
         pose, states = self.pose.copy(), self.states.copy()
-        code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
+        code, _, _ = kernel.solve_warm(self._packed, rows[0], pose, states, self._work)
         if code == layout.Code.OK:
             self.pose, self.states = pose, states
             return Status.OK

@@ -32,7 +32,10 @@ def inverse(
 
 
 def solve_inverse(model: Model, poses: ArrayLike, *, path: bool = False) -> Equilibrium:
-    """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster, same answer."""
+    """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster.
+
+    Where limits let a line go so slack that it may hang in several ways, a path keeps to its neighbour's.
+    """
     pose, single = as_rows(poses, model.n, "pose", "m and rad")
     rows = len(pose)
     states = np.zeros((rows, model.m, layout.STATE))

@@ -47,8 +47,9 @@ class Linearisation:
 def linearise(equilibrium: Equilibrium) -> Linearisation:
     """Linearise a solved equilibrium, or each of a batch.
 
-    Raises `AnswerError` if a row was not solved or is singular.
+    Raises `AnswerError` if a row was not solved or is singular, `InputError` if its cables are rigid.
     """
+    equilibrium.model.refuse_rigid()
     equilibrium.checked()
     single = equilibrium.code.ndim == 0
     model, rows = equilibrium.model, equilibrium.code.size
