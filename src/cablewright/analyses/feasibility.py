@@ -32,6 +32,11 @@ class Finding:
     sample: int  # index of the worst sample
     violations: int  # how many samples violate it
 
+    @property
+    def is_status(self) -> bool:
+        """Whether `limit` is a status sentence of poses that cannot be held, not a limit of the hardware."""
+        return any(self.limit == status.value for status in Status)
+
     def bounds(self) -> str:
         """What is allowed, in words."""
         low, high = self.allowed
@@ -72,7 +77,7 @@ def judge(
     for name, unit, values, bounds in rules:
         findings += _worst_line(name, unit, values, [bounds(line) for line in robot.lines], robot)
     findings += _statics(codes, violations)
-    return tuple(sorted(findings, key=lambda finding: (finding.violations == 0, -finding.violations)))
+    return tuple(sorted(findings, key=lambda found: (found.violations == 0, found.is_status, -found.violations)))
 
 
 def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:

@@ -56,6 +56,7 @@ from cablewright.kernels.wrench import add_force, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
+SOFT_TOLERANCE = 1e-8  # of the largest pull
 TAUT = 1.5  # of its own weight: a tension at which a line is straight enough to begin with
 UNSURE = 0.01  # of its own weight: a line so slack may as well hang otherwise
 SLACKEST = 0.25  # of its own weight: the least asked of a line where less leads nowhere
@@ -217,12 +218,15 @@ def _least_violation(packed, states, work):
     work.multipliers[:] = 0.0
     work.curvature[:] = 1.0
     work.before[:] = 0.0
+    work.moves[:] = 0.0
+    relax = 1.0
     for _ in range(SOFT_PROGRAMS):
-        code, change, _ = _program(packed, states, work, SOFT, 1.0)
-        if code != OK or change < TENSION_TOLERANCE:
+        code, change, turned = _program(packed, states, work, SOFT, relax)
+        if code != OK or change < SOFT_TOLERANCE:
             break
+        relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     violation = 0.0
-    if code == OK and change < TENSION_TOLERANCE:
+    if code == OK and change < SOFT_TOLERANCE:
         for i in range(packed.lines.shape[0]):
             least, most = extremes(packed.lines[i], states[i])
             violation = max(violation, packed.lines[i, TENSION_MIN] - least, most - packed.lines[i, TENSION_MAX])

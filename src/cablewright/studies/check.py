@@ -268,6 +268,11 @@ def _verdict(found: Check, failed: int) -> str:
             f"{_where(found, row)}."
         )
     worst = found.findings[0]
+    if worst.is_status:
+        return (
+            f"{machine} cannot print {part}: at {worst.violations} of {len(found.samples)} samples {worst.limit}, "
+            f"worst {_where(found, worst.sample)}."
+        )
     who = f" of line {worst.line}" if worst.line else ""
     return (
         f"{machine} cannot print {part}: {worst.limit}{who} is out of bounds at {worst.violations} of "

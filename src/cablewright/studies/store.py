@@ -7,7 +7,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
@@ -60,6 +60,7 @@ def run_folder(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     _refuse_foreign(folder)
+    made = not folder.parent.exists()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         aside = Path(mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
@@ -74,6 +75,9 @@ def run_folder(folder: Path) -> Iterator[Path]:
         raise EnvironmentFault(f"{folder}: cannot be written: {reason.strerror or reason}") from None
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+        if made:
+            with suppress(OSError):  # not empty: the run is in it, or somebody else's
+                folder.parent.rmdir()
 
 
 def _take_place(part: Path, folder: Path, old: Path) -> None:
