@@ -2,7 +2,7 @@
 
 from cablewright.kernels import jit
 from cablewright.kernels.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
-from cablewright.kernels.equilibrium import NOT_CONVERGED, OK, OVERSTRETCHED, judge, refine
+from cablewright.kernels.equilibrium import LEVER_UNSTABLE, NOT_CONVERGED, OK, OVERSTRETCHED, judge, refine
 from cablewright.kernels.layout import DEAD, FREE, MASSLESS, PLATFORM_WEIGHT, RADIUS
 from cablewright.kernels.line import guess
 from cablewright.kernels.rotation import matrix
@@ -12,6 +12,7 @@ from cablewright.kernels.wrench import place
 FIRST_STEP = 0.25  # of the way from taut lengths to the wanted ones
 LAST_STEP = 1e-3
 ROUGH = 1e-3  # of the weight: where the descent hands over to Newton
+LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, to place levers with
 FOUND = (OK, OVERSTRETCHED)  # an equilibrium that no other start would change
 
 
@@ -55,19 +56,30 @@ def solve_cold(packed, lengths, pose, states, work):
     if code in FOUND:
         return code, iterations + more, residual
     pose[:] = begin
-    if guess_states(packed, lengths, pose, states, work):
+    if guess_states(packed, lengths, pose, states, work, 1.0):
         descend(packed, lengths, pose, states, work, SETTLED, ROUGH)
         code, last, residual = solve_warm(packed, lengths, pose, states, work)
         more += last
     return code, iterations + more, residual
 
 
-@jit
+@jit(allocates=True)
 def _solve_at(packed, lengths, pose, states, work):
-    """Guess the line states at *pose* and solve."""
-    if packed.platform[MASSLESS] == 0.0 and not guess_states(packed, lengths, pose, states, work):
-        return NOT_CONVERGED, 0, 0.0
-    return solve_warm(packed, lengths, pose, states, work)
+    """Guess the line states at *pose* and solve; where a lever ends on its head, guess it pulled harder."""
+    if packed.platform[MASSLESS] > 0.0:
+        return solve_warm(packed, lengths, pose, states, work)
+    begin = pose.copy()
+    total, residual = 0, 0.0
+    code = NOT_CONVERGED
+    for pull in LEVER_PULLS:
+        pose[:] = begin
+        if not guess_states(packed, lengths, pose, states, work, pull):
+            return NOT_CONVERGED, total, residual
+        code, iterations, residual = solve_warm(packed, lengths, pose, states, work)
+        total += iterations
+        if code != LEVER_UNSTABLE:
+            break
+    return code, total, residual
 
 
 @jit(allocates=True)
@@ -81,7 +93,7 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
         if not straight(row, plane[2], plane[3], packed.platform[PLATFORM_WEIGHT] / m, y):
             return NOT_CONVERGED, 0, 0.0
         taut[i] = min(lengths[i], y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row))
-    if not guess_states(packed, taut, pose, states, work):
+    if not guess_states(packed, taut, pose, states, work, 1.0):
         return NOT_CONVERGED, 0, 0.0
     code, total, residual = solve_warm(packed, taut, pose, states, work)
     if code != OK:
@@ -106,9 +118,12 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
 
 
 @jit
-def guess_states(packed, lengths, pose, states, work):
-    """Line states near those of *lengths* at *pose*. False if a platform point lies inside a sheave."""
-    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+def guess_states(packed, lengths, pose, states, work, pull):
+    """Line states near those of *lengths* at *pose*. False if a platform point lies inside a sheave.
+
+    Levers are placed as if each line bore *pull* times its share of the platform's weight.
+    """
+    share = pull * packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
     if packed.freedoms == 6:
         matrix(pose[3:], work.rotation)
     for i in range(packed.lines.shape[0]):
