@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,26 +120,13 @@ def _worst_line(name: str, unit: str, values: Array, bounds: list[Bounds], robot
             worst = Finding(name, unit, float(margin[at]), value, bound, robot.lines[i].name, at, 0)
     if worst is None:
         return []
-    return [_with_count(worst, int(violated.sum()))]
+    margin = worst.margin if violated.any() else max(worst.margin, 0.0)
+    return [replace(worst, margin=margin, violations=int(violated.sum()))]
 
 
 def _size(bound: tuple[float, float]) -> float:
     """The larger of 1 and the finite ends of *bound*."""
     return max([1.0, *(abs(end) for end in bound if np.isfinite(end))])
-
-
-def _with_count(finding: Finding, violations: int) -> Finding:
-    margin = finding.margin if violations else max(finding.margin, 0.0)
-    return Finding(
-        finding.limit,
-        finding.unit,
-        margin,
-        finding.value,
-        finding.allowed,
-        finding.line,
-        finding.sample,
-        violations,
-    )
 
 
 def _frame(robot: Robot, positions: Array) -> Finding:

@@ -23,7 +23,7 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.line import SLACK_TENSION, guess, settle, system
 from cablewright.kernels.newton import solve
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.sheave import constant_length, straight, wrap
+from cablewright.kernels.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.wrench import add_line, place, start_balance
 
 SPRING, SETTLED = 0, 1
@@ -161,15 +161,14 @@ def _massless(row, x, z, length, y, block, rhs):
     """Settle a massless line: 1 taut, 0 slack (its tension in *y* is then SLACK_TENSION), -1 no answer."""
     if not straight(row, x, z, SLACK_TENSION, y):
         return -1
-    contact = row[RADIUS] * wrap(row, y)
-    excess = y[FREE] + y[DEAD] + contact + constant_length(row) - length
+    excess = whole_length(row, y) - length
     if excess <= 0.0:
         return 0
+    contact = row[RADIUS] * wrap(row, y)
     given = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
     tension = excess / given
     straight(row, x, z, tension, y)
-    y[FREE] /= 1.0 + tension * row[FREE_COMPLIANCE]
-    y[DEAD] /= 1.0 + tension * row[DEAD_COMPLIANCE]
+    unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
     return 1 if settle(row, x, z, length, y, block, rhs) else -1
 
 
@@ -184,8 +183,7 @@ def spring_guess(packed, lengths, pose, states, work):
             x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
             if not straight(row, x, plane[3], SPRING_TENSION, y):
                 return False
-            whole = y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
-            work.lengths[i] = max(lengths[i] - whole + sqrt(x * x + plane[3] * plane[3]), 1e-3)
+            work.lengths[i] = max(lengths[i] - whole_length(row, y) + sqrt(x * x + plane[3] * plane[3]), 1e-3)
         if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE):
             return False
     return True

@@ -80,8 +80,8 @@ def workspace(packed):
 def evaluate(packed, lengths, pose, states, work):
     """Evaluate all lines and the platform's balance at *pose* and *states*.
 
-    Leaves the lines' blocks and residuals in *work*. Returns the largest geometric residual (m), the largest
-    unbalanced force (N) and the force scale (N).
+    Leaves the lines' blocks and residuals in *work*; a slack massless line has none. Returns the largest geometric
+    residual (m), the largest unbalanced force (N) and the force scale (N).
     """
     lines, n = packed.lines, packed.freedoms
     if n == 6:
@@ -96,6 +96,9 @@ def evaluate(packed, lengths, pose, states, work):
     for i in range(lines.shape[0]):
         row, y, steps, plane = lines[i], states[i], work.steps[i], work.planes[i]
         place(lines, i, pose, work.rotation, work.arms[i], plane)
+        reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
+        if is_slack(row, y):
+            continue
         h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], steps[:, 0])
         work.forces[i, 0], work.forces[i, 1] = h, v
         v += row[WEIGHT] * y[FREE]
@@ -105,7 +108,6 @@ def evaluate(packed, lengths, pose, states, work):
                 worst = size
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
         scale = max(scale, abs(h), abs(v))
-        reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
     return worst, _unbalanced(work.trial, reach), scale
 
 
@@ -239,25 +241,3 @@ def judge(packed, states, planes):
         if extremes(row, y)[1] > row[BREAKING]:
             return OVERSTRETCHED
     return OK
-
-
-@jit
-def remaining(packed, lengths, pose, states, work):
-    """Largest geometric residual (m) and unbalanced force (N); a slack massless line has no shape to judge."""
-    if packed.freedoms == 6:
-        matrix(pose[3:], work.rotation)
-    start_balance(packed, work.rotation, work.wrench, work.stiffness)
-    worst, reach = 0.0, 0.0
-    for i in range(packed.lines.shape[0]):
-        row, y, residual, plane = packed.lines[i], states[i], work.steps[i, :, 0], work.planes[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
-        if is_slack(row, y):
-            continue
-        h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], residual)
-        for k in range(int(row[UNKNOWNS])):
-            size = abs(residual[k])
-            if size > worst or size != size:
-                worst = size
-        add_force(work.arms[i], -h * plane[0], -h * plane[1], -v - row[WEIGHT] * y[FREE], work.wrench)
-    return worst, _unbalanced(work.wrench, reach)

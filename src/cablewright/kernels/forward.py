@@ -3,10 +3,10 @@
 from cablewright.kernels import jit
 from cablewright.kernels.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
 from cablewright.kernels.equilibrium import LEVER_UNSTABLE, NOT_CONVERGED, OK, OVERSTRETCHED, judge, refine
-from cablewright.kernels.layout import DEAD, FREE, MASSLESS, PLATFORM_WEIGHT, RADIUS
+from cablewright.kernels.layout import MASSLESS, PLATFORM_WEIGHT
 from cablewright.kernels.line import guess
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.sheave import constant_length, straight, wrap
+from cablewright.kernels.sheave import straight, whole_length
 from cablewright.kernels.wrench import place
 
 FIRST_STEP = 0.25  # of the way from taut lengths to the wanted ones
@@ -92,7 +92,7 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
         place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
         if not straight(row, plane[2], plane[3], packed.platform[PLATFORM_WEIGHT] / m, y):
             return NOT_CONVERGED, 0, 0.0
-        taut[i] = min(lengths[i], y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row))
+        taut[i] = min(lengths[i], whole_length(row, y))
     if not guess_states(packed, taut, pose, states, work, 1.0):
         return NOT_CONVERGED, 0, 0.0
     code, total, residual = solve_warm(packed, taut, pose, states, work)

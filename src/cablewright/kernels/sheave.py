@@ -76,6 +76,12 @@ def wrap(row, y):
 
 
 @jit
+def whole_length(row, y):
+    """Length of a straight line from winch to platform as `straight` left it, m: spans, contact, constant."""
+    return y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
+
+
+@jit
 def unstrain(y, free_compliance, dead_compliance):
     """Turn the strained lengths of a straight line in *y* into unstrained ones at its tension."""
     tension = exp(y[TAU])

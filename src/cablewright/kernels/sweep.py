@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablewright.kernels import jit, prange
-from cablewright.kernels.equilibrium import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, remaining, workspace
+from cablewright.kernels.equilibrium import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, evaluate, workspace
 from cablewright.kernels.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.inverse import inverse_workspace, lengths_of, solve_inverse
 from cablewright.kernels.layout import ARC_COMPLIANCE, DEAD_COMPLIANCE, FREE_COMPLIANCE, Packed
@@ -148,6 +148,6 @@ def examine(packed, lengths, factors, poses, states, residuals, unbalanced, low,
     work = workspace(own)
     for j in range(states.shape[0]):
         _scale_modulus(packed, factors[j], own)
-        residuals[j], unbalanced[j] = remaining(own, lengths[j], poses[j], states[j], work)
+        residuals[j], unbalanced[j], _ = evaluate(own, lengths[j], poses[j], states[j], work)
         for i in range(states.shape[1]):
             low[j, i], high[j, i] = extremes(packed.lines[i], states[j, i])

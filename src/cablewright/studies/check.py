@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -239,7 +239,7 @@ def _judged(
         layer_count=layer_count,
         **solved,
     )
-    return Check(**{**found.__dict__, "verdict": _verdict(found, failed)})
+    return replace(found, verdict=_verdict(found, failed))
 
 
 def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
