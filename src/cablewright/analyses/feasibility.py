@@ -120,8 +120,8 @@ def _worst_line(name: str, unit: str, values: Array, bounds: list[Bounds], robot
             worst = Finding(name, unit, float(margin[at]), value, bound, robot.lines[i].name, at, 0)
     if worst is None:
         return []
-    margin = worst.margin if violated.any() else max(worst.margin, 0.0)
-    return [replace(worst, margin=margin, violations=int(violated.sum()))]
+    smallest = worst.margin if violated.any() else max(worst.margin, 0.0)
+    return [replace(worst, margin=smallest, violations=int(violated.sum()))]
 
 
 def _size(bound: tuple[float, float]) -> float:
