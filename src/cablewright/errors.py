@@ -23,7 +23,7 @@ class Status(Enum):
     INFEASIBLE = "no tensions within the limits balance the load"
     OVERSTRETCHED = "a line is over its breaking load"
     LEVER_UNSTABLE = "a lever stands on its head: an equilibrium, but an unstable one"
-    UNDERCONSTRAINED = "fewer lines than freedoms: not every pose can be asked for"
+    UNSTABLE = "the platform stands on its head: an equilibrium, but an unstable one"
     OUT_OF_LIMITS = "the pose balances, but is outside the machine's limits"  # no kernel's code
 
     @classmethod

@@ -27,6 +27,9 @@ __all__ = [
     "Dimension",
     "Duration",
     "Force",
+    "Force3",
+    "Inertia",
+    "Inertia3",
     "Length",
     "LinearDensity",
     "Mass",
@@ -35,6 +38,7 @@ __all__ = [
     "Pressure",
     "Speed",
     "Torque",
+    "Torque3",
     "Vec3",
     "respell",
 ]
@@ -147,10 +151,12 @@ SPEED = _dimension(
 )
 ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
 TORQUE = _dimension("torque", {"N m": "1", "kN m": "1e3", "mN m": "1e-3"})
+INERTIA = _dimension("inertia", {"kg m^2": "1", "kg cm^2": "1e-4", "kg mm^2": "1e-6", "g mm^2": "1e-9"})
 DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"})
 
 _DIMENSIONS = (
-    LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, TORQUE, DURATION
+    LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, TORQUE, INERTIA,
+    DURATION,
 )  # fmt: skip
 
 Length = Annotated[float, LENGTH]
@@ -164,9 +170,13 @@ Angle = Annotated[float, ANGLE]
 Speed = Annotated[float, SPEED]
 Acceleration = Annotated[float, ACCELERATION]
 Torque = Annotated[float, TORQUE]
+Inertia = Annotated[float, INERTIA]
 Duration = Annotated[float, DURATION]
 
 Vec3 = tuple[Length, Length, Length]
+Force3 = tuple[Force, Force, Force]
+Torque3 = tuple[Torque, Torque, Torque]
+Inertia3 = tuple[Inertia, Inertia, Inertia]
 
 _Quantity = TypeVar("_Quantity")
 Positive = Annotated[_Quantity, Gt(0)]

@@ -31,6 +31,20 @@ def test_a_line_may_override_part_of_a_default() -> None:
     VALIDATOR.validate(document)
 
 
+RIGID: dict[str, Any] = {
+    "kind": "rigid",
+    "mass": "1 kg",
+    "inertia": ["1 kg m^2", 1, 1],
+    "loads": [{"name": "full", "mass": 2, "moment": [0, "1 N m", 0]}],
+    "retraction": {"length": 1, "least": "50 cm", "most": 2, "direction": [0, 0, -1], "lines": ["x"]},
+}
+
+
+@pytest.mark.parametrize("platform", [{"mass": 1}, {"kind": "point", "mass": 1, "loads": [{"name": "x"}]}, RIGID])
+def test_a_platform_of_either_kind(platform: dict[str, Any]) -> None:
+    VALIDATOR.validate(house() | {"platform": platform})
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -42,6 +56,13 @@ def test_a_line_may_override_part_of_a_default() -> None:
         {"cable": {"young_modulus": -5}},
         {"platform": {}},
         {"platform": {"mass": True}},
+        {"platform": {"mass": 1, "kind": "body"}},
+        {"platform": {"mass": 1, "inertia": [1, 1, 1]}},
+        {"platform": RIGID | {"mass": 0}},
+        {"platform": RIGID | {"inertia": [1, 1]}},
+        {"platform": RIGID | {"moment": ["1 kN", 0, 0]}},
+        {"platform": RIGID | {"loads": [{"mass": 2}]}},
+        {"platform": RIGID | {"retraction": {"length": 1}}},
         {"sheave": {"kind": "swivle"}},
         {"sheave": {"radius": "5 mm", "lvr": 3}},
         {"lines": [{}]},

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Eyelet, Swivel, UniversalJoint, library_names, library_text, load, loads
 
 HOUSE = library_text("house-printer")
+BEAM = library_text("jung2020")
 
 FILE = """
 schema = 1
@@ -147,7 +149,7 @@ OTHER_FAULTS = [
     ('"10 kg"', "-1", "platform.mass = -1: must be greater than 0"),
     ('"10 kg"', "true", "platform.mass = True: must be a finite mass"),
     ('"10 kg"', f'"{"9" * 99} kg"', f"platform.mass = '{'9' * 56}...: must be a finite mass"),
-    ('"10 kg"', "1\nkind = 'body'", "platform.kind = 'body': must be 'point'"),
+    ('"10 kg"', "1\nkind = 'body'", "platform.kind = 'body': must be one of 'point', 'rigid'"),
     ("[scene]", "[[scene]]", "scene: must be a table"),
     (
         "[1, 1, 3]",
@@ -269,6 +271,14 @@ def test_an_unreadable_file(tmp_path: Path) -> None:
         load(file)
 
 
+def test_the_examples_in_the_documentation() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
+    point, rigid = (loads(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
+    assert (point.m, point.n) == (3, 3)
+    assert (rigid.m, rigid.n, [load.name for load in rigid.platform.loads]) == (8, 6, ["full", "windy"])
+    assert rigid.retracted(1.1).lines[0].platform_point == pytest.approx((0.1, 0.1, 0.9))
+
+
 def test_a_library_name_wins_over_a_file_unless_it_looks_like_a_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -283,7 +293,7 @@ def test_an_unknown_name_offers_the_nearest() -> None:
         InputError, match="no robot 'paty2012' in the library and no file of that name; did you mean 'paty2021'"
     ):
         load("paty2012")
-    with pytest.raises(UnknownName, match="unknown robot 'nothing'; allowed: house-printer, merlet2023"):
+    with pytest.raises(UnknownName, match="unknown robot 'nothing'; allowed: cogiro, grab-four-lines, house-printer,"):
         library_text("nothing")
     with pytest.raises(UnknownName):
         library_text("../robot")
@@ -306,7 +316,7 @@ def test_random_text_is_refused(text: str) -> None:
 @st.composite
 def mangled(draw: st.DrawFn) -> str:
     """Return a library file with a few pieces replaced by others of its own, or by something nasty."""
-    text = draw(st.sampled_from([HOUSE, FILE]))
+    text = draw(st.sampled_from([HOUSE, FILE, BEAM]))
     for _ in range(draw(st.integers(1, 3))):
         start = draw(st.integers(0, len(text)))
         end = min(len(text), start + draw(st.integers(0, 30)))

@@ -4,13 +4,23 @@ import math
 
 import pytest
 
-from cablewright.robot import Eyelet, Swivel, UniversalJoint, library_names, library_text, load
+from cablewright.robot import Eyelet, RigidPlatform, Swivel, UniversalJoint, library_names, library_text, load
 
+SIZES = {"cogiro": (8, 6), "grab-four-lines": (4, 6), "jung2020": (8, 6), "jung2020-table1": (8, 6)}
 CORNERS = {(-1, -1), (1, -1), (1, 1), (-1, 1)}
 
 
 def test_the_library_has_these_robots() -> None:
-    assert library_names() == ("house-printer", "merlet2023", "paty2021", "wang2021")
+    assert library_names() == (
+        "cogiro",
+        "grab-four-lines",
+        "house-printer",
+        "jung2020",
+        "jung2020-table1",
+        "merlet2023",
+        "paty2021",
+        "wang2021",
+    )
 
 
 @pytest.mark.parametrize("name", library_names())
@@ -19,7 +29,7 @@ def test_each_loads_under_its_own_name_and_says_what_is_assumed(name: str) -> No
     assert robot.name == name
     assert robot.source
     assert robot.description
-    assert (robot.m, robot.n) == (4, 3)
+    assert (robot.m, robot.n) == SIZES.get(name, (4, 3))
     assert "# assumed" in library_text(name)
     low, high = robot.scene.frame_min, robot.scene.frame_max
     for line in robot.lines:
@@ -81,3 +91,54 @@ def test_wang2021() -> None:
         assert line.sheave == Swivel(radius=0.075)
         assert not isinstance(line.sheave, Eyelet)
         assert (line.winch_exit, line.dead_length) == (None, 0)
+
+
+def test_jung2020() -> None:
+    robot, initial = load("jung2020"), load("jung2020-table1")
+    assert (initial.scene, initial.platform) == (robot.scene, robot.platform)
+    corners = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
+    for k, (line, first) in enumerate(zip(robot.lines, initial.lines, strict=True)):
+        x, y = corners[k % 4]
+        assert first.exit_point == (x, y, 2)
+        assert line.exit_point == ((0.925 * x, y, 2) if k < 4 else (x, 0.925 * y, 2))
+        assert line.platform_point == first.platform_point == (0.02 * x, 0.02 * y, 1.8 if k < 4 else -0.2)
+        assert line.sheave == Eyelet()
+        assert (line.cable.stiffness, line.tension_limits) == (130e3, (10, 200))
+        assert line.model_copy(update={"exit_point": first.exit_point}) == first
+
+
+def test_the_beam_of_jung2020() -> None:
+    platform = load("jung2020").platform
+    assert isinstance(platform, RigidPlatform)
+    assert (platform.mass, platform.centre_of_mass, platform.nozzle) == (10, (0, 0, 0), (0, 0, 0))
+    width, length = 0.04, 2.0  # Eq. 6
+    across, along = 10 / 12 * (width**2 + length**2), 10 / 12 * (width**2 + width**2)
+    assert platform.inertia == pytest.approx((across, across, along), rel=1e-15)
+    retraction = platform.retraction
+    assert retraction is not None
+    assert (retraction.length, retraction.least, retraction.most) == (2, 1.2, 2)
+    assert retraction.lines == ("1", "2", "3", "4")
+
+
+def test_cogiro() -> None:
+    robot = load("cogiro")
+    assert isinstance(robot.platform, RigidPlatform)
+    assert robot.platform.mass == 91.058
+    assert robot.platform.inertia_products == (-0.453, 3.012, -1.539)
+    for k, line in enumerate(robot.lines):
+        (x, y, z), (bx, by, bz) = line.exit_point, line.platform_point
+        assert (abs(x), abs(y), z) == pytest.approx((7.3, 5.3, 5.4), abs=0.3)
+        assert (abs(bx), abs(by), bz) == pytest.approx((0.5, 0.38, 0 if k % 2 == 0 else 1), abs=0.12)
+        assert isinstance(line.sheave, Swivel)
+
+
+def test_grab_four_lines_hangs_stably() -> None:
+    robot = load("grab-four-lines")
+    assert isinstance(robot.platform, RigidPlatform)
+    assert robot.platform.mass == 8.0064
+    for line in robot.lines:
+        x, y, _ = line.exit_point
+        east, north = math.copysign(1, x - 1.1), math.copysign(1, y)
+        assert line.exit_point == (1.1 + 1.1 * east, 1.1 * north, 1)
+        assert line.platform_point == (0.13 * east, 0.225 * north, 0.255)
+        assert line.platform_point[2] > robot.platform.centre_of_mass[2]

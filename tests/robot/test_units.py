@@ -40,6 +40,10 @@ def read(kind: object, value: object) -> float:
         (Speed, "6000 mm/min", 0.1),
         (Speed, "3 m/min", 0.05),
         (Torque, "600 N m", 600.0),
+        (units.Inertia, "12 kg m^2", 12.0),
+        (units.Inertia, "12 kg mm^2", 12e-6),
+        (units.Inertia, "250 kg cm^2", 0.025),
+        (units.Inertia, "250 g mm^2", 250e-9),
         (units.Mass, "200 kg", 200.0),
         (units.Acceleration, "2 m/s^2", 2.0),
         (units.Density, "1.5 g/cm^3", 1500.0),
@@ -48,6 +52,20 @@ def read(kind: object, value: object) -> float:
 )
 def test_a_text_with_a_unit_is_exactly_the_si_number(kind: object, text: str, si: float) -> None:
     assert read(kind, text) == si
+
+
+def test_three_components_are_read_one_by_one() -> None:
+    vectors = [
+        (units.Vec3, ("1 m", 2, "3 mm"), (1.0, 2.0, 3e-3)),
+        (units.Force3, ("1 kN", 2, "3 mN"), (1e3, 2.0, 3e-3)),
+        (units.Torque3, ("1 kN m", 2, "3 mN m"), (1e3, 2.0, 3e-3)),
+        (units.Inertia3, ("1 kg m^2", 2, "3 kg mm^2"), (1.0, 2.0, 3e-6)),
+    ]
+    for kind, texts, si in vectors:
+        assert TypeAdapter(kind).validate_python(texts) == si
+        for wrong in (texts[:2], (*texts, 0), ("1 s", 0, 0), 1.0):
+            with pytest.raises(ValidationError):
+                TypeAdapter(kind).validate_python(wrong)
 
 
 @pytest.mark.parametrize("value", [0.05, np.float64(0.05), Fraction(1, 20)])

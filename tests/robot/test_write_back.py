@@ -110,6 +110,76 @@ def test_names_and_missing_values_can_change() -> None:
     assert "diameter" not in result
 
 
+def test_a_retracted_robot_is_written_back() -> None:
+    text, robot = library_text("jung2020"), load("jung2020").retracted(1.25)
+    result = update(text, robot)
+    assert loads(result) == robot
+    before, after = text.splitlines(), result.splitlines()
+    changed = [pair for pair in zip(before, after, strict=True) if pair[0] != pair[1]]
+    assert changed[0] == ('length = "2.0 m"', 'length = "1.25 m"')
+    assert changed[1] == ("platform_point = [0.02, 0.02, 1.8]", "platform_point = [0.02, 0.02, 1.05]")
+    assert len(changed) == 5
+
+
+LOADED = PATY.replace(
+    'mass = "200 kg"\n',
+    'mass = "200 kg"\n\n[[platform.loads]]\nname = "windy"\nforce = ["1 kN", 0, 0] # gust\n',
+)
+
+
+def test_a_load_keeps_its_units_and_comment() -> None:
+    def edit(values: dict[str, Any]) -> None:
+        values["platform"]["loads"] = ({"name": "gusty", "force": (2000.0, 0.0, 5.0)},)
+
+    assert rewritten(LOADED, edit) == [
+        ('name = "windy"', 'name = "gusty"'),
+        ('force = ["1 kN", 0, 0] # gust', 'force = ["2 kN", 0, 5.0] # gust'),
+    ]
+
+
+def test_what_the_file_leaves_to_its_default_is_added() -> None:
+    def edit(values: dict[str, Any]) -> None:
+        values["platform"] |= {"force": (0.0, 3.0, 0.0), "nozzle": (0.0, 0.0, -0.2)}
+        values["platform"]["retraction"]["direction"] = (0.0, 0.1, 1.0)
+        values["platform"]["loads"] = ()
+
+    text = library_text("jung2020").replace("nozzle = [0.0, 0.0, 0.0]\n", "").replace("direction = [0, 0, 1]\n", "")
+    robot = edited(text, edit)
+    result = update(text, robot)
+    assert loads(result) == robot
+    added = [line for line in result.splitlines() if line not in text.splitlines()]
+    assert sorted(added) == ["direction = [0.0, 0.1, 1.0]", "force = [0.0, 3.0, 0.0]", "nozzle = [0.0, 0.0, -0.2]"]
+
+
+def test_a_load_takes_further_values() -> None:
+    def edit(values: dict[str, Any]) -> None:
+        values["platform"]["loads"] = ({"name": "windy", "mass": 250.0},)
+
+    robot = edited(LOADED, edit)
+    result = update(LOADED, robot)
+    assert loads(result) == robot
+    assert "gust" not in result
+    assert "mass = 250.0" in result
+
+
+def test_loads_and_a_retraction_come_and_go() -> None:
+    def edit(values: dict[str, Any]) -> None:
+        values["platform"]["loads"] = ({"name": "full", "mass": 13.0}, {"name": "windy", "force": (9.0, 0.0, 0.0)})
+        values["platform"]["retraction"] = None
+
+    text = library_text("jung2020")
+    result = update(text, edited(text, edit))
+    assert loads(result) == edited(text, edit)
+    assert result.count("[[platform.loads]]") == 2
+    assert "retraction" not in result
+    assert loads(update(result, load("jung2020"))) == load("jung2020")
+
+
+def test_a_robot_under_load_is_written_back() -> None:
+    robot = loads(LOADED).under_load("windy")
+    assert loads(update(LOADED, robot)) == robot
+
+
 @pytest.mark.parametrize(
     ("edit", "match"),
     [

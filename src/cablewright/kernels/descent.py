@@ -37,13 +37,14 @@ SPRING_TENSION = 100.0  # N: places levers in the first guess
 
 
 @jit
-def descend(packed, lengths, pose, states, work, law, tolerance):
+def descend(packed, lengths, pose, states, work, law, tolerance, n):
     """Walk *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True on arrival.
 
-    The search along a step compares slopes, not energies: it never steps far past the lowest point on its way.
+    Only the first *n* freedoms move: 3 keep a rigid body's orientation. The search along a step compares slopes, not
+    energies: it never steps far past the lowest point on its way.
     """
-    n = packed.freedoms
     load = packed.platform[PLATFORM_WEIGHT] + 1e-9
+    work.move[:, 0] = 0.0
     if not _evaluate(packed, lengths, pose, states, work, law):
         return False
     for _ in range(DESCENT_STEPS):
@@ -62,7 +63,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance):
             return False
         if size < STALLED_FORCE * load and _size(work.move) < STALLED:
             return True
-        for k in range(n):
+        for k in range(pose.shape[0]):
             work.trial[k] = pose[k]
         moved = False
         for _ in range(LINE_SEARCH_STEPS):
@@ -74,8 +75,9 @@ def descend(packed, lengths, pose, states, work, law, tolerance):
             if placed and ahead > -0.9 * slope:
                 moved = True
                 break
-            for k in range(n):
+            for k in range(pose.shape[0]):
                 pose[k] = work.trial[k]
+            for k in range(n):
                 work.move[k, 0] *= 0.35
             slope *= 0.35
         if not moved:
@@ -174,26 +176,42 @@ def _massless(row, x, z, length, y, block, rhs):
 
 @jit
 def spring_guess(packed, lengths, pose, states, work):
-    """Set *pose* near the equilibrium for *lengths*: springs from the exit points, sheaves as constant offsets."""
+    """Set *pose* near the equilibrium for *lengths*: springs from the exit points, sheaves as constant offsets.
+
+    A rigid body is first moved without turning it from the rotation in *pose*: so restricted, springs have a single
+    lowest point, and from there the body rarely turns into another shape than the one wanted.
+    """
     place_below(packed, lengths, pose)
     for _ in range(2):
-        for i in range(packed.lines.shape[0]):
-            row, plane, y = packed.lines[i], work.planes[i], states[i]
-            place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-            x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
-            if not straight(row, x, plane[3], SPRING_TENSION, y):
-                return False
-            work.lengths[i] = max(lengths[i] - whole_length(row, y) + sqrt(x * x + plane[3] * plane[3]), 1e-3)
-        if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE):
+        if not _offset_springs(packed, lengths, pose, states, work):
             return False
+        if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 3):
+            return False
+    if packed.freedoms == 6:
+        return descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 6)
+    return True
+
+
+@jit
+def _offset_springs(packed, lengths, pose, states, work):
+    """Set work.lengths to springs' lengths: what straight lines at *pose* leave from the exit points."""
+    if packed.freedoms == 6:
+        matrix(pose[3:], work.rotation)
+    for i in range(packed.lines.shape[0]):
+        row, plane, y = packed.lines[i], work.planes[i], states[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
+        if not straight(row, x, plane[3], SPRING_TENSION, y):
+            return False
+        work.lengths[i] = max(lengths[i] - whole_length(row, y) + sqrt(x * x + plane[3] * plane[3]), 1e-3)
     return True
 
 
 @jit
 def place_below(packed, lengths, pose):
-    """A pose to begin from: below the middle of the exit points."""
+    """A place to begin from, below the middle of the exit points; a rotation in *pose* stays."""
     m = packed.lines.shape[0]
-    pose[:] = 0.0
+    pose[:3] = 0.0
     drop = 1e300
     for i in range(m):
         drop = min(drop, 0.25 * lengths[i])

@@ -19,7 +19,7 @@ from cablewright.kernels.layout import (
     Code,
 )
 from cablewright.kernels.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
-from cablewright.kernels.newton import solve
+from cablewright.kernels.newton import least_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.sheave import wrap
 from cablewright.kernels.wrench import add_force, add_line, place, start_balance
@@ -29,6 +29,7 @@ LENGTH_TOLERANCE = 1e-12  # m, on every geometric equation
 FORCE_TOLERANCE = 1e-12  # of the largest force at play
 STALLED = 1e-10  # m: accept where rounding, not the step, limits the residual
 LOG_SLACK = log(SLACK_TENSION) + 1e-9
+NEUTRAL = 1e-10  # of the largest stiffness: less than this does not hold a platform
 POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
 
 OK = int(Code.OK)
@@ -39,6 +40,7 @@ OVERSTRETCHED = int(Code.OVERSTRETCHED)
 LEVER_UNSTABLE = int(Code.LEVER_UNSTABLE)
 BAD_WRAP = int(Code.BAD_WRAP)
 UNDER_EXIT = int(Code.UNDER_EXIT)
+UNSTABLE = int(Code.UNSTABLE)
 
 
 class Work(NamedTuple):
@@ -241,3 +243,21 @@ def judge(packed, states, planes):
         if extremes(row, y)[1] > row[BREAKING]:
             return OVERSTRETCHED
     return OK
+
+
+@jit
+def judge_stability(packed, states, work):
+    """Whether an evaluated equilibrium of a rigid body returns when pushed or turned: a status code."""
+    if packed.freedoms < 6:
+        return OK
+    if not condense(packed, states, work):
+        return SINGULAR
+    return judge_pivot(least_pivot(work.stiffness, 6))
+
+
+@jit
+def judge_pivot(least):
+    """What a stiffness with this least pivot makes of an equilibrium: a status code."""
+    if least > NEUTRAL:
+        return OK
+    return SINGULAR if least > -NEUTRAL else UNSTABLE

@@ -1,8 +1,19 @@
 """Forward problem: unstrained lengths to the pose, warm from a neighbour or cold from nothing."""
 
+from math import pi, sqrt
+
 from cablewright.kernels import jit
 from cablewright.kernels.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
-from cablewright.kernels.equilibrium import LEVER_UNSTABLE, NOT_CONVERGED, OK, OVERSTRETCHED, judge, refine
+from cablewright.kernels.equilibrium import (
+    LEVER_UNSTABLE,
+    NOT_CONVERGED,
+    OK,
+    OVERSTRETCHED,
+    evaluate,
+    judge,
+    judge_stability,
+    refine,
+)
 from cablewright.kernels.layout import MASSLESS, PLATFORM_WEIGHT
 from cablewright.kernels.line import guess
 from cablewright.kernels.rotation import matrix
@@ -13,26 +24,42 @@ FIRST_STEP = 0.25  # of the way from taut lengths to the wanted ones
 LAST_STEP = 1e-3
 ROUGH = 1e-3  # of the weight: where the descent hands over to Newton
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, to place levers with
-FOUND = (OK, OVERSTRETCHED)  # an equilibrium that no other start would change
+STARTS = 10  # rotations that a rigid body is tried from
+UPRIGHT = 1.0  # rad: a body found less turned than this needs no other start
 
 
 @jit
 def solve_warm(packed, lengths, pose, states, work):
     """Solve from *pose* and *states* (improved in place). Returns code, iterations, residual (m)."""
     if packed.platform[MASSLESS] > 0.0:
-        arrived = descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE)
-        return (judge(packed, states, work.planes) if arrived else NOT_CONVERGED), 1, 0.0
-    code, iterations, residual = refine(packed, lengths, pose, states, work)
+        iterations, residual = 1, 0.0
+        if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
+            return NOT_CONVERGED, iterations, residual
+        evaluate(packed, lengths, pose, states, work)
+    else:
+        code, iterations, residual = refine(packed, lengths, pose, states, work)
+        if code != OK:
+            return code, iterations, residual
+    code = judge_stability(packed, states, work)
     if code == OK:
         code = judge(packed, states, work.planes)
     return code, iterations, residual
+
+
+@jit
+def _is_found(packed, code):
+    """Whether this is an answer that no other start would change.
+
+    A point load has no equilibrium but the overstretched one; a rigid body may have a sound one elsewhere.
+    """
+    return code == OK or (code == OVERSTRETCHED and packed.freedoms == 3)
 
 
 @jit(allocates=True)
 def solve_near(packed, lengths, pose, states, work):
     """Solve from *pose* alone: line states are guessed there; on failure cold. As `solve_warm`."""
     code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
-    if code in FOUND:
+    if _is_found(packed, code):
         return code, iterations, residual
     again, more, residual = solve_cold(packed, lengths, pose, states, work)
     return again, iterations + more, residual
@@ -42,6 +69,43 @@ def solve_near(packed, lengths, pose, states, work):
 def solve_cold(packed, lengths, pose, states, work):
     """Solve for *lengths* without a guess; *pose* and *states* are only written. As `solve_warm`.
 
+    A rigid body is tried unrotated first, then from other rotations, until it is found less than UPRIGHT turned: of
+    several equilibria for the same lengths the least turned one is taken.
+    """
+    if packed.freedoms == 3:
+        return _solve_from_springs(packed, lengths, pose, states, work)
+    answer, total, left = NOT_CONVERGED, 0, 0.0
+    least = 1e300
+    best, best_states = pose.copy(), states.copy()
+    for start in range(STARTS):
+        turn_to_start(pose, start)
+        code, iterations, residual = _solve_from_springs(packed, lengths, pose, states, work)
+        total += iterations
+        turned = sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2)
+        better = turned < least if code == OK and answer == OK else code == OK
+        if better or start == 0 or (answer == NOT_CONVERGED and code != OK):
+            answer, left, least = code, residual, turned
+            best[:], best_states[:] = pose, states
+        if answer == OK and least < UPRIGHT:
+            break
+    pose[:], states[:] = best, best_states
+    return answer, total, left
+
+
+@jit
+def turn_to_start(pose, start):
+    """Set the rotation that start number *start* begins from: upright, leaning to four sides, then turned about z."""
+    pose[3:] = 0.0
+    if 1 <= start <= 4:
+        pose[3 + (start - 1) // 2] = 0.6 if start % 2 else -0.6
+    elif start >= 5:
+        pose[5] = pi * (0.25, -0.25, 0.5, -0.5, 1.0)[start - 5]
+
+
+@jit(allocates=True)
+def _solve_from_springs(packed, lengths, pose, states, work):
+    """Solve from springs that begin with the rotation in *pose*. As `solve_warm`.
+
     Springs place the platform; where Newton fails from there the slack lines are let out step by step, and where
     that fails too the platform walks downhill with all lines settled at each step.
     """
@@ -49,15 +113,15 @@ def solve_cold(packed, lengths, pose, states, work):
         return NOT_CONVERGED, 0, 0.0
     begin = pose.copy()
     code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
-    if code in FOUND or packed.platform[MASSLESS] > 0.0:
+    if _is_found(packed, code) or packed.platform[MASSLESS] > 0.0:
         return code, iterations, residual
     pose[:] = begin
     code, more, residual = solve_by_homotopy(packed, lengths, pose, states, work)
-    if code in FOUND:
+    if _is_found(packed, code):
         return code, iterations + more, residual
     pose[:] = begin
     if guess_states(packed, lengths, pose, states, work, 1.0):
-        descend(packed, lengths, pose, states, work, SETTLED, ROUGH)
+        descend(packed, lengths, pose, states, work, SETTLED, ROUGH, packed.freedoms)
         code, last, residual = solve_warm(packed, lengths, pose, states, work)
         more += last
     return code, iterations + more, residual

@@ -5,7 +5,7 @@ are straight. With sag the distribution is a sequence of quadratic programs on t
 pulls; with straight cables and no levers the first is already exact.
 """
 
-from math import hypot, log
+from math import exp, hypot, log
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +18,17 @@ from cablewright.kernels.equilibrium import (
     NOT_CONVERGED,
     OK,
     OVERSTRETCHED,
+    SINGULAR,
     UNDER_EXIT,
+    UNSTABLE,
     Work,
+    evaluate,
     judge,
+    judge_stability,
     workspace,
 )
 from cablewright.kernels.layout import (
+    COLUMNS,
     DEAD,
     DEAD_COMPLIANCE,
     FREE,
@@ -39,6 +44,7 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
     Code,
+    Packed,
 )
 from cablewright.kernels.line import (
     extremes,
@@ -63,12 +69,12 @@ SLACKEST = 0.25  # of its own weight: the least asked of a line where less leads
 SECOND_CHANCE = 1e-3  # of the weight: a violation so small is looked at again
 TENSION_TOLERANCE = 1e-11  # of the largest pull
 BALANCE_TOLERANCE = 1e-9  # of the largest force
+STIFFEST = 1e-8  # 1/N: rigid cables are taken as this elastic where it is asked whether the platform stays
 FLATTEST = 0.05  # of an extreme's change per pull: flatter than this, a limit is not linearised
 INFEASIBLE = int(Code.INFEASIBLE)
 INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
-UNDERCONSTRAINED = int(Code.UNDERCONSTRAINED)
 NEEDS_PUSH = -1  # infeasible, and no line states that balance the load
-ANSWERED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP, LEVER_UNSTABLE)  # codes that come with a state
+ANSWERED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP, LEVER_UNSTABLE, UNSTABLE, SINGULAR)  # codes that come with a state
 
 
 class InverseWork(NamedTuple):
@@ -89,6 +95,9 @@ class InverseWork(NamedTuple):
     column: NDArray[np.float64]  # (n,)
     step: NDArray[np.float64]  # (n, 3)
     slackest: NDArray[np.float64]  # (1,): share of its weight that a line's tension may not fall under
+    lengths: NDArray[np.float64]  # (m,)
+    lines: NDArray[np.float64]  # (m, COLUMNS): as packed, but none of them rigid
+    mixed: NDArray[np.float64]  # (n, n): of an underconstrained robot, wrench per free freedom and per pull
 
 
 @jit(allocates=True)
@@ -111,6 +120,9 @@ def inverse_workspace(packed):
         np.zeros(n),
         np.zeros((n, 3)),
         np.zeros(1),
+        np.zeros(m),
+        np.zeros((m, COLUMNS)),
+        np.zeros((n, n)),
     )
 
 
@@ -122,6 +134,8 @@ def solve_inverse(packed, pose, states, work, known):
     *states* hold the distribution that violates them least; where no state balances the load they are NaN.
     """
     code, violation = _solve(packed, pose, states, work, known)
+    if code == OK and packed.freedoms == 6:
+        code = stays(packed, pose, states, work)
     if code not in ANSWERED:
         states[:, :] = np.nan
     return (INFEASIBLE if code == NEEDS_PUSH else code), violation
@@ -129,8 +143,6 @@ def solve_inverse(packed, pose, states, work, known):
 
 @jit
 def _solve(packed, pose, states, work, known):
-    if packed.lines.shape[0] < packed.freedoms:
-        return UNDERCONSTRAINED, 0.0
     code = _begin(packed, pose, states, work, known)
     if code != OK:
         return code, 0.0
@@ -160,7 +172,34 @@ def _solve(packed, pose, states, work, known):
 
 
 @jit
-def _balances(packed, states, work):
+def stays(packed, pose, states, work):
+    """Whether a rigid body that is held at *pose* returns when pushed, with the lengths held: a status code."""
+    stretching = none_rigid(packed, work)
+    for i in range(packed.lines.shape[0]):
+        states[i, FREE] /= 1.0 + exp(states[i, TAU]) * (
+            stretching.lines[i, FREE_COMPLIANCE] - packed.lines[i, FREE_COMPLIANCE]
+        )
+    lengths_of(stretching, states, work.lengths)
+    evaluate(stretching, work.lengths, pose, states, work.base)
+    for i in range(packed.lines.shape[0]):
+        states[i, FREE] *= 1.0 + exp(states[i, TAU]) * (
+            stretching.lines[i, FREE_COMPLIANCE] - packed.lines[i, FREE_COMPLIANCE]
+        )
+    return judge_stability(stretching, states, work.base)
+
+
+@jit
+def none_rigid(packed, work):
+    """The robot with rigid cables made very stiff ones."""
+    for i in range(packed.lines.shape[0]):
+        for k in range(COLUMNS):
+            work.lines[i, k] = packed.lines[i, k]
+        work.lines[i, FREE_COMPLIANCE] = max(packed.lines[i, FREE_COMPLIANCE], STIFFEST)
+    return Packed(packed.freedoms, work.lines, packed.platform)
+
+
+@jit
+def balances(packed, states, work):
     """Whether the settled lines hold the platform, to rounding: programs can rest on an ill-conditioned answer."""
     base = work.base
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
@@ -202,7 +241,7 @@ def _distribute(packed, states, work, slackest):
         if code != OK:
             return code
         if change < TENSION_TOLERANCE:
-            return judge(packed, states, work.base.planes) if _balances(packed, states, work) else NOT_CONVERGED
+            return judge(packed, states, work.base.planes) if balances(packed, states, work) else NOT_CONVERGED
         # slack lines curve: where the programs overshoot, go only part of the way
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED

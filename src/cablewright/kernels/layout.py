@@ -20,7 +20,7 @@ class Code(IntEnum):
     INFEASIBLE = 7
     OVERSTRETCHED = 8
     LEVER_UNSTABLE = 9
-    UNDERCONSTRAINED = 10
+    UNSTABLE = 10
 
 
 # Columns of `Packed.lines`. Lengths in m, forces in N, weights in N/m, compliances 1/EA in 1/N.
@@ -55,7 +55,10 @@ PLATFORM = 11
 
 
 class Packed(NamedTuple):
-    """A robot under one fidelity, as arrays: what every kernel takes first."""
+    """A robot under one fidelity, as arrays: what every kernel takes first.
+
+    In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each.
+    """
 
     freedoms: int  # n: 3 or 6
     lines: NDArray[np.float64]  # (m, COLUMNS)

@@ -280,23 +280,11 @@ def pull_of(row, y, x, z):
 
 @jit
 def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """Solve the line for a fixed platform point and *pull* (N); rhs[:, 1] is then dy / dlog(pull).
-
-    The chord's own turning is left out of the Jacobian: the force across it is small.
-    """
+    """Solve the line for a fixed platform point and *pull* (N); rhs[:, 1] is then dy / dlog(pull)."""
     unknowns = int(row[UNKNOWNS])
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
     for _ in range(STEPS):
-        h, v = system(row, y, x, z, 0.0, jacobian, rhs[:, 0])
-        now, cx, cz = pull_of(row, y, x, z)
-        for k in range(unknowns):
-            jacobian[2, k] = 0.0
-            rhs[k, 1] = 0.0
-        jacobian[2, PHI] = (h * cz - v * cx) / pull
-        jacobian[2, TAU] = (h * cx + v * cz) / pull
-        jacobian[2, FREE] = 0.5 * row[WEIGHT] * cz / pull
-        rhs[2, 0] = now / pull - 1.0
-        rhs[2, 1] = 1.0
+        system_at_pull(row, x, z, pull, y, jacobian, rhs)
         done = _largest(rhs, unknowns) < scale
         if not solve(jacobian, rhs, unknowns, 2):
             return False
@@ -307,6 +295,34 @@ def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
         if done:
             return True
     return False
+
+
+@jit
+def system_at_pull(row, x, z, pull, y, jacobian, rhs):
+    """As `system`, with the pull in the place of the length; rhs[:, 1] is the derivative by -log(pull).
+
+    Returns the derivatives of the pull's equation by x and z.
+    """
+    h, v = system(row, y, x, z, 0.0, jacobian, rhs[:, 0])
+    for k in range(int(row[UNKNOWNS])):
+        jacobian[2, k] = 0.0
+        rhs[k, 1] = 0.0
+    turn = row[SIDE] * row[RADIUS]
+    hx, hz = row[LEVER] * cos(y[BETA]), row[LEVER] * sin(y[BETA])
+    tx, tz = turn * cos(y[PHI]), turn * sin(y[PHI])
+    cx, cz = x - hx + tz, z - hz - tx
+    chord = sqrt(cx * cx + cz * cz)
+    cx, cz = cx / chord, cz / chord
+    middle = v + 0.5 * row[WEIGHT] * y[FREE]
+    across = (middle * cx - h * cz) / (chord * pull)  # the chord turns as its ends move
+    jacobian[2, PHI] = (h * cz - v * cx) / pull + across * (cx * tz - cz * tx)
+    jacobian[2, TAU] = (h * cx + v * cz) / pull
+    jacobian[2, FREE] = 0.5 * row[WEIGHT] * cz / pull
+    if row[UNKNOWNS] > 5.0:
+        jacobian[2, BETA] = -across * (cx * hx + cz * hz)
+    rhs[2, 0] = (h * cx + middle * cz) / pull - 1.0
+    rhs[2, 1] = 1.0
+    return -across * cz, across * cx
 
 
 @jit

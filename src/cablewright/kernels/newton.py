@@ -1,4 +1,4 @@
-"""Small dense systems, solved in place."""
+"""Small dense systems, solved in place, and whether a stiffness holds."""
 
 from cablewright.kernels import jit
 
@@ -36,3 +36,31 @@ def solve(matrix, rhs, n, columns):
                 total -= matrix[k, i] * rhs[i, j]
             rhs[k, j] = total * inverse
     return True
+
+
+@jit
+def least_pivot(matrix, n):
+    """Smallest pivot of the symmetric part of matrix[:n, :n], as a share of the largest diagonal entry of its kind.
+
+    Positive means positive definite. The first three rows are of one kind (forces), the rest of another (moments).
+    Destroys the matrix; stops at the first pivot that is not positive, which is returned with its sign.
+    """
+    forces, moments = 1e-300, 1e-300
+    for i in range(n):
+        for j in range(i):
+            matrix[i, j] = 0.5 * (matrix[i, j] + matrix[j, i])
+        if i < 3:
+            forces = max(forces, abs(matrix[i, i]))
+        else:
+            moments = max(moments, abs(matrix[i, i]))
+    least = 1.0
+    for k in range(n):
+        pivot = matrix[k, k]
+        least = min(least, pivot / (forces if k < 3 else moments))
+        if not pivot > 0.0:
+            return least
+        for i in range(k + 1, n):
+            factor = matrix[i, k] / pivot
+            for j in range(k + 1, i + 1):
+                matrix[i, j] -= factor * matrix[j, k]
+    return least

@@ -16,6 +16,12 @@ def matrix(vector, out):
     else:
         a = 1.0 - angle * angle / 6.0
         b = 0.5 - angle * angle / 24.0
+    _write(x, y, z, a, b, out)
+
+
+@jit
+def _write(x, y, z, a, b, out):
+    """Identity plus a [v]x plus b [v]x [v]x."""
     out[0, 0] = 1.0 - b * (y * y + z * z)
     out[1, 1] = 1.0 - b * (x * x + z * z)
     out[2, 2] = 1.0 - b * (x * x + y * y)
@@ -25,6 +31,20 @@ def matrix(vector, out):
     out[2, 0] = b * x * z - a * y
     out[1, 2] = b * y * z - a * x
     out[2, 1] = b * y * z + a * x
+
+
+@jit
+def left_jacobian(vector, out):
+    """Write the (3, 3) matrix that turns changes of rotation *vector* (3,) into increments in space."""
+    x, y, z = vector[0], vector[1], vector[2]
+    angle = sqrt(x * x + y * y + z * z)
+    if angle > 1e-3:
+        a = (1.0 - cos(angle)) / (angle * angle)
+        b = (angle - sin(angle)) / (angle * angle * angle)
+    else:
+        a = 0.5 - angle * angle / 24.0
+        b = 1.0 / 6.0 - angle * angle / 120.0
+    _write(x, y, z, a, b, out)
 
 
 @jit

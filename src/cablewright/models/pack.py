@@ -11,9 +11,9 @@ from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
-from cablewright.robot import Line, Robot
+from cablewright.robot import Line, Platform, RigidPlatform, Robot
 
-__all__ = ["pack"]
+__all__ = ["pack", "pack_rows"]
 
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
@@ -29,9 +29,50 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
         row[[layout.TENSION_MIN, layout.TENSION_MAX]] = tension_limits or line.tension_limits
         row[layout.BREAKING] = line.cable.breaking_load
     platform = np.zeros(layout.PLATFORM)
-    platform[layout.PLATFORM_WEIGHT] = robot.platform.mass * robot.scene.gravity
+    _pack_platform(platform, robot.platform, robot.scene.gravity)
     platform[layout.MASSLESS] = float((lines[:, layout.WEIGHT] == 0.0).any())
     return Packed(robot.n, lines, platform)
+
+
+def pack_rows(
+    robot: Robot, packed: Packed, modulus_factors: NDArray[np.float64] | None, retraction: NDArray[np.float64] | None
+) -> Packed:
+    """*packed*, the arrays of *robot*, as a batch: one row for all, or one for each where something differs by row.
+
+    *modulus_factors* (N, m) multiply each line's modulus; *retraction* (N,) is the platform's retraction length, m.
+    Raises `InputError` for a retraction that the platform does not have.
+    """
+    rows = max((len(given) for given in (modulus_factors, retraction) if given is not None), default=1)
+    lines = np.repeat(packed.lines[None], rows, axis=0)
+    if modulus_factors is not None:
+        for column in (layout.FREE_COMPLIANCE, layout.DEAD_COMPLIANCE, layout.ARC_COMPLIANCE):
+            lines[:, :, column] /= modulus_factors
+    if retraction is not None:
+        _retract(robot, lines, retraction)
+    return Packed(packed.freedoms, lines, np.repeat(packed.platform[None], rows, axis=0))
+
+
+def _retract(robot: Robot, lines: NDArray[np.float64], lengths: NDArray[np.float64]) -> None:
+    """Move the platform points that move with the retraction."""
+    extremes = lengths.min(), lengths.max()
+    for length in extremes:
+        robot.retracted(float(length))  # refuses what the platform cannot do
+    drawn = robot.retraction
+    assert drawn is not None
+    for i, line in enumerate(robot.lines):
+        if line.name in drawn.lines:
+            first, last = (drawn.moved(line.platform_point, length) for length in (drawn.length, drawn.length + 1.0))
+            along = np.subtract(last, first)
+            lines[:, i, layout.POINT_X : layout.POINT_Z + 1] += (lengths - drawn.length)[:, None] * along
+
+
+def _pack_platform(row: NDArray[np.float64], platform: Platform, gravity: float) -> None:
+    """Weight, centre of mass and external wrench."""
+    row[layout.PLATFORM_WEIGHT] = platform.mass * gravity
+    row[layout.WRENCH : layout.WRENCH + 3] = platform.force
+    if isinstance(platform, RigidPlatform):
+        row[layout.MASS_X : layout.MASS_Z + 1] = platform.centre_of_mass
+        row[layout.WRENCH + 3 : layout.WRENCH + 6] = platform.moment
 
 
 def _pack_geometry(row: NDArray[np.float64], line: Line, law: SheaveLaw) -> None:

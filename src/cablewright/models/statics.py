@@ -14,8 +14,9 @@ from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import layout, sweep
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity
-from cablewright.models.pack import pack
-from cablewright.robot import Robot
+from cablewright.models.pack import pack, pack_rows
+from cablewright.models.rotation import matrices
+from cablewright.robot import RigidPlatform, Robot
 
 __all__ = ["Equilibrium", "Model"]
 
@@ -40,6 +41,25 @@ class Model:
     def packed(self) -> Packed:
         """The arrays that kernels take."""
         return _packed(self)
+
+    def rows(self, *, modulus_factors: Array | None = None, retraction: Array | None = None) -> Packed:
+        """The arrays that batches take, with what differs by row: see `pack_rows`."""
+        return pack_rows(self.robot, self.packed, modulus_factors, retraction)
+
+    def nozzle(self, poses: Array) -> Array:
+        """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""
+        return np.asarray(poses[..., :3] + self._nozzle_arm(poses))
+
+    def at_nozzle(self, poses: Array) -> Array:
+        """Poses (..., n) of the platform's origin that bring the nozzle to where *poses* would bring the origin."""
+        moved = np.array(poses)
+        moved[..., :3] -= self._nozzle_arm(poses)
+        return moved
+
+    def _nozzle_arm(self, poses: Array) -> Array:
+        if not isinstance(self.robot.platform, RigidPlatform):
+            return np.zeros(3)
+        return np.asarray(matrices(poses[..., 3:]) @ np.asarray(self.robot.platform.nozzle))
 
     def refuse_rigid(self) -> None:
         """Raise `InputError` if the cables are rigid: their lengths leave tensions, and so stiffness, undecided."""
@@ -77,16 +97,17 @@ def _packed(model: Model) -> Packed:
 class Equilibrium:
     """Poses, lengths and line states that belong together: one row of each, or a batch of rows.
 
-    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `modulus_factors`
-    (m,) are those it was solved with. `violation` (N) is how far the tensions of an inverse solution break their
-    limits, 0 where they hold. Lengths and states are NaN where there is no answer.
+    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `packed` holds the
+    robot as it was solved: one row of arrays for all, or one for each where they differ. `violation` (N) is how far the
+    tensions of an inverse solution break their limits, 0 where they hold. Lengths and states are NaN where there is no
+    answer.
     """
 
     model: Model
+    packed: Packed
     pose: Array
     lengths: Array
     states: Array
-    modulus_factors: Array
     code: NDArray[np.int64]
     violation: Array
     iterations: NDArray[np.int64]
@@ -104,7 +125,7 @@ class Equilibrium:
     @property
     def tensions(self) -> Array:
         """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
-        massless = self.model.packed.lines[:, layout.WEIGHT] == 0.0
+        massless = self.column(layout.WEIGHT) == 0.0
         tensions = np.exp(self.states[..., layout.TAU])
         return np.where(massless & (tensions < 2.0 * sweep.SLACK_TENSION), 0.0, tensions)
 
@@ -112,16 +133,34 @@ class Equilibrium:
     def platform_tensions(self) -> Array:
         """Tension at the platform's end of each line, N."""
         tensions, phi = self.tensions, self.states[..., layout.PHI]
-        weight = self.model.packed.lines[:, layout.WEIGHT] * self.states[..., layout.FREE]
+        weight = self.column(layout.WEIGHT) * self.states[..., layout.FREE]
         return np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + weight)
 
     @property
     def winch_tensions(self) -> Array:
         """Tension at the winch exit of each line, N; that at the sheave where the dead span is not modelled."""
-        lines, tensions, psi = self.model.packed.lines, self.tensions, self.states[..., layout.PSI]
-        weight = lines[:, layout.WEIGHT] * self.states[..., layout.DEAD]
+        tensions, psi = self.tensions, self.states[..., layout.PSI]
+        weight = self.column(layout.WEIGHT) * self.states[..., layout.DEAD]
         at_winch = np.hypot(tensions * np.cos(psi), tensions * np.sin(psi) + weight)
-        return np.where(lines[:, layout.UNKNOWNS] > 3, at_winch, tensions)
+        return np.where(self.column(layout.UNKNOWNS) > 3, at_winch, tensions)
+
+    @property
+    def platform_points(self) -> Array:
+        """Where each line is tied to the platform, world, m: (m, 3), or (N, m, 3) of a batch."""
+        arms = self.column(slice(layout.POINT_X, layout.POINT_Z + 1))
+        if self.model.n == 6:
+            arms = arms @ np.swapaxes(matrices(self.pose[..., 3:]), -1, -2)
+        return np.asarray(self.pose[..., None, :3] + arms)
+
+    @property
+    def nozzle(self) -> Array:
+        """The point that prints, world, m: (3,), or (N, 3) of a batch."""
+        return self.model.nozzle(self.pose)
+
+    def column(self, index: int | slice) -> Array:
+        """A column of the packed lines, (m,) for a single equilibrium, (1, m) or (N, m) for a batch."""
+        lines = self.packed.lines[0] if self.code.ndim == 0 else self.packed.lines
+        return np.asarray(lines[..., index])
 
     def extremes(self) -> tuple[Array, Array]:
         """Smallest and largest tension along each line, N, each shaped as `tensions`."""
@@ -139,13 +178,12 @@ class Equilibrium:
     def margin(self) -> Array:
         """Smallest distance of any line's tension from its limits, N, per row; negative is a violation."""
         low, high = self.extremes()
-        lines = self.model.packed.lines
-        slack = np.minimum(low - lines[:, layout.TENSION_MIN], lines[:, layout.TENSION_MAX] - high)
+        slack = np.minimum(low - self.column(layout.TENSION_MIN), self.column(layout.TENSION_MAX) - high)
         return np.asarray(slack.min(axis=-1))
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
         """Whether every row is solved and its equations hold to *tolerance* (m, and of the platform's weight)."""
-        weight = self.model.packed.platform[layout.PLATFORM_WEIGHT]
+        weight = self.packed.platform[:, layout.PLATFORM_WEIGHT]
         fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * weight)
         return bool(np.all(self.ok & fits))
 
@@ -189,18 +227,18 @@ class Equilibrium:
         """Rows of a batch: an integer gives a single equilibrium, a slice or mask a smaller batch."""
         return Equilibrium(
             self.model,
+            self.packed if len(self.packed.lines) == 1 else _rows_of(self.packed, index),
             np.asarray(self.pose[index]),
             np.asarray(self.lengths[index]),
             np.asarray(self.states[index]),
-            np.asarray(self.modulus_factors[index]),
             np.asarray(self.code[index]),
             np.asarray(self.violation[index]),
             np.asarray(self.iterations[index]),
         )
 
     def solved_arrays(self) -> list[Array]:
-        """Lengths, modulus factors, poses and states of all rows, as kernels take them."""
-        arrays = (self.lengths, self.modulus_factors, self.pose, self.states)
+        """Lengths, poses and states of all rows, as kernels take them."""
+        arrays = (self.lengths, self.pose, self.states)
         return [np.array(a[None] if self.code.ndim == 0 else a, order="C") for a in arrays]
 
     @property
@@ -209,7 +247,15 @@ class Equilibrium:
         rows = 1 if single else len(self.code)
         m = self.model.m
         residual, force, low, high = np.empty(rows), np.empty(rows), np.empty((rows, m)), np.empty((rows, m))
-        sweep.examine(self.model.packed, *self.solved_arrays(), residual, force, low, high)
+        sweep.examine(self.packed, *self.solved_arrays(), residual, force, low, high)
         if single:
             return residual[0], force[0], low[0], high[0]
         return residual, force, low, high
+
+
+def _rows_of(packed: Packed, index: Any) -> Packed:
+    """Some rows of a batch; a single one keeps its leading axis."""
+    lines, platform = packed.lines[index], packed.platform[index]
+    if platform.ndim == 1:
+        lines, platform = lines[None], platform[None]
+    return Packed(packed.freedoms, np.ascontiguousarray(lines), np.ascontiguousarray(platform))

@@ -4,7 +4,7 @@ from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
 from cablewright.robot.line import Line
-from cablewright.robot.platform import Platform, PointPlatform
+from cablewright.robot.platform import Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Scene
 from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
@@ -15,8 +15,11 @@ __all__ = [
     "Cable",
     "Eyelet",
     "Line",
+    "Load",
     "Platform",
     "PointPlatform",
+    "Retraction",
+    "RigidPlatform",
     "Robot",
     "Scene",
     "Sheave",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, model_validator
@@ -9,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from cablewright.errors import suggestion
 
-__all__ = ["Description", "refusal"]
+__all__ = ["Description", "refusal", "require_own_names"]
 
 
 class Description(BaseModel):
@@ -28,6 +30,13 @@ class Description(BaseModel):
         return data
 
 
-def refusal(key: str, why: str) -> PydanticCustomError:
-    """Return the error by which a validator of a whole part blames one of its keys."""
-    return PydanticCustomError("refusal", "{key}: {why}", {"key": key, "why": why})
+def refusal(key: str, why: str, within: tuple[str | int, ...] = ()) -> PydanticCustomError:
+    """Return the error by which a validator of a whole part blames one of its keys, or one ``within`` a part of it."""
+    return PydanticCustomError("refusal", "{key}: {why}", {"key": key, "why": why, "within": within})
+
+
+def require_own_names(key: str, names: Iterable[str]) -> None:
+    """Raise `refusal` of ``key`` (``"lines"``, ``"loads"``) if two of its entries have the same name."""
+    name, count = Counter(names).most_common(1)[0]
+    if count > 1:
+        raise refusal(key, f"{count} {key} are named {name!r}; each needs a name of its own")

@@ -65,7 +65,7 @@ def _fault(details: ErrorDetails, data: dict[str, Any]) -> tuple[KeyPath, str]:
     context = details.get("ctx", {})
     match details["type"]:
         case "refusal":
-            return (*path, context["key"]), context["why"]
+            return (*path, *context["within"], context["key"]), context["why"]
         case "union_tag_invalid":
             return (*path, "kind"), f"must be one of {context['expected_tags']}"
         case "union_tag_not_found":
@@ -79,6 +79,8 @@ def _fault(details: ErrorDetails, data: dict[str, Any]) -> tuple[KeyPath, str]:
 
 _SENTENCES = {
     "bool_type": "must be true or false",
+    "finite_number": "must be finite",
+    "float_type": "must be a number",
     "int_type": "must be an integer",
     "greater_than": "must be greater than {gt:g}",
     "greater_than_equal": "must be at least {ge:g}",
@@ -97,9 +99,12 @@ _SENTENCES = {
 
 
 def _without_tags(location: KeyPath, data: Any) -> Iterator[str | int]:
-    """Drop the tags that pydantic puts into the location of an error within a tagged union."""
+    """Drop the tags that pydantic puts into the location of an error within a tagged union.
+
+    A platform that does not say its kind is a point, so its tag is dropped too.
+    """
     for part in location:
-        if isinstance(data, dict) and part not in data and data.get("kind") == part:
+        if isinstance(data, dict) and part not in data and part == data.get("kind", "point"):
             continue
         data = look_up(data, (part,))
         yield part

@@ -21,6 +21,7 @@ def json_schema() -> dict[str, Any]:
     definitions = schema["$defs"]
     for name in ("Cable", "Winch", *_SHEAVES):
         definitions[name].pop("required", None)
+    definitions["RigidPlatform"]["required"].append("kind")  # without it a platform is a point
     line = definitions["Line"]
     line["required"] = ["name"]
     line["properties"]["sheave"] = {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in _SHEAVES]}

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import math
+from itertools import combinations
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.robot.description import Description, refusal
+from cablewright.errors import InputError, suggestion
+from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.line import Line
-from cablewright.robot.platform import Platform
+from cablewright.robot.platform import Platform, PointPlatform, Retraction
 from cablewright.robot.scene import Scene
+from cablewright.units import Force3, Torque3
 
 __all__ = ["NEWEST_SCHEMA", "Robot"]
 
@@ -30,19 +33,37 @@ class Robot(Description):
     lines: Annotated[tuple[Line, ...], Field(max_length=MOST_LINES)]
 
     @model_validator(mode="after")
-    def _names_are_unique(self) -> Self:
+    def _hangs_together(self) -> Self:
         if not self.lines:  # not by min_length, which also complains when every line has a fault of its own
             raise refusal("lines", "must have at least 1 entry")
-        name, count = Counter(line.name for line in self.lines).most_common(1)[0]
-        if count > 1:
-            raise refusal("lines", f"{count} lines are named {name!r}; each needs a name of its own")
+        require_own_names("lines", (line.name for line in self.lines))
+        if isinstance(self.platform, PointPlatform):
+            self._check_lines_meet()
+        else:
+            self._check_lines_differ()
+        if self.retraction is not None:
+            self._check_retraction(self.retraction)
         return self
 
-    @model_validator(mode="after")
-    def _lines_meet(self) -> Self:
+    def _check_lines_meet(self) -> None:
         if len({line.platform_point for line in self.lines}) > 1:
-            raise refusal("lines", "a point platform has all lines meet in one platform_point")
-        return self
+            why = 'a point platform has all lines meet in one platform_point; one that may turn has kind = "rigid"'
+            raise refusal("lines", why)
+
+    def _check_lines_differ(self) -> None:
+        if len(self.lines) > 1 and len({line.platform_point for line in self.lines}) == 1:
+            raise refusal("lines", 'all platform points coincide: that is a point platform, kind = "point"')
+        for one, other in combinations(self.lines, 2):  # sharing only the platform point is fine: NIST RoboCrane
+            if (one.exit_point, one.platform_point) == (other.exit_point, other.platform_point):
+                why = f"lines {one.name!r} and {other.name!r} are one line: same exit_point and platform_point"
+                raise refusal("lines", why)
+
+    def _check_retraction(self, retraction: Retraction) -> None:
+        names = [line.name for line in self.lines]
+        for name in retraction.lines:
+            if name not in names:
+                why = f"no line is named {name!r}; {suggestion(name, names)}"
+                raise refusal("lines", why, within=("platform", "retraction"))
 
     @property
     def m(self) -> int:
@@ -53,3 +74,50 @@ class Robot(Description):
     def n(self) -> int:
         """The number of pose coordinates, the platform's freedoms."""
         return self.platform.freedoms
+
+    @property
+    def retraction(self) -> Retraction | None:
+        """The platform's retraction, if it has one."""
+        return None if isinstance(self.platform, PointPlatform) else self.platform.retraction
+
+    def under_load(self, name: str) -> Robot:
+        """Return the robot with the values of its platform's load ``name`` in place, and no loads.
+
+        Raises `UnknownName`, which lists the loads.
+        """
+        return self.model_copy(update={"platform": self.platform.under_load(name)})
+
+    def under_wrench(self, force: Force3, moment: Torque3 = (0.0, 0.0, 0.0)) -> Robot:
+        """Return the robot with *force* (N) and *moment* (N m, about the platform's origin), world, in place of its own.
+
+        Raises `InputError` for numbers that are not finite, or a moment on a point platform.
+        """
+        if not all(math.isfinite(value) for value in (*force, *moment)):
+            raise InputError(f"wrench {(*force, *moment)}: every number must be finite")
+        changes = {"force": tuple(force)}
+        if self.n == 6:
+            changes["moment"] = tuple(moment)
+        elif any(moment):
+            raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {tuple(moment)} N m")
+        return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
+
+    def retracted(self, length: float) -> Robot:
+        """Return the robot with its platform at the retraction ``length`` (m): the platform points that move, moved.
+
+        Mass, centre of mass and inertia stay. Raises `InputError` if the platform has no retraction, or not this far.
+        """
+        retraction = self.retraction
+        if retraction is None:
+            raise InputError(f"robot {self.name!r} has no retraction: its platform has one length")
+        if not retraction.least <= length <= retraction.most:
+            reach = f"{retraction.least:g} to {retraction.most:g} m"
+            raise InputError(f"retraction length {length:g} m: the platform of {self.name!r} goes from {reach}")
+        lines = tuple(
+            line.model_copy(update={"platform_point": retraction.moved(line.platform_point, length)})
+            if line.name in retraction.lines
+            else line
+            for line in self.lines
+        )
+        changed = retraction.model_copy(update={"length": float(length)})
+        platform = self.platform.model_copy(update={"retraction": changed})
+        return self.model_copy(update={"platform": platform, "lines": lines})

@@ -47,7 +47,7 @@ def _places(document: Any, before: Any, after: Any) -> Iterator[tuple[KeyPath, A
     inherited: dict[KeyPath, dict[int, Any]] = {}
     for path, value in _changes(before, after):
         if path[0] != "lines":
-            yield path, value
+            yield _as_written(document, path, value, after)
             continue
         index, key = path[1], path[2 : 4 if path[2] in PARTS else 3]
         assert isinstance(index, int)
@@ -58,6 +58,14 @@ def _places(document: Any, before: Any, after: Any) -> Iterator[tuple[KeyPath, A
             inherited.setdefault(key, {})[index] = look_up(after, ("lines", index, *key))
     for key, values in inherited.items():
         yield from _inherited_places(document, len(after["lines"]), key, values)
+
+
+def _as_written(document: Any, path: KeyPath, value: Any, after: Any) -> tuple[KeyPath, Any]:
+    """Return place and value; where the file leaves a list to its default, those of the whole list."""
+    for end, part in enumerate(path):
+        if isinstance(part, int) and look_up(document, path[:end]) is None:
+            return path[:end], look_up(after, path[:end])
+    return path, value
 
 
 def _inherited_places(document: Any, m: int, key: KeyPath, values: dict[int, Any]) -> Iterator[tuple[KeyPath, Any]]:
@@ -102,7 +110,9 @@ def _put(document: Any, path: KeyPath, value: Any) -> None:
 
 
 def _spelled(value: Any, like: Any) -> Any:
-    """Return ``value`` with the units that ``like`` has, where it has any."""
+    """Return ``value`` with the units that ``like`` has, where it has any, and without what is None."""
+    if isinstance(value, dict):
+        return {key: _spelled(entry, look_up(like, (key,))) for key, entry in value.items() if entry is not None}
     if isinstance(value, tuple):
         likes = like if isinstance(like, list) and len(like) == len(value) else [None] * len(value)
         return [_spelled(*pair) for pair in zip(value, likes, strict=True)]

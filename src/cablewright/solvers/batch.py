@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
 from cablewright.kernels import is_compiled
+from cablewright.models.rotation import shortest
+from cablewright.models.statics import Model
 
-__all__ = ["as_rows", "run"]
+__all__ = ["as_poses", "as_rows", "of_rows", "run"]
 
 log = logging.getLogger(__name__)
 
@@ -29,6 +31,14 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArra
 
     Raises `InputError` for a wrong count, text or numbers that are not finite.
     """
+    array = _numbers(values, width, what, unit)
+    if not np.isfinite(array).all():
+        raise InputError(f"{what}: every number must be finite; got {array[~np.isfinite(array)][0]}")
+    return np.atleast_2d(array), array.ndim == 1
+
+
+def _numbers(values: ArrayLike, width: int, what: str, unit: str) -> NDArray[np.float64]:
+    """*values* as a fresh array of one row or rows of *width*, or `InputError`."""
     try:
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as reason:
@@ -36,9 +46,70 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArra
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         shape = " x ".join(map(str, array.shape)) or "a single number"
         raise InputError(f"{what}: {width} numbers are wanted, or rows of {width}; got {shape}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{what}: every number must be finite; got {array[~np.isfinite(array)][0]}")
-    return np.atleast_2d(array), array.ndim == 1
+    return array
+
+
+def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) -> tuple[NDArray[np.float64], bool]:
+    """Poses as a fresh (rows, n) array, and whether they were a single row.
+
+    A rigid body's pose may be its position alone: unrotated. A rotation vector of more than half a turn is replaced by
+    the shorter one that means the same, which is logged. Where *free*, NaN marks the freedoms that gravity decides on
+    a robot with fewer lines than freedoms. Raises `InputError` for a wrong count or numbers that are not finite.
+    """
+    n, given = model.n, np.shape(values)
+    short = n == 6 and len(given) in (1, 2) and given[-1] == 3
+    array = _numbers(values, 3 if short else n, what, "m and rad")
+    poses = np.atleast_2d(array)
+    if short:
+        poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
+    wrong = ~np.isfinite(poses)
+    if free and model.m < n:
+        _check_count(model, n - np.isnan(poses).sum(axis=1), what)
+        wrong = np.isinf(poses)
+    if wrong.any():
+        raise InputError(f"{what}: every number must be finite; got {poses[wrong][0]}")
+    if n == 6:
+        poses[:, 3:] = _short_turns(poses[:, 3:], what)
+    return poses, array.ndim == 1
+
+
+def _check_count(model: Model, given: NDArray[np.int64], what: str) -> None:
+    """Refuse to be given more freedoms than there are lines to hold, or fewer."""
+    m, n = model.m, model.n
+    if (given != m).any():
+        count = int(given[given != m][0])
+        raise InputError(
+            f"{what}: {m} lines hold {m} of the {n} freedoms; {count} are given: leave {n - m} free (nan) for gravity"
+        )
+
+
+def _short_turns(vectors: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    """Rotation vectors of at most half a turn; those with a part that is free stay as they are."""
+    angle = np.linalg.norm(vectors, axis=1)
+    long = np.flatnonzero(angle > np.pi)
+    if len(long) == 0:
+        return vectors
+    short = shortest(vectors)
+    same = ", ".join(f"{x:.6g}" for x in short[long[0]])
+    more = f" (and {len(long) - 1} more)" if len(long) > 1 else ""
+    log.warning(
+        "%s: a rotation vector of %.6g rad is over pi; %s means the same and is taken%s",
+        what,
+        angle[long[0]],
+        same,
+        more,
+    )
+    return short
+
+
+def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> NDArray[np.float64] | None:
+    """One number for all rows, or one for each, as (rows,); None stays None. Raises `InputError`."""
+    if values is None:
+        return None
+    given, _ = as_rows(np.atleast_1d(np.asarray(values))[..., None], 1, what, unit)
+    if len(given) not in (1, rows):
+        raise InputError(f"{what}: one number, or {rows} as there are rows; got {len(given)}")
+    return np.broadcast_to(given[:, 0], rows).copy()
 
 
 @cache

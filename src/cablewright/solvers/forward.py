@@ -12,7 +12,7 @@ from cablewright.kernels.equilibrium import workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.batch import as_rows, run
+from cablewright.solvers.batch import as_poses, as_rows, of_rows, run
 
 __all__ = ["Tracker", "forward", "solve_forward"]
 
@@ -25,17 +25,19 @@ def forward(
     cable: str = "catenary",
     sheave: str | None = None,
     modulus_factors: ArrayLike | None = None,
+    retraction: ArrayLike | None = None,
 ) -> Equilibrium:
     """Pose and tensions for unstrained *lengths*, (m,) or (N, m) in m, from winch exit to platform.
 
     Without a *guess* (a pose, or one per row) the solve is cold: it needs none. *modulus_factors* multiply each line's
-    Young's modulus, (m,) or one row each. Tensions follow from the lengths: limits are not imposed, but a line over its
+    Young's modulus, (m,) or one row each; *retraction* is the platform's retraction length, m, one or one for each row.
+    Of several poses that a rigid body could hang in, the solve finds the one near the guess, or cold the least turned.
+    Tensions follow from the lengths: limits are not imposed, but a line over its
     breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
     positive, and for rigid cables, whose tensions no lengths decide.
     """
-    return solve_forward(
-        Model(robot, Fidelity.of(cable, sheave)), lengths, guess=guess, modulus_factors=modulus_factors
-    )
+    model = Model(robot, Fidelity.of(cable, sheave))
+    return solve_forward(model, lengths, guess=guess, modulus_factors=modulus_factors, retraction=retraction)
 
 
 def solve_forward(
@@ -44,6 +46,7 @@ def solve_forward(
     *,
     guess: ArrayLike | None = None,
     modulus_factors: ArrayLike | None = None,
+    retraction: ArrayLike | None = None,
     path: bool = False,
 ) -> Equilibrium:
     """`forward` of a model. *path* says that neighbouring rows are neighbours on a path, each near its guess."""
@@ -53,27 +56,28 @@ def solve_forward(
         raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
     rows = len(length)
     factors = _factors(modulus_factors, rows, model.m)
+    packed = model.rows(modulus_factors=factors, retraction=of_rows(retraction, rows, "retraction", "m"))
     pose = np.zeros((rows, model.n))
     start = sweep.COLD
     if guess is not None:
-        given, _ = as_rows(guess, model.n, "guess", "m and rad")
+        given, _ = as_poses(model, guess, "guess")
         pose[:] = _spread(given, rows, "guess")
         start = sweep.CHAIN if path else sweep.NEAR
     states = np.zeros((rows, model.m, layout.STATE))
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
-    arrays = (length, factors, pose, states, codes, iterations, np.zeros(rows))
-    run(sweep.forward_rows, sweep.forward_sweep, rows, model.packed, *arrays, start)
-    batch = Equilibrium(model, pose, length, states, factors, codes, np.zeros(rows), iterations)
+    arrays = (length, pose, states, codes, iterations, np.zeros(rows))
+    run(sweep.forward_rows, sweep.forward_sweep, rows, packed, *arrays, start)
+    batch = Equilibrium(model, packed, pose, length, states, codes, np.zeros(rows), iterations)
     return batch[0] if single else batch
 
 
-def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64]:
+def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64] | None:
     if values is None:
-        return np.ones((rows, m))
+        return None
     given, _ = as_rows(values, m, "modulus factors", "1")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
-    return np.array(_spread(given, rows, "modulus factors"), order="C")  # a copy: kernels take writeable arrays
+    return _spread(given, rows, "modulus factors")
 
 
 def _spread(given: NDArray[np.float64], rows: int, what: str) -> NDArray[np.float64]:

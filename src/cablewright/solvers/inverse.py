@@ -9,7 +9,7 @@ from cablewright.kernels import layout, sweep
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.batch import as_rows, run
+from cablewright.solvers.batch import as_poses, of_rows, run
 
 __all__ = ["inverse", "solve_inverse"]
 
@@ -21,28 +21,35 @@ def inverse(
     cable: str = "catenary",
     sheave: str | None = None,
     tension_limits: tuple[float, float] | None = None,
+    retraction: ArrayLike | None = None,
 ) -> Equilibrium:
     """Lengths and tensions at *poses*, (n,) or (N, n) in m and rad: the least-norm tensions within the limits.
+
+    A rigid body's pose is its position and rotation vector, or its position alone: unrotated. Where a robot has fewer
+    lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the answer's pose is
+    complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
 
     *cable* is ``rigid``, ``elastic`` or ``catenary``; *sheave* simplifies the sheaves as built; *tension_limits* (N)
     replace the lines' own and hold along the whole line. An infeasible pose is an answer: its status says so and its
     tensions are those that break the limits least. Raises `InputError` for numbers of the wrong count or not finite.
     """
-    return solve_inverse(Model(robot, Fidelity.of(cable, sheave), tension_limits), poses)
+    return solve_inverse(Model(robot, Fidelity.of(cable, sheave), tension_limits), poses, retraction=retraction)
 
 
-def solve_inverse(model: Model, poses: ArrayLike, *, path: bool = False) -> Equilibrium:
+def solve_inverse(
+    model: Model, poses: ArrayLike, *, path: bool = False, retraction: ArrayLike | None = None
+) -> Equilibrium:
     """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster.
 
     Where limits let a line go so slack that it may hang in several ways, a path keeps to its neighbour's.
     """
-    pose, single = as_rows(poses, model.n, "pose", "m and rad")
+    pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
+    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
     states = np.zeros((rows, model.m, layout.STATE))
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)
-    run(sweep.inverse_rows, sweep.inverse_sweep, rows, model.packed, pose, states, lengths, codes, violations, path)
-    factors = np.ones_like(lengths)
-    batch = Equilibrium(model, pose, lengths, states, factors, codes, violations, np.zeros(rows, dtype=np.int64))
+    run(sweep.inverse_rows, sweep.inverse_sweep, rows, packed, pose, states, lengths, codes, violations, path)
+    batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch

@@ -20,11 +20,12 @@ def swing_angles(equilibrium: Equilibrium) -> Array:
     """Azimuth of each line's sheave from where its mounting faces, rad in (-pi, pi]; NaN where it is not told."""
     robot = equilibrium.model.robot
     angles = np.full(equilibrium.lengths.shape, np.nan)
+    points = equilibrium.platform_points
     for i, line in enumerate(robot.lines):
         facing = getattr(line.sheave, "facing", None)
         if facing is None:
             continue
-        point = equilibrium.pose[..., :2] + np.asarray(line.platform_point[:2]) - np.asarray(line.exit_point[:2])
+        point = points[..., i, :2] - np.asarray(line.exit_point[:2])
         turned = np.arctan2(point[..., 1], point[..., 0]) - facing
         angles[..., i] = np.arctan2(np.sin(turned), np.cos(turned))
     return angles

@@ -57,7 +57,7 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     motion = np.zeros((rows, model.n, model.m, sweep.PARAMETERS))
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
-    run(sweep.linearise_rows, sweep.linearise_sweep, rows, model.packed, *solved, stiffness, motion, codes)
+    run(sweep.linearise_rows, sweep.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
     if codes.any():
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")

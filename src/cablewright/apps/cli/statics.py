@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, Cable, Limits, RobotName, Sheave
+from cablewright.apps.cli.options import (
+    AsJson,
+    Cable,
+    Limits,
+    LoadName,
+    Retracted,
+    RobotName,
+    Sheave,
+    Wrench,
+    described,
+)
 from cablewright.apps.cli.output import limits, numbers, print_json, tell
 
 if TYPE_CHECKING:
@@ -19,21 +29,25 @@ NO = 1
 
 def inverse(
     robot: RobotName,
-    at: Annotated[str, typer.Option("--at", metavar="X,Y,Z", help="Pose, m (and rad for a rigid platform).")],
+    at: Annotated[
+        str, typer.Option("--at", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose, m and rad; `free` where gravity decides.")
+    ],
     cable: Cable = "catenary",
     sheave: Sheave = None,
     tension_limits: Limits = None,
+    retraction: Retracted = None,
+    load: LoadName = None,
+    wrench: Wrench = None,
     as_json: AsJson = False,
 ) -> int:
     """The lengths and tensions that hold the platform at a pose."""
     from cablewright.errors import Status
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
-    from cablewright.robot import load
     from cablewright.solvers.inverse import solve_inverse
 
-    model = Model(load(robot), Fidelity.of(cable, sheave), limits(tension_limits))
-    found = solve_inverse(model, numbers(at, "--at") or [])
+    model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave), limits(tension_limits))
+    found = solve_inverse(model, numbers(at, "--at") or [], retraction=retraction)
     status, sentence = found.status, found.sentence()
     if status is Status.OK and (broken := _broken_limit(found)):
         status, sentence = Status.OUT_OF_LIMITS, broken
@@ -44,28 +58,33 @@ def inverse(
 def forward(
     robot: RobotName,
     lengths: Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained lengths, m.")],
-    guess: Annotated[str | None, typer.Option("--guess", metavar="X,Y,Z", help="A pose to start from, m.")] = None,
+    guess: Annotated[
+        str | None, typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="A pose to start from, m and rad.")
+    ] = None,
     cable: Annotated[str, typer.Option("--cable", help="elastic or catenary.")] = "catenary",
     sheave: Sheave = None,
     modulus_factors: Annotated[
         str | None,
         typer.Option("--modulus-factors", metavar="F1,..,Fm", help="Factors on each line's Young's modulus."),
     ] = None,
+    retraction: Retracted = None,
+    load: LoadName = None,
+    wrench: Wrench = None,
     as_json: AsJson = False,
 ) -> int:
     """The pose in which the platform hangs when the winches have paid out given lengths."""
     from cablewright.errors import Status
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
-    from cablewright.robot import load
     from cablewright.solvers.forward import solve_forward
 
-    model = Model(load(robot), Fidelity.of(cable, sheave))
+    model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave))
     found = solve_forward(
         model,
         numbers(lengths, "--lengths") or [],
         guess=numbers(guess, "--guess"),
         modulus_factors=numbers(modulus_factors, "--modulus-factors"),
+        retraction=retraction,
     )
     values = {"status": found.status.word} | _values(found)
     return _answer(found, values, found.status is Status.OK, found.sentence(), as_json)
@@ -78,6 +97,7 @@ def _values(found: Equilibrium) -> dict[str, Any]:
         "cable": found.model.fidelity.cable.value,
         "sheave": None if found.model.fidelity.sheave is None else found.model.fidelity.sheave.value,
         "pose": found.pose,
+        "nozzle": found.nozzle,
         "lengths": found.lengths,
         "tensions": found.tensions,
         "platform_tensions": found.platform_tensions,
@@ -104,7 +124,9 @@ def _answer(found: Equilibrium, values: dict[str, Any], yes: bool, sentence: str
         print_json(values)
     else:
         typer.echo(f"{values['robot']}: {values['status']}")
-        typer.echo("pose      " + "  ".join(f"{x:.6f}" for x in found.pose) + "  m")
+        typer.echo(
+            "pose      " + "  ".join(f"{x:.6f}" for x in found.pose) + ("  m" if len(found.pose) == 3 else "  m, rad")
+        )
         typer.echo(f"{'line':<14} {'length m':>13} {'tension N':>13} {'at platform':>13} {'at winch':>13}")
         columns = (found.lengths, found.tensions, found.platform_tensions, found.winch_tensions)
         for line, length, tension, platform, winch in zip(found.model.robot.lines, *columns, strict=True):

@@ -1,0 +1,36 @@
+"""Rotation vectors (rad) in batches: matrices, and the one of at most half a turn that means the same rotation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["angle_between", "matrices", "shortest"]
+
+Array = NDArray[np.float64]
+
+
+def matrices(vectors: ArrayLike) -> Array:
+    """Matrices (..., 3, 3) of rotation *vectors* (..., 3), rad (Rodrigues)."""
+    vectors = np.asarray(vectors, dtype=np.float64)
+    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
+    half = 0.5 * np.sinc(0.5 * angle / np.pi)
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + 2.0 * half * half * (cross @ cross))
+
+
+def shortest(vectors: Array) -> Array:
+    """The rotation vectors (..., 3) of length at most pi that mean the same rotations as *vectors*."""
+    angle = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    turns = np.round(angle / (2.0 * np.pi))
+    return np.where(angle > np.pi, vectors * (1.0 - 2.0 * np.pi * turns / np.where(angle > 0.0, angle, 1.0)), vectors)
+
+
+def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
+    """Angle (...) in rad of the rotation that takes *first* to *second*, rotation vectors (..., 3)."""
+    between = np.swapaxes(matrices(first), -1, -2) @ matrices(second)
+    skew = between - np.swapaxes(between, -1, -2)
+    sine = 0.5 * np.linalg.norm(np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1), axis=-1)
+    return np.asarray(np.arctan2(sine, 0.5 * (np.trace(between, axis1=-2, axis2=-1) - 1.0)))
