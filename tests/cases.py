@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Eyelet, Robot, Swivel, library_names, load
+from cablewright.robot import Eyelet, Robot, Swivel, UniversalJoint, library_names, load
 from cablewright.solvers.inverse import solve_inverse
 from oracles.line import LineState
 
 SEED = 20210603
+TURNED = 0.05
+"""How far random poses of a rigid body are turned about each axis, rad."""
 
 
 def robots() -> list[Robot]:
     """The library, and relatives that no library robot covers: wrap under, six lines, a dead span off its axis."""
-    return [*(load(name) for name in library_names()), under(), six_lines(), off_axis()]
+    return [*(load(name) for name in library_names()), under(), six_lines(), off_axis(), jointed_body()]
 
 
 def models(*laws: CableLaw) -> Iterator[Model]:
@@ -38,12 +41,29 @@ def name(model: Model) -> str:
 
 def poses(model: Model, count: int, seed: int = SEED) -> Equilibrium:
     """*count* random poses inside the frame that the model can hold within its tension limits, solved."""
+    found = solve_inverse(model, random_poses(model, (100 if model.n == 6 else 20) * count, seed))
+    rows = np.flatnonzero(found.ok)[:count]
+    assert len(rows) == count, f"only {len(rows)} of {len(found.code)} poses are feasible"
+    return found[rows]
+
+
+def random_poses(model: Model, count: int, seed: int = SEED) -> np.ndarray:
+    """Random poses inside the frame; rigid bodies a little turned, freedoms that gravity decides left to it."""
     rng = np.random.default_rng(seed)
     low, high = np.array(model.robot.scene.frame_min), np.array(model.robot.scene.frame_max)
-    found = solve_inverse(model, rng.uniform(low, high, (20 * count, 3)))
-    rows = np.flatnonzero(found.ok)[:count]
-    assert len(rows) == count, f"only {len(rows)} of {20 * count} poses are feasible"
-    return found[rows]
+    places = rng.uniform(low, high, (count, 3))
+    if model.n == 3:
+        return places
+    turns = rng.normal(0.0, TURNED, (count, 3))
+    turns[:, : max(0, model.n - model.m)] = np.nan
+    return np.column_stack([places, turns])
+
+
+def turned(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Angle (rad) between the rotations of poses; 0 for a point."""
+    if first.shape[-1] == 3:
+        return np.zeros(first.shape[:-1])
+    return (Rotation.from_rotvec(first[..., 3:]).inv() * Rotation.from_rotvec(second[..., 3:])).magnitude()
 
 
 def line_states(row: Equilibrium) -> list[LineState]:
@@ -103,3 +123,14 @@ def off_axis() -> Robot:
         for line in robot.lines
     )
     return robot.model_copy(update={"name": "off-axis", "lines": lines})
+
+
+def jointed_body() -> Robot:
+    """cogiro on universal joints fed from the ground, under a side wind, off its centre of mass."""
+    robot = load("cogiro")
+    joint = UniversalJoint(radius=0.05, lever=0.104, lever_weight=6.85, lever_mass_centre=0.0706)
+    lines = tuple(
+        line.model_copy(update={"sheave": joint, "winch_exit": (*line.exit_point[:2], 0.0)}) for line in robot.lines
+    )
+    platform = robot.platform.model_copy(update={"force": (40.0, -25.0, 10.0), "centre_of_mass": (0.1, 0.05, 0.4)})
+    return robot.model_copy(update={"name": "jointed-body", "lines": lines, "platform": platform})

@@ -22,6 +22,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 __all__ = [
     "Acceleration",
     "Angle",
+    "Angle3",
     "Area",
     "Density",
     "Dimension",
@@ -176,6 +177,7 @@ Duration = Annotated[float, DURATION]
 Vec3 = tuple[Length, Length, Length]
 Force3 = tuple[Force, Force, Force]
 Torque3 = tuple[Torque, Torque, Torque]
+Angle3 = tuple[Angle, Angle, Angle]
 Inertia3 = tuple[Inertia, Inertia, Inertia]
 
 _Quantity = TypeVar("_Quantity")

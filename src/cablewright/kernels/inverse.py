@@ -43,6 +43,7 @@ from cablewright.kernels.layout import (
     TENSION_MIN,
     UNKNOWNS,
     WEIGHT,
+    WINCH_Z,
     Code,
     Packed,
 )
@@ -66,6 +67,8 @@ SOFT_TOLERANCE = 1e-8  # of the largest pull
 TAUT = 1.5  # of its own weight: a tension at which a line is straight enough to begin with
 UNSURE = 0.01  # of its own weight: a line so slack may as well hang otherwise
 SLACKEST = 0.25  # of its own weight: the least asked of a line where less leads nowhere
+LEAST_SECANT = 1e-4  # of a pull: over a shorter step the curvature drowns in rounding
+LET_GO = 0.02  # of its share of the weight: a line's pull when it is given up
 SECOND_CHANCE = 1e-3  # of the weight: a violation so small is looked at again
 TENSION_TOLERANCE = 1e-11  # of the largest pull
 BALANCE_TOLERANCE = 1e-9  # of the largest force
@@ -151,6 +154,8 @@ def _solve(packed, pose, states, work, known):
     code = _distribute(packed, states, work, 0.0)
     if code not in (INFEASIBLE, NOT_CONVERGED) and _slackest(packed, states) > UNSURE:
         return code, 0.0
+    if code == INFEASIBLE and not _may_slacken(packed, work.base):
+        return _least_bad(packed, states, work)
     # limits that let a line go slack under its own weight: ask no line to go that far
     _begin(packed, pose, states, work, False)
     work.multipliers[:] = 0.0
@@ -162,6 +167,22 @@ def _solve(packed, pose, states, work, known):
     code = _distribute(packed, states, work, 0.0)
     if code != INFEASIBLE:
         return code, 0.0
+    return _least_bad(packed, states, work)
+
+
+@jit
+def _may_slacken(packed, base):
+    """Whether limits let a line hang as slack as SLACKEST, where it may hang in more ways than one."""
+    for i in range(packed.lines.shape[0]):
+        row, plane = packed.lines[i], base.planes[i]
+        if row[TENSION_MIN] < 2.0 * SLACKEST * row[WEIGHT] * (hypot(plane[2], plane[3]) + abs(row[WINCH_Z])):
+            return True
+    return False
+
+
+@jit
+def _least_bad(packed, states, work):
+    """What an infeasible pose is answered: the tensions that break the limits least, and by how much."""
     settled, violation = _least_violation(packed, states, work)
     if settled and violation <= SECOND_CHANCE * packed.platform[PLATFORM_WEIGHT]:
         code = _distribute(packed, states, work, 0.0)  # the no was that of a program far from the answer
@@ -261,7 +282,7 @@ def _least_violation(packed, states, work):
     relax = 1.0
     for _ in range(SOFT_PROGRAMS):
         code, change, turned = _program(packed, states, work, SOFT, relax)
-        if code != OK or change < SOFT_TOLERANCE:
+        if code != OK or change < SOFT_TOLERANCE or _would_push(packed, work):
             break
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     violation = 0.0
@@ -273,6 +294,16 @@ def _least_violation(packed, states, work):
     for i in range(packed.lines.shape[0]):
         violation = max(violation, work.low[i] - work.wanted[i], work.wanted[i] - work.high[i])
     return False, violation
+
+
+@jit
+def _would_push(packed, work):
+    """Whether a line that has been let go program after program still wants to push."""
+    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    for i in range(packed.lines.shape[0]):
+        if work.wanted[i] <= 0.0 and work.pulls[i] < LET_GO * max(share, packed.lines[i, TENSION_MIN]):
+            return True
+    return False
 
 
 @jit
@@ -376,7 +407,7 @@ def _curve(work, i, pull):
     Each line's force depends on its own pull alone, so the Hessian is diagonal and a secant gives it.
     """
     step = pull - work.before[i]
-    if abs(step) > 1e-6 * pull and work.before[i] > 0.0:
+    if abs(step) > LEAST_SECANT * pull and work.before[i] > 0.0:
         bend = 0.0
         for k in range(work.column.shape[0]):
             bend += work.multipliers[k] * (work.column[k] - work.structure[k, i])

@@ -24,6 +24,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     and *step* (n, 3) are scratch. Returns 1 solved, 0 proved infeasible, -1 not solved.
     """
     n, m = structure.shape
+    close = 1e-13 if give == 0.0 else 1e-11  # soft multipliers are large, and so is their rounding
     scale = 0.0
     for k in range(n):
         scale = max(scale, abs(load[k]))
@@ -35,7 +36,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
         gap = 0.0
         for k in range(n):
             gap = max(gap, abs(step[k, 0]))
-        if gap <= 1e-13 * scale:
+        if gap <= close * scale:
             return 1
         if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale):
             return 0
@@ -70,7 +71,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     gap = 0.0
     for k in range(n):
         gap = max(gap, abs(step[k, 0]))
-    if gap <= 1e-11 * scale:
+    if gap <= 100.0 * close * scale:
         return 1
     return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
 

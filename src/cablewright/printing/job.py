@@ -6,16 +6,18 @@ Paths are relative to the folder of the TOML file. Lengths and speeds are the ma
 from __future__ import annotations
 
 import os
+from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Self
 
 from annotated_types import Ge, Le
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cablewright.errors import InputError
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, Progress, Toolpath, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.path import Samples, sample
+from cablewright.printing.schedule import Height
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Acceleration, Length, Speed
@@ -71,6 +73,16 @@ class Job(_Part):
     bead: Bead = Bead()
     motion: Motion = Motion()
     sampling: Sampling = Sampling()
+    schedule: Annotated[tuple[Height, ...], Field(max_length=10_000)] = ()
+    """Rotation and retraction of a rigid platform by the nozzle's height, rising."""
+
+    @model_validator(mode="after")
+    def _schedule_rises(self) -> Self:
+        heights = [height.z for height in self.schedule]
+        for low, high in pairwise(heights):
+            if not low < high:
+                raise ValueError(f"schedule: heights must rise; {high:g} m follows {low:g} m")
+        return self
 
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
         """Read the G-code, arcs cut as finely as the samples will be. Raises `InputError`."""

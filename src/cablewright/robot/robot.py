@@ -88,7 +88,7 @@ class Robot(Description):
         return self.model_copy(update={"platform": self.platform.under_load(name)})
 
     def under_wrench(self, force: Force3, moment: Torque3 = (0.0, 0.0, 0.0)) -> Robot:
-        """Return the robot with *force* (N) and *moment* (N m, about the platform's origin), world, in place of its own.
+        """Return the robot with *force* (N) and *moment* (N m, about its origin), world, as the platform's own.
 
         Raises `InputError` for numbers that are not finite, or a moment on a point platform.
         """

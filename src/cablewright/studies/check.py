@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from cablewright.analyses.feasibility import Finding, LineQuantities, judge
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
+from cablewright.printing.schedule import Schedule
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot
 from cablewright.solvers.forward import solve_forward
@@ -29,7 +31,7 @@ Progress = Callable[[str, int, int], None]
 
 BLOCK = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 MET = 1e-6
-"""Error (m) to which the compensated path must be met by the full model."""
+"""Error (m, and rad) to which the compensated path must be met by the full model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +40,16 @@ class Check:
 
     robot: Robot
     job: Job
-    samples: Samples  # positions (k, 3), layer, line (of the G-code file), extruding, distance
+    samples: Samples  # positions (k, 3) of the nozzle, layer, line (of the G-code file), extruding, distance
     law: TimeLaw
+    poses: Array  # (k, n) wanted of the platform's origin
+    retraction: Array | None  # (k,) m, None where the job does not set it
     rigid_lengths: Array  # (k, m) what a machine without compensation would pay out
-    uncompensated: Array  # (k, 3) where the platform then is
+    uncompensated: Array  # (k, 3) where the nozzle then is
+    turned_uncompensated: Array  # (k,) rad, how far the platform then is turned from what is wanted; 0 for a point
     lengths: Array  # (k, m) compensated lengths: what the winches should pay out
-    compensated: Array  # (k, 3) where the platform then is
+    compensated: Array  # (k, 3) where the nozzle then is
+    turned_compensated: Array  # (k,) rad
     elastic_only: Array  # (k, 3) where it would be if only elasticity, not sag, were compensated
     tensions: Array  # (k, m) N, at the sheave
     lowest_tension: Array  # (k, m) N, along each line
@@ -102,6 +108,8 @@ class Check:
             "max_error_uncompensated": _extreme(np.nanmax, self.error_uncompensated),
             "max_error_elastic_only": _extreme(np.nanmax, self.error_elastic_only),
             "max_error_compensated": _extreme(np.nanmax, self.error_compensated),
+            "max_turn_uncompensated": _extreme(np.nanmax, self.turned_uncompensated),
+            "max_turn_compensated": _extreme(np.nanmax, self.turned_compensated),
             "max_winch_speed": _extreme(np.nanmax, self.cable_speed),
             "max_winch_torque": _extreme(np.nanmax, self.torque),
             "findings": [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings],
@@ -130,8 +138,9 @@ def check(
 ) -> Check:
     """Check *job* on *robot* under all physics: what lengths it takes, how far off it prints, what stands in its way.
 
-    *tension_limits* (N) replace those of every line. Raises `InputError` for a robot without a point platform or a
-    G-code file that cannot be used; an infeasible job is an answer, not an error.
+    *tension_limits* (N) replace those of every line. The job's path is the nozzle's; a rigid platform is held unrotated
+    or as the job's schedule has it. Raises `InputError` for a robot with fewer lines than freedoms, a schedule that it
+    cannot follow or a G-code file that cannot be used; an infeasible job is an answer, not an error.
     """
     report = progress or _silent
     toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
@@ -141,44 +150,64 @@ def check(
         Model(robot, Fidelity(), tension_limits)  # refuses limits that do not rise
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in robot.lines)
         robot = robot.model_copy(update={"lines": lines})
-    return _judged(
-        robot, job, samples, law, _solve(robot, samples.positions, report), toolpath.unknown, toolpath.layer_count
-    )
+    solved = _solve(robot, *_wanted(robot, job, samples), report)
+    return _judged(robot, job, samples, law, solved, toolpath.unknown, toolpath.layer_count)
+
+
+def _wanted(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:
+    """Poses (k, n) of the platform's origin that bring the nozzle to the samples, and retraction lengths (k,)."""
+    schedule = Schedule(job.schedule)
+    if robot.m < robot.n:
+        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms along a path")
+    heights = samples.positions[:, 2]
+    retraction = schedule.retractions(heights)
+    if robot.n == 3:
+        if schedule.turns:
+            raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
+        return samples.positions, retraction
+    poses = np.concatenate([samples.positions, schedule.rotations(heights)], axis=1)
+    return Model(robot).at_nozzle(poses), retraction
 
 
 def _silent(_stage: str, _done: int, _total: int) -> None:
     pass
 
 
-def _solve(robot: Robot, positions: Array, report: Progress) -> dict[str, NDArray[Any]]:
+def _solve(robot: Robot, poses: Array, retraction: Array | None, report: Progress) -> dict[str, Any]:
     """All inverse and forward problems of the path, block by block."""
-    if robot.n != 3:
-        raise InputError(f"robot {robot.name}: check needs a point platform; this one has {robot.n} freedoms")
     models = {law: Model(robot, Fidelity(law)) for law in CableLaw}
-    rows = len(positions)
+    rows = len(poses)
     blocks = []
     for first in range(0, rows, BLOCK):
         report("solving", first, rows)
-        blocks.append(_solve_block(models, positions[first : first + BLOCK]))
+        block = slice(first, first + BLOCK)
+        blocks.append(_solve_block(models, poses[block], None if retraction is None else retraction[block]))
     report("solving", rows, rows)
-    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
+    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]} | {
+        "poses": poses,
+        "retraction": retraction,
+    }
 
 
-def _solve_block(models: dict[CableLaw, Model], positions: Array) -> dict[str, NDArray[Any]]:
+def _solve_block(models: dict[CableLaw, Model], poses: Array, retraction: Array | None) -> dict[str, NDArray[Any]]:
     """One block: rows that the straight-line geometry refuses stay NaN."""
     full = models[CableLaw.CATENARY]
-    inverse = solve_inverse(full, positions, path=True)
-    rigid = solve_inverse(models[CableLaw.RIGID], positions, path=True)
-    elastic = solve_inverse(models[CableLaw.ELASTIC], positions, path=True)
+    inverse, rigid, elastic = (
+        solve_inverse(models[law], poses, path=True, retraction=retraction)
+        for law in (CableLaw.CATENARY, CableLaw.RIGID, CableLaw.ELASTIC)
+    )
     lowest, highest = inverse.extremes()
-    uncompensated = _reached(full, rigid, positions)
-    start = np.where(np.isnan(uncompensated), positions, uncompensated)
+    uncompensated = _reached(full, rigid, poses, retraction)
+    start = np.where(np.isnan(uncompensated), poses, uncompensated)
+    compensated = _reached(full, inverse, start, retraction)
     return {
         "rigid_lengths": rigid.lengths,
-        "uncompensated": uncompensated,
+        "uncompensated": full.nozzle(uncompensated),
+        "turned_uncompensated": _turned(uncompensated, poses),
         "lengths": inverse.lengths,
-        "compensated": _reached(full, inverse, start),
-        "elastic_only": _reached(full, elastic, positions),
+        "compensated": full.nozzle(compensated),
+        "turned_compensated": _turned(compensated, poses),
+        "elastic_only": full.nozzle(_reached(full, elastic, poses, retraction)),
         "tensions": inverse.tensions,
         "lowest_tension": lowest,
         "highest_tension": highest,
@@ -190,12 +219,20 @@ def _solve_block(models: dict[CableLaw, Model], positions: Array) -> dict[str, N
     }
 
 
-def _reached(full: Model, paid_out: Equilibrium, near: Array) -> Array:
-    """Where the full model says that the platform goes with the lengths paid out, (k, 3); NaN where it finds none."""
+def _turned(poses: Array, wanted: Array) -> Array:
+    """Angle (k,) between the rotations of two lots of poses; 0 for a point."""
+    if poses.shape[1] == 3:
+        return np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
+    return angle_between(poses[:, 3:], wanted[:, 3:])
+
+
+def _reached(full: Model, paid_out: Equilibrium, near: Array, retraction: Array | None) -> Array:
+    """The pose to which the full model says that the lengths paid out take the platform, (k, n); NaN where none."""
     usable = np.isfinite(paid_out.lengths).all(axis=1) & (paid_out.lengths > 0.0).all(axis=1)
     reached = np.full(near.shape, np.nan)
     if usable.any():
-        solved = solve_forward(full, paid_out.lengths[usable], guess=near[usable], path=True)
+        retracted = None if retraction is None else retraction[usable]
+        solved = solve_forward(full, paid_out.lengths[usable], guess=near[usable], path=True, retraction=retracted)
         reached[usable] = np.where(solved.ok[:, None], solved.pose, np.nan)
     return reached
 
@@ -205,7 +242,7 @@ def _judged(
     job: Job,
     samples: Samples,
     law: TimeLaw,
-    solved: dict[str, NDArray[Any]],
+    solved: dict[str, Any],
     unknown: dict[str, int],
     layer_count: int,
 ) -> Check:
@@ -221,8 +258,8 @@ def _judged(
         solved["torque"],
     )
     codes, violations = solved.pop("codes"), solved.pop("violations")
-    findings = judge(robot, samples.positions, codes, violations, quantities)
-    missed = np.linalg.norm(solved["compensated"] - samples.positions, axis=1)
+    findings = judge(robot, solved["poses"][:, :3], codes, violations, quantities)
+    missed = np.linalg.norm(solved["compensated"] - samples.positions, axis=1) + solved["turned_compensated"]
     failed = int((~(missed <= MET) & (codes == 0)).sum())
     feasible = not failed and not codes.any() and all(finding.violations == 0 for finding in findings)
     found = Check(
@@ -262,7 +299,8 @@ def _verdict(found: Check, failed: int) -> str:
             f"{off * 1e3:.0f} mm off, with it the model meets the path to within {MET * 1e6:g} um."
         )
     if failed:
-        row = int(np.flatnonzero(~(found.error_compensated <= MET) & (found.codes == 0))[0])
+        missed = found.error_compensated + found.turned_compensated
+        row = int(np.flatnonzero(~(missed <= MET) & (found.codes == 0))[0])
         return (
             f"{machine} cannot be shown to print {part}: the compensated path is not met at {failed} samples, first "
             f"{_where(found, row)}."

@@ -138,6 +138,11 @@ def _table(check: Check, names: list[str]) -> pa.Table:
         ("compensated_", check.compensated),
     ):
         columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    if check.robot.n == 6:
+        columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
+        columns |= {name: getattr(check, name) for name in ("turned_uncompensated", "turned_compensated")}
+    if check.retraction is not None:
+        columns["retraction"] = check.retraction
     for quantity in ("rigid_lengths", "lengths", "tensions", "cable_speed", "torque", "swing", "lever"):
         values = getattr(check, quantity)
         columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, Limits, RobotName
+from cablewright.apps.cli.options import AsJson, Limits, LoadName, RobotName, Wrench, described
 from cablewright.apps.cli.output import limits, print_json, progress, tell
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ def check(
     robot: RobotName,
     job: Annotated[Path, typer.Argument(metavar="JOB", help="A job TOML, or a G-code file.")],
     tension_limits: Limits = None,
+    load: LoadName = None,
+    wrench: Wrench = None,
     out: Annotated[Path | None, typer.Option("--out", help="Run folder; runs/check-ROBOT-JOB when left out.")] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -27,15 +29,14 @@ def check(
     from cablewright.apps.report import check as report
     from cablewright.printing.job import load_job
     from cablewright.printing.layers import layer_table
-    from cablewright.robot import load
     from cablewright.studies import store
     from cablewright.studies.check import check as run_check
 
-    described, wanted = load(robot), load_job(job)
-    folder = out or Path("runs") / store.folder_name("check", described.name, job.stem)
+    machine, wanted = described(robot, load, wrench), load_job(job)
+    folder = out or Path("runs") / store.folder_name("check", machine.name, job.stem)
     tensions = limits(tension_limits)
     with store.run_folder(folder) as part, progress() as show:
-        found = run_check(described, wanted, tension_limits=tensions, progress=show)
+        found = run_check(machine, wanted, tension_limits=tensions, progress=show)
         show("writing report", 0, 1)
         store.write_check(found, part, robot, job)
         report.write(found, part, layer_table(found.samples, found.law))
@@ -65,4 +66,7 @@ def _print(found: Check, page: Path) -> None:
     }
     for what, key in millimetres.items():
         typer.echo(f"largest error {what}: {summary[key] * 1e3:.3g} mm")  # type: ignore[operator]
+    if found.robot.n == 6:
+        angle = summary["max_turn_uncompensated"]
+        typer.echo(f"largest turn of the platform without compensation: {angle * 1e3:.3g} mrad")  # type: ignore[operator]
     typer.echo(f"report {page}")

@@ -91,6 +91,8 @@ def _key_figures(digest: Digest) -> Iterator[tuple[str, str, str]]:
     yield "error without compensation", largest(digest.uncompensated), f"largest; median {middle}"
     yield "error with compensation", largest(digest.compensated), "largest, of the model itself"
     yield "error if sag is ignored", largest(digest.elastic_only), "largest, stretch alone compensated"
+    if check.robot.n == 6:
+        yield "turn without compensation", quantity(extreme(check.turned_uncompensated, highest=True), "rad"), "largest"
     yield "lowest tension", quantity(extreme(check.lowest_tension, highest=False), "N"), ""
     yield "highest tension", quantity(extreme(check.highest_tension, highest=True), "N"), ""
     yield "highest winch speed", quantity(extreme(np.abs(check.cable_speed), highest=True), "m/s"), "of the cable"

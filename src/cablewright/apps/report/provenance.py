@@ -8,7 +8,10 @@ from importlib.metadata import PackageNotFoundError, version
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
-from cablewright.robot import Line, Robot
+from cablewright.printing.schedule import Height
+from cablewright.robot import Line, RigidPlatform, Robot
+
+_MOST_HEIGHTS = 6
 
 __all__ = ["assumptions", "inputs_table", "list_of"]
 
@@ -21,7 +24,8 @@ def inputs_table(digest: Digest) -> Html:
         ("robot", robot.name),
         ("description", robot.description),
         ("source of the robot", robot.source),
-        ("platform", f"point mass of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
+        ("platform", f"{_body(robot)} of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
+        ("schedule", _schedule(job.schedule)),
         ("job", job.name),
         ("G-code", job.gcode.name),
         ("scale", f"{job.scale:g}; the file's zero is at {_point(job.origin)} m"),
@@ -48,13 +52,43 @@ def assumptions(robot: Robot) -> list[str]:
         f"How cables leave their mountings: {_shared(robot, _sheave)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
         f"The span from the winch: {_shared(robot, _dead_span)}.",
-        "The platform is a point: all lines meet in it, and it has no tilt.",
+        _platform(robot),
         "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
         (
             "Everything is calculated from the robot file. It says nothing of a machine that was built differently, of "
             "wear or of wind, and it takes the place of no guard or test."
         ),
     ]
+
+
+def _body(robot: Robot) -> str:
+    return "point mass" if robot.n == 3 else "rigid body"
+
+
+def _platform(robot: Robot) -> str:
+    platform = robot.platform
+    if not isinstance(platform, RigidPlatform):
+        return "The platform is a point: all lines meet in it, and it has no tilt."
+    return (
+        f"The platform is a rigid body: its centre of mass is at {_point(platform.centre_of_mass)} m and its nozzle at "
+        f"{_point(platform.nozzle)} m from its origin. Retraction moves platform points, not masses."
+    )
+
+
+def _schedule(schedule: tuple[Height, ...]) -> str:
+    """Say in words what the job sets by height."""
+    told = []
+    for height in schedule:
+        parts = [f"at {height.z:g} m"]
+        if height.rotation is not None:
+            parts.append(f"rotation {_point(height.rotation)} rad")
+        if height.retraction is not None:
+            parts.append(f"retraction {height.retraction:g} m")
+        told.append(" ".join(parts))
+    shown = (
+        told if len(told) <= _MOST_HEIGHTS else [*told[: _MOST_HEIGHTS - 1], f"{len(told) - _MOST_HEIGHTS + 1} more"]
+    )
+    return "; ".join(shown)
 
 
 def list_of(texts: list[str]) -> Html:

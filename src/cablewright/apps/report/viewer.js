@@ -71,9 +71,9 @@
   function drawLines(pen, project) {
     const worst = data.worst && project(...data.worst);
     pen.fillStyle = INK; pen.textAlign = "center";
-    for (const { name, exit } of data.lines) {
+    for (const { name, exit, end } of data.lines) {
       const at = project(...exit);
-      if (worst) line(pen, at, worst, INK, 0.7);
+      if (end) line(pen, at, project(...end), INK, 0.7);
       pen.fillRect(at[0] - 3, at[1] - 3, 6, 6);
       if (data.lines.length <= 12) pen.fillText(name.slice(0, 28), at[0], at[1] - 8);
     }
