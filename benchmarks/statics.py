@@ -77,16 +77,16 @@ def solver(model: Model, lengths: Array, held: Equilibrium, start: int, *, paral
     count = len(lengths)
     poses, states = held.pose.copy(), held.states.copy()
     codes, iterations, residuals = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    factors = np.ones_like(lengths)
-    arrays = (lengths, factors, poses, states, codes, iterations, residuals)
+    arrays = (lengths, poses, states, codes, iterations, residuals)
+    packed = model.rows()
 
     def solve(which: slice) -> None:
         poses[which], states[which] = held.pose[which], held.states[which]
         if parallel:
-            sweep.forward_sweep(model.packed, *arrays, start)
+            sweep.forward_sweep(packed, *arrays, start)
         else:
             first, last, _ = which.indices(count)
-            sweep.forward_rows(model.packed, *arrays, start, first, last)
+            sweep.forward_rows(packed, *arrays, start, first, last)
 
     return solve
 
@@ -148,12 +148,12 @@ def scipy_rows(model: Model, held: Equilibrium, lengths: Array, ours: float) -> 
 
 def inverse_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     """Least-norm tensions under limits, all physics."""
-    poses = held.pose
+    poses, packed = held.pose, model.rows()
     arrays = (np.zeros_like(held.states), np.zeros_like(held.lengths), np.zeros(ROWS, np.int64), np.zeros(ROWS))
-    one = best(lambda: sweep.inverse_rows(model.packed, poses, *arrays, False, 0, ROWS)) / ROWS
+    one = best(lambda: sweep.inverse_rows(packed, poses, *arrays, False, 0, ROWS)) / ROWS
     yield Row("inverse, in a batch, one thread", one * 1e6, "us")
     path = np.linspace([-3.0, -2.0, 1.0], [3.0, 2.0, 1.5], ROWS)
-    follow = best(lambda: sweep.inverse_rows(model.packed, path, *arrays, True, 0, ROWS)) / ROWS
+    follow = best(lambda: sweep.inverse_rows(packed, path, *arrays, True, 0, ROWS)) / ROWS
     yield Row("inverse, along a path, one thread", follow * 1e6, "us")
     everywhere = np.tile(poses, (10, 1))
     rate = len(everywhere) / best(lambda: solve_inverse(model, everywhere))

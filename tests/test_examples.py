@@ -21,6 +21,9 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "04_stiffness": (98.88, 0.01),  # kN/m
     "05_check_a_part": (19.76, 0.01),  # mm
     "06_own_robot": (2.7283, 0.0001),  # m
+    "07_rigid_platform": (17.53, 0.01),  # N m/rad
+    "08_hanging_platform": (50.75, 0.01),  # N
+    "09_retract_as_it_grows": (1.975, 0.001),  # mm
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of what they print
