@@ -1,4 +1,4 @@
-"""The kernels' n is data: the same code holds a rigid body on eight lines. Descriptions of such robots come later."""
+"""The kernels' n is data: the same code holds a rigid body on eight lines, here from arrays without a description."""
 
 from __future__ import annotations
 
@@ -31,6 +31,11 @@ def eight_lines(weight: float = 0.3, radius: float = 0.0) -> Packed:
     return Packed(6, lines, platform)
 
 
+def batch(packed: Packed) -> Packed:
+    """*packed* as one row for a whole batch."""
+    return Packed(packed.freedoms, packed.lines[None], packed.platform[None])
+
+
 def held(packed: Packed, count: int = 50) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Random poses with their lengths and line states."""
     rng = np.random.default_rng(6)
@@ -39,7 +44,7 @@ def held(packed: Packed, count: int = 50) -> tuple[np.ndarray, np.ndarray, np.nd
     )
     states, lengths = np.zeros((count, 8, layout.STATE)), np.zeros((count, 8))
     codes, violations = np.zeros(count, np.int64), np.zeros(count)
-    sweep.inverse_rows(packed, poses, states, lengths, codes, violations, False, 0, count)
+    sweep.inverse_rows(batch(packed), poses, states, lengths, codes, violations, False, 0, count)
     good = codes == 0
     assert good.sum() > count // 2
     return poses[good], states[good], lengths[good]
@@ -54,7 +59,7 @@ def test_forward_of_inverse_is_the_pose(radius: float) -> None:
     poses = wanted + rng.normal(0, 0.003, wanted.shape)  # millimetres and milliradians away
     states, codes = np.zeros((count, 8, layout.STATE)), np.zeros(count, np.int64)
     more = (codes, np.zeros(count, np.int64), np.zeros(count))
-    sweep.forward_rows(packed, lengths, np.ones_like(lengths), poses, states, *more, sweep.NEAR, 0, count)
+    sweep.forward_rows(batch(packed), lengths, poses, states, *more, sweep.NEAR, 0, count)
     assert not codes.any()
     np.testing.assert_allclose(poses[:, :3], wanted[:, :3], atol=1e-9)
     turned = Rotation.from_rotvec(poses[:, 3:]).inv() * Rotation.from_rotvec(wanted[:, 3:])

@@ -25,7 +25,8 @@ def test_arrays_are_what_kernels_are_compiled_for(model: Model) -> None:
         assert array.flags.writeable
         assert np.isfinite(array).all()
     assert packed.lines.shape == (model.m, layout.COLUMNS)
-    assert packed.freedoms == model.n == 3
+    assert packed.freedoms == model.n == len(cases.random_poses(model, 1)[0])
+    assert packed.platform.shape == (layout.PLATFORM,)
     assert packed.platform[layout.PLATFORM_WEIGHT] == model.robot.platform.mass * model.robot.scene.gravity
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import cases
-from cablewright.models.fidelity import CableLaw
+from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model
-from cablewright.robot import Robot
+from cablewright.robot import Robot, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.linearise import linearise
+from oracles import linear
 
 MODELS = list(cases.models(CableLaw.ELASTIC, CableLaw.CATENARY))
 STEP = 2e-6  # m: less than what slackens a line at its lowest tension
@@ -49,10 +51,13 @@ def test_stiffness_is_positive_and_motions_are_differences(model: Model) -> None
             unit = np.eye(model.m)[i]
 
             def moved(by: float) -> np.ndarray:
-                return solve_forward(model, lengths + by * unit, guess=pose).checked().pose  # noqa: B023
+                found = solve_forward(model, lengths + by * unit, guess=pose)  # noqa: B023
+                return motion_between(pose, found.checked().pose)  # noqa: B023
 
             def softened(by: float) -> np.ndarray:
-                return solve_forward(model, lengths, guess=pose, modulus_factors=1 + 500 * by * unit).checked().pose  # noqa: B023
+                factors = 1 + 500 * by * unit  # noqa: B023
+                found = solve_forward(model, lengths, guess=pose, modulus_factors=factors)  # noqa: B023
+                return motion_between(pose, found.checked().pose)  # noqa: B023
 
             assert_derivative(moved, linear.per_length[row, :, i])
             assert_derivative(softened, 500 * linear.per_modulus[row, :, i])
@@ -60,9 +65,19 @@ def test_stiffness_is_positive_and_motions_are_differences(model: Model) -> None
 
         def shifted(by: float) -> np.ndarray:
             robot = with_exit_moved(model.robot, 1, axis, by)  # noqa: B023
-            return solve_forward(Model(robot, model.fidelity), held.lengths[0], guess=held.pose[0]).checked().pose
+            found = solve_forward(Model(robot, model.fidelity), held.lengths[0], guess=held.pose[0])
+            return motion_between(held.pose[0], found.checked().pose)
 
         assert_derivative(shifted, linear.per_exit_point[0, :, 1, axis])
+
+
+def motion_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Motion (n,) from one pose to another: m, and for a body the rotation vector in space, rad."""
+    way = end[:3] - start[:3]
+    if len(start) == 3:
+        return way
+    turn = Rotation.from_rotvec(end[3:]) * Rotation.from_rotvec(start[3:]).inv()
+    return np.concatenate([way, turn.as_rotvec()])
 
 
 def with_exit_moved(robot: Robot, line: int, axis: int, by: float) -> Robot:
@@ -85,10 +100,40 @@ def assert_derivative(function, wanted: np.ndarray) -> None:
 
 
 def test_motion_per_length_is_against_the_line() -> None:
-    """Paying out a line lets the platform go away from its exit point."""
+    """Paying out a line lets the point that it is tied to go away from its exit point."""
     for model in cases.models(CableLaw.CATENARY):
         held = cases.poses(model, 10)
         motion = linearise(held).per_length
+        points = held.platform_points
         for i, line in enumerate(model.robot.lines):
-            away = held.pose - np.asarray(line.exit_point)
-            assert (np.einsum("rk,rk->r", motion[:, :, i], away) > 0).all()
+            gone = motion[:, :3, i]
+            if model.n == 6:
+                gone = gone + np.cross(motion[:, 3:, i], points[:, i] - held.pose[:, :3])
+            away = points[:, i] - np.asarray(line.exit_point)
+            assert (np.einsum("rk,rk->r", gone, away) > 0).all(), (cases.name(model), line.name)
+
+
+@pytest.mark.parametrize("name", ["cogiro", "jung2020"])
+def test_a_moment_held_in_space_is_all_that_unbalances_the_stiffness(name: str) -> None:
+    """A moment M that does not turn with the body keeps no energy: K - K^T = -[M]x between rotations."""
+    x, y, z = moment = (0.9, -1.3, 0.6)
+    model = Model(load(name).under_wrench((5.0, -3.0, 2.0), moment), Fidelity(sheave=SheaveLaw.EYELET))
+    stiffness = linearise(cases.poses(model, 20)).stiffness
+    wanted = np.zeros((6, 6))
+    wanted[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    skew = stiffness - stiffness.transpose(0, 2, 1)
+    np.testing.assert_allclose(skew, np.broadcast_to(wanted, skew.shape), atol=1e-9 * np.abs(stiffness).max())
+
+
+BODIES = [model for model in map(Model, cases.robots()) if model.n == 6]
+
+
+@pytest.mark.parametrize("model", BODIES, ids=cases.name)
+def test_stiffness_and_motion_are_the_oracles(model: Model) -> None:
+    """With 50 digits, by differences of the independent equations: they share nothing but the description."""
+    row = cases.poses(model, 1)[0]
+    answer, states = linearise(row), cases.line_states(row)
+    exact = linear.stiffness(model.robot, row.lengths, row.pose, states)
+    np.testing.assert_allclose(answer.stiffness, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    exact = linear.motion(model.robot, row.lengths, row.pose, states)
+    np.testing.assert_allclose(answer.per_length, exact, rtol=0, atol=1e-9 * np.abs(exact).max())

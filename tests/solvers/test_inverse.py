@@ -13,14 +13,10 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import inverse, solve_inverse
 
+SEED = 1
 HEAVY = 1e4  # what balance weighs against the norm in SciPy's least squares
 PLAIN = Fidelity(CableLaw.RIGID, SheaveLaw.EYELET)
 LIMITS = [(1.0, 5000.0), (60.0, 5000.0), (1.0, 400.0), (60.0, 400.0)]
-
-
-def random_poses(robot: Robot, count: int, seed: int = 1) -> np.ndarray:
-    """(count, 3) places inside the robot's frame."""
-    return np.random.default_rng(seed).uniform(robot.scene.frame_min, robot.scene.frame_max, (count, 3))
 
 
 def balance(robot: Robot, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -43,7 +39,7 @@ def best_on_the_null_space(A: np.ndarray, b: np.ndarray, low: float, high: float
 @pytest.mark.parametrize("name", ["merlet2023", "wang2021", "house-printer"])
 def test_rigid_tensions_are_the_best_on_the_null_space(name: str, limits: tuple[float, float]) -> None:
     robot = load(name)
-    poses = random_poses(robot, 300)
+    poses = cases.random_poses(Model(robot), 300, SEED)
     found = solve_inverse(Model(robot, PLAIN, limits), poses)
     answers = [best_on_the_null_space(*balance(robot, pose), *limits) for pose in poses]
     for status, tensions, best in zip(found.code, found.tensions, answers, strict=True):
@@ -58,7 +54,7 @@ def test_rigid_tensions_are_the_best_on_the_null_space(name: str, limits: tuple[
 @pytest.mark.parametrize("limits", [(20.0, 5000.0), (90.0, 150.0)])
 def test_six_rigid_lines_are_as_good_as_scipys(limits: tuple[float, float]) -> None:
     robot = cases.six_lines()
-    poses = random_poses(robot, 6, seed=3) * [0.7, 0.7, 0.5]
+    poses = cases.random_poses(Model(robot), 6, 3) * [0.7, 0.7, 0.5]
     found = solve_inverse(Model(robot, PLAIN, limits), poses)
     assert found.ok.any()
     for row, pose in enumerate(poses):
@@ -75,7 +71,7 @@ def test_six_rigid_lines_are_as_good_as_scipys(limits: tuple[float, float]) -> N
 @pytest.mark.parametrize("model", list(cases.models(*CableLaw)), ids=cases.name)
 def test_tensions_are_within_limits_along_the_whole_line(model: Model, limits: tuple[float, float] | None) -> None:
     limited = Model(model.robot, model.fidelity, limits)
-    found = solve_inverse(limited, random_poses(model.robot, 200))
+    found = solve_inverse(limited, cases.random_poses(model, 200, SEED))
     held = found[found.ok]
     low, high = held.extremes()
     least, most = np.transpose(limits or [line.tension_limits for line in model.robot.lines])
@@ -88,7 +84,7 @@ def test_tensions_are_within_limits_along_the_whole_line(model: Model, limits: t
 
 @pytest.mark.parametrize("model", [Model(robot) for robot in cases.robots()], ids=cases.name)
 def test_wider_limits_never_turn_a_yes_into_a_no(model: Model) -> None:
-    poses = random_poses(model.robot, 500)
+    poses = cases.random_poses(model, 500, SEED)
     most = model.robot.lines[0].tension_limits[1]
     yes = np.zeros(len(poses), dtype=bool)
     for least in (50.0, 20.0, 5.0, 1.0, 0.1, 0.0):
@@ -102,7 +98,7 @@ def test_wider_limits_never_turn_a_yes_into_a_no(model: Model) -> None:
 def infeasible(limits: tuple[float, float]) -> Equilibrium:
     """Poses inside the house-printer's frame that cannot be held within *limits*."""
     robot = load("house-printer")
-    found = solve_inverse(Model(robot, tension_limits=limits), random_poses(robot, 2000))
+    found = solve_inverse(Model(robot, tension_limits=limits), cases.random_poses(Model(robot), 2000, SEED))
     no = found[found.code == list(Status).index(Status.INFEASIBLE)]
     assert len(no.code) > 50
     return no
@@ -161,7 +157,7 @@ def test_a_path_gets_the_same_answers_in_any_grouping(name: str, cable: CableLaw
 
 def test_one_few_and_many_rows_agree() -> None:
     model = Model(load("house-printer"))
-    poses = random_poses(model.robot, 130)
+    poses = cases.random_poses(model, 130, SEED)
     many = solve_inverse(model, poses)
     few = solve_inverse(model, poses[:63])
     np.testing.assert_array_equal(few.lengths, many.lengths[:63])
@@ -183,7 +179,7 @@ def test_a_row_is_a_batch_of_one_unless_it_is_flat() -> None:
 @pytest.mark.parametrize("layout", ["C", "F", "reversed", "float32", "list", "readonly"])
 def test_poses_of_any_layout_are_read_and_left_alone(layout: str) -> None:
     robot = load("merlet2023")
-    poses = random_poses(robot, 5)
+    poses = cases.random_poses(Model(robot), 5, SEED)
     given = {
         "C": poses,
         "F": np.asfortranarray(poses),

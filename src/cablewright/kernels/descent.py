@@ -187,8 +187,8 @@ def spring_guess(packed, lengths, pose, states, work):
             return False
         if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 3):
             return False
-    if packed.freedoms == 6:
-        return descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 6)
+    if packed.freedoms == 6:  # soft ways down may take long: Newton goes on from wherever it has come
+        descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 6)
     return True
 
 

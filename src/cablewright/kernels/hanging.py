@@ -65,7 +65,7 @@ def solve_hanging(packed, pose, states, work):
             break
     pose[:], states[:] = best, best_states
     if answer in (NOT_CONVERGED, NEEDS_PUSH):
-        states[:, :] = nan
+        pose[:], states[:, :] = given, nan
     return (INFEASIBLE if answer == NEEDS_PUSH else answer), violation
 
 
@@ -171,9 +171,8 @@ def _balance(packed, given, pose, states, work):
                 break
         if stalled:
             break
-    for k in range(3, n):
-        if abs(pose[k]) > pi:
-            return False
+    if n == 6 and pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2 > pi * pi:
+        return False
     return _evaluate(packed, pose, states, work, False) and balances(packed, states, work)
 
 

@@ -12,6 +12,8 @@ from cablewright.kernels import jit
 from cablewright.kernels.newton import solve
 
 STEPS = 100
+LEAST_DAMPING = 1e-13  # of the Hessian's trace
+GRAIN = 1e-14  # of the largest multiplier: what rounding leaves of the balance
 SOFT = 1e-4  # give of a limit, relative to a tension's own, when the least violation is wanted
 
 
@@ -25,6 +27,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     """
     n, m = structure.shape
     close = 1e-13 if give == 0.0 else 1e-11  # soft multipliers are large, and so is their rounding
+    damping = LEAST_DAMPING
     scale = 0.0
     for k in range(n):
         scale = max(scale, abs(load[k]))
@@ -45,7 +48,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
             trace += hessian[k, k]
         for k in range(n):
             step[k, 1] = step[k, 0]
-            hessian[k, k] += 1e-13 * trace + (1e-6 if trace < 1e-200 else 0.0)
+            hessian[k, k] += damping * trace + (1e-6 if trace < 1e-200 else 0.0)
         if not solve(hessian, step, n, 1):
             return -1
         slope = 0.0
@@ -65,13 +68,18 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
             for k in range(n):
                 multipliers[k] -= reach * step[k, 2]
             reach *= 0.5
+        # lines at their limits can leave the Hessian all but singular, and its step far too long
+        damping = min(1e-3, 100.0 * damping) if reach < 0.1 else max(LEAST_DAMPING, 0.01 * damping)
         if not improved:
             _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             break
     gap = 0.0
     for k in range(n):
         gap = max(gap, abs(step[k, 0]))
-    if gap <= 100.0 * close * scale:
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(multipliers[k]))
+    if gap <= 100.0 * close * scale + GRAIN * largest:
         return 1
     return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Self
 
 import numpy as np
@@ -30,6 +31,8 @@ class Height(BaseModel):
     def _sets_something(self) -> Self:
         if self.rotation is None and self.retraction is None:
             raise ValueError("sets nothing: rotation or retraction is wanted")
+        if self.rotation is not None and math.hypot(*self.rotation) > math.pi:
+            raise ValueError("rotation is longer than pi, half a turn")
         return self
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import combinations
 from typing import Annotated, Self
 
@@ -13,7 +14,6 @@ from cablewright.robot.description import Description, refusal, require_own_name
 from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform, PointPlatform, Retraction
 from cablewright.robot.scene import Scene
-from cablewright.units import Force3, Torque3
 
 __all__ = ["NEWEST_SCHEMA", "Robot"]
 
@@ -87,17 +87,13 @@ class Robot(Description):
         """
         return self.model_copy(update={"platform": self.platform.under_load(name)})
 
-    def under_wrench(self, force: Force3, moment: Torque3 = (0.0, 0.0, 0.0)) -> Robot:
+    def under_wrench(self, force: Sequence[float], moment: Sequence[float] = (0.0, 0.0, 0.0)) -> Robot:
         """Return the robot with *force* (N) and *moment* (N m, about its origin), world, as the platform's own.
 
-        Raises `InputError` for numbers that are not finite, or a moment on a point platform.
+        Raises `InputError` for what is not three finite numbers each, or a moment on a point platform.
         """
-        if not all(math.isfinite(value) for value in (*force, *moment)):
-            raise InputError(f"wrench {(*force, *moment)}: every number must be finite")
-        changes = {"force": tuple(force)}
-        if self.n == 6:
-            changes["moment"] = tuple(moment)
-        elif any(moment):
+        changes = {"force": _three("force", force), "moment": _three("moment", moment)}
+        if self.n == 3 and any(changes.pop("moment")):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {tuple(moment)} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
@@ -121,3 +117,14 @@ class Robot(Description):
         changed = retraction.model_copy(update={"length": float(length)})
         platform = self.platform.model_copy(update={"retraction": changed})
         return self.model_copy(update={"platform": platform, "lines": lines})
+
+
+def _three(what: str, values: Sequence[float]) -> tuple[float, ...]:
+    """Return three finite numbers, or raise `InputError`."""
+    try:
+        parts = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        parts = ()
+    if len(parts) != 3 or not all(map(math.isfinite, parts)):
+        raise InputError(f"{what} = {values!r}: 3 finite numbers are wanted")
+    return parts

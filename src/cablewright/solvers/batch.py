@@ -63,6 +63,8 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     if short:
         poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
     wrong = ~np.isfinite(poses)
+    if free and model.m >= n and np.isnan(poses).any():
+        raise InputError(f"{what}: {model.m} lines hold all {n} freedoms: none can be left free (nan)")
     if free and model.m < n:
         _check_count(model, n - np.isnan(poses).sum(axis=1), what)
         wrong = np.isinf(poses)

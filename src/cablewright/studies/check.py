@@ -159,6 +159,12 @@ def _wanted(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | No
     schedule = Schedule(job.schedule)
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms along a path")
+    for height in job.schedule:
+        if height.retraction is not None:
+            try:
+                robot.retracted(height.retraction)
+            except InputError as reason:
+                raise InputError(f"job {job.name}: schedule at {height.z:g} m: {reason}") from None
     heights = samples.positions[:, 2]
     retraction = schedule.retractions(heights)
     if robot.n == 3:

@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
@@ -92,8 +92,11 @@ def _take_place(part: Path, folder: Path, old: Path) -> None:
         raise
 
 
-def write_check(check: Check, folder: Path, robot: str, job: Path) -> None:
-    """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder."""
+def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapping[str, object] | None = None) -> None:
+    """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder.
+
+    *options* are those that changed the robot of the file: tension limits, a load, a wrench.
+    """
     names = [line.name for line in check.robot.lines]
     table = _table(check, names)
     floats = [field.name for field in table.schema if pa.types.is_floating(field.type)]
@@ -104,7 +107,13 @@ def write_check(check: Check, folder: Path, robot: str, job: Path) -> None:
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
     inputs = {"robot": _robot_hash(robot), "job": _file_hash(job), "gcode": _file_hash(check.job.gcode)}
-    manifest = {"schema": 1, "command": "check", "cablewright": version("cablewright"), "inputs": inputs}
+    manifest = {
+        "schema": 1,
+        "command": "check",
+        "cablewright": version("cablewright"),
+        "inputs": inputs,
+        "options": dict(options or {}),
+    }
     (folder / MANIFEST).write_text(json.dumps(manifest, indent=2) + "\n")
 
 

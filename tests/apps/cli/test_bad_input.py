@@ -18,7 +18,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
     [
         (["inverse", HOUSE, "--at", "1,2"], "3 numbers are wanted"),
         (["inverse", HOUSE, "--at", "1,2,3,4,5,6"], "3 numbers are wanted"),
-        (["inverse", HOUSE, "--at", "1,2,nan"], "finite; got nan"),
+        (["inverse", HOUSE, "--at", "1,2,nan"], "none can be left free"),
         (["inverse", HOUSE, "--at", "1,inf,3"], "finite; got inf"),
         (["inverse", HOUSE, "--at", "1,-inf,3"], "finite; got -inf"),
         (["inverse", HOUSE, "--at", "1,2,1e999"], "finite; got inf"),
@@ -54,7 +54,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
         (["inverse", HOUSE, *AT, "--tension-limits", "5,6,7"], "two numbers are wanted"),
         (["inverse", HOUSE, *AT, "--tension-limits", "low,high"], "numbers with commas"),
         (["inverse", "house-printr", *AT], "did you mean 'house-printer'?"),
-        (["inverse", "zzz", *AT], "allowed: house-printer, "),
+        (["inverse", "zzz", *AT], "allowed: cogiro, grab-four-lines, "),
         (["inverse", "no/such.toml", *AT], "no/such.toml: no such file"),
         (["robots", "paty"], "did you mean 'paty2021'?"),
         (["check", HOUSE, "no-such.gcode"], "no-such.gcode: cannot be read"),

@@ -38,7 +38,8 @@ def check(
     with store.run_folder(folder) as part, progress() as show:
         found = run_check(machine, wanted, tension_limits=tensions, progress=show)
         show("writing report", 0, 1)
-        store.write_check(found, part, robot, job)
+        options = {"tension_limits": tensions, "load": load, "wrench": wrench}
+        store.write_check(found, part, robot, job, options)
         report.write(found, part, layer_table(found.samples, found.law))
     page = folder / "report.html"
     if as_json:

@@ -59,12 +59,12 @@ FREE = "free"
 """How a command line marks a freedom of the pose that gravity decides."""
 
 
-def numbers(text: str | None, option: str) -> list[float] | None:
-    """Comma-separated numbers of an option, `FREE` as NaN. Raises `InputError`."""
+def numbers(text: str | None, option: str, *, free: bool = False) -> list[float] | None:
+    """Comma-separated numbers of an option; where *free*, `FREE` among them is NaN. Raises `InputError`."""
     if text is None:
         return None
     try:
-        return [math.nan if part.strip() == FREE else float(part) for part in text.split(",")]
+        return [math.nan if free and part.strip() == FREE else float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(f"{option} = {text!r}: numbers with commas between them are wanted, like 0,0,1.5") from None
 

@@ -47,7 +47,7 @@ def inverse(
     from cablewright.solvers.inverse import solve_inverse
 
     model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave), limits(tension_limits))
-    found = solve_inverse(model, numbers(at, "--at") or [], retraction=retraction)
+    found = solve_inverse(model, numbers(at, "--at", free=True) or [], retraction=retraction)
     status, sentence = found.status, found.sentence()
     if status is Status.OK and (broken := _broken_limit(found)):
         status, sentence = Status.OUT_OF_LIMITS, broken

@@ -25,6 +25,7 @@ def inputs_table(digest: Digest) -> Html:
         ("description", robot.description),
         ("source of the robot", robot.source),
         ("platform", f"{_body(robot)} of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
+        ("external force", _wrench(robot)),
         ("schedule", _schedule(job.schedule)),
         ("job", job.name),
         ("G-code", job.gcode.name),
@@ -63,6 +64,13 @@ def assumptions(robot: Robot) -> list[str]:
 
 def _body(robot: Robot) -> str:
     return "point mass" if robot.n == 3 else "rigid body"
+
+
+def _wrench(robot: Robot) -> str:
+    """Say what acts on the platform besides its weight; nothing where nothing does."""
+    force, moment = robot.platform.force, getattr(robot.platform, "moment", (0.0, 0.0, 0.0))
+    told = f"{_point(force)} N" if any(force) else ""
+    return told + (f" and {_point(moment)} N m" if any(moment) else "")
 
 
 def _platform(robot: Robot) -> str:
