@@ -134,6 +134,6 @@ def test_stiffness_and_motion_are_the_oracles(model: Model) -> None:
     row = cases.poses(model, 1)[0]
     answer, states = linearise(row), cases.line_states(row)
     exact = linear.stiffness(model.robot, row.lengths, row.pose, states)
-    np.testing.assert_allclose(answer.stiffness, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    np.testing.assert_allclose(answer.stiffness, exact, rtol=0, atol=1e-10 * np.abs(exact).max())
     exact = linear.motion(model.robot, row.lengths, row.pose, states)
-    np.testing.assert_allclose(answer.per_length, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    np.testing.assert_allclose(answer.per_length, exact, rtol=0, atol=1e-10 * np.abs(exact).max())

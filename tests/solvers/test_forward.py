@@ -151,6 +151,10 @@ def test_what_cannot_be_used_is_refused(arguments: dict[str, object], says: str)
 def test_lines_too_short_are_overstretched(robot: Robot, cable: CableLaw, share: float) -> None:
     model = Model(robot, Fidelity(cable))
     found = solve_forward(model, cases.poses(model, 1)[0].lengths * share)
+    if robot.m < robot.n and found.ok:  # a body that gravity may turn can hang elsewhere, soundly
+        assert found.is_valid()
+        assert found.extremes()[1].max() <= robot.lines[0].cable.breaking_load
+        return
     assert found.status is Status.OVERSTRETCHED
     _low, high = found.extremes()
     worst = int(np.argmax(high))

@@ -22,6 +22,8 @@ __all__ = [
     "examine",
     "forward_rows",
     "forward_sweep",
+    "hanging_rows",
+    "hanging_sweep",
     "inverse_rows",
     "inverse_sweep",
     "linearise_rows",
@@ -120,10 +122,6 @@ def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first
     work = inverse_workspace(_one(packed, first))
     for j in range(first, last):
         own = _one(packed, j)
-        if own.lines.shape[0] < own.freedoms:
-            codes[j], violations[j] = solve_hanging(own, poses[j], states[j], work)
-            lengths_of(own, states[j], lengths[j])
-            continue
         known = chain and j > first and codes[j - 1] == OK
         if known:
             states[j] = states[j - 1]
@@ -137,13 +135,31 @@ def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first
 def inverse_sweep(packed, poses, states, lengths, codes, violations, chain):
     """A batch of inverse problems: poses (N, n) to states (N, m, 6), lengths (N, m), codes and violations (N,).
 
-    With fewer lines than freedoms the free ones of a pose are NaN, and are written. *chain* says that neighbouring
-    rows are neighbours on a path.
+    *chain* says that neighbouring rows are neighbours on a path.
     """
     rows = poses.shape[0]
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         inverse_rows(packed, poses, states, lengths, codes, violations, chain, first, min(rows, first + CHUNK))
+
+
+@jit(allocates=True)
+def hanging_rows(packed, poses, states, lengths, codes, violations, first, last):
+    """Solve rows *first* to *last* of inverse problems with fewer lines than freedoms; see `hanging_sweep`."""
+    work = inverse_workspace(_one(packed, first))
+    for j in range(first, last):
+        own = _one(packed, j)
+        codes[j], violations[j] = solve_hanging(own, poses[j], states[j], work)
+        lengths_of(own, states[j], lengths[j])
+
+
+@jit(parallel=True)
+def hanging_sweep(packed, poses, states, lengths, codes, violations):
+    """As `inverse_sweep`, with fewer lines than freedoms: what is free in a pose is NaN, and is written."""
+    rows = poses.shape[0]
+    for chunk in prange((rows + CHUNK - 1) // CHUNK):
+        first = chunk * CHUNK
+        hanging_rows(packed, poses, states, lengths, codes, violations, first, min(rows, first + CHUNK))
 
 
 @jit(allocates=True)

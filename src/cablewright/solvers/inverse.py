@@ -50,6 +50,10 @@ def solve_inverse(
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)
-    run(sweep.inverse_rows, sweep.inverse_sweep, rows, packed, pose, states, lengths, codes, violations, path)
+    arrays = (packed, pose, states, lengths, codes, violations)
+    if model.m < model.n:
+        run(sweep.hanging_rows, sweep.hanging_sweep, rows, *arrays)
+    else:
+        run(sweep.inverse_rows, sweep.inverse_sweep, rows, *arrays, path)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
