@@ -41,10 +41,14 @@ def name(model: Model) -> str:
 
 def poses(model: Model, count: int, seed: int = SEED) -> Equilibrium:
     """*count* random poses inside the frame that the model can hold within its tension limits, solved."""
-    found = solve_inverse(model, random_poses(model, (100 if model.n == 6 else 20) * count, seed))
-    rows = np.flatnonzero(found.ok)[:count]
-    assert len(rows) == count, f"only {len(rows)} of {len(found.code)} poses are feasible"
-    return found[rows]
+    tried = random_poses(model, (100 if model.n == 6 else 20) * count, seed)
+    good = np.empty((0, model.n))
+    for first in range(0, len(tried), 4 * count):
+        chunk = tried[first : first + 4 * count]
+        good = np.concatenate([good, chunk[solve_inverse(model, chunk).ok]])
+        if len(good) >= count:
+            return solve_inverse(model, good[:count])
+    raise AssertionError(f"only {len(good)} of {len(tried)} poses are feasible, {count} wanted")
 
 
 def random_poses(model: Model, count: int, seed: int = SEED) -> np.ndarray:

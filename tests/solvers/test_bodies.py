@@ -71,7 +71,7 @@ def test_a_place_alone_is_unrotated() -> None:
 
 @pytest.mark.parametrize("pose", [[1.1, 0.0, 0.0], [1.1, 0.0, 0.0, 0.0, 0.0, 0.0], [1.1, 0.0, 0.0, 0.0, 0.0, np.nan]])
 def test_four_lines_do_not_hold_six_freedoms(pose: list[float]) -> None:
-    with pytest.raises(InputError, match="^pose: 4 lines hold 4 of the 6 freedoms; .* leave 2 free"):
+    with pytest.raises(InputError, match=r"^pose: 4 lines hold 4 of the 6 freedoms; .* leave 2 free"):
         inverse(GRAB, pose)
 
 
@@ -149,7 +149,7 @@ def test_a_body_on_one_line_is_singular(cable: CableLaw) -> None:
 @pytest.mark.parametrize("height", [1.5, 3.0, 6.0, 20.0])
 @pytest.mark.parametrize("robot", [COGIRO, GRAB, JUNG], ids=lambda robot: robot.name)
 def test_forward_never_says_yes_to_a_body_on_its_head(robot: Robot, height: float) -> None:
-    lengths = cases.poses(Model(robot), 100).lengths
+    lengths = cases.poses(Model(robot), 20).lengths
     model = Model(heavy_above(robot, height))
     rng = np.random.default_rng(3)
     for scatter in (0.0, 0.05):
@@ -164,7 +164,8 @@ def test_cogiro_hangs_below_its_exits_not_in_the_mirror() -> None:
     found = solve_forward(held.model, held.lengths)
     assert found.ok.all()
     assert found.platform_points[..., 2].mean(axis=1).max() < 5.4
-    assert np.linalg.norm(found.pose[:, :3] - held.pose[:, :3], axis=1).max() < 1e-9
+    assert found.is_valid()
+    assert steady(found).min() > 0.0
 
 
 def test_rows_without_an_answer_have_no_lengths() -> None:

@@ -28,6 +28,7 @@ from cablewright.kernels.rotation import left_jacobian, matrix
 from cablewright.kernels.sheave import straight, unstrain
 from cablewright.kernels.wrench import add_force, add_line, place, start_balance
 
+ENOUGH = 2  # starts that all end with a line pushing: the others would too
 SHOTS = 3  # hangs on springs before Newton
 NEWTON_STEPS = 60
 HALVINGS = 12
@@ -61,7 +62,7 @@ def solve_hanging(packed, pose, states, work):
         if better:
             answer, violation, least = code, beyond, turned
             best[:], best_states[:] = pose, states
-        if answer == OK and least < UPRIGHT:
+        if (answer == OK and least < UPRIGHT) or (answer == NEEDS_PUSH and start >= ENOUGH):
             break
     pose[:], states[:] = best, best_states
     if answer in (NOT_CONVERGED, NEEDS_PUSH):

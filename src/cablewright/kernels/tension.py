@@ -13,6 +13,7 @@ from cablewright.kernels.newton import solve
 
 STEPS = 100
 LEAST_DAMPING = 1e-13  # of the Hessian's trace
+NEAR_TOP = 1e-7  # of the load: what is left of the balance where the value is flat
 GRAIN = 1e-14  # of the largest multiplier: what rounding leaves of the balance
 SOFT = 1e-4  # give of a limit, relative to a tension's own, when the least violation is wanted
 
@@ -36,9 +37,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     _begin_free(structure, load, curvature, bias, multipliers, hessian, step)
     value = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
     for _ in range(STEPS):
-        gap = 0.0
-        for k in range(n):
-            gap = max(gap, abs(step[k, 0]))
+        gap = _largest(step)
         if gap <= close * scale:
             return 1
         if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale):
@@ -61,7 +60,9 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
             for k in range(n):
                 multipliers[k] += reach * step[k, 2]
             trial = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
-            if trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
+            # near the top rounding hides what the value gains, but not that the slope falls
+            falls = gap <= NEAR_TOP * scale and _largest(step) <= 0.5 * gap
+            if falls or trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
                 value = trial
                 improved = True
                 break
@@ -73,15 +74,21 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
         if not improved:
             _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             break
-    gap = 0.0
-    for k in range(n):
-        gap = max(gap, abs(step[k, 0]))
+    gap = _largest(step)
     largest = 0.0
     for k in range(n):
         largest = max(largest, abs(multipliers[k]))
     if gap <= 100.0 * close * scale + GRAIN * largest:
         return 1
     return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
+
+
+@jit
+def _largest(gradient):
+    size = 0.0
+    for k in range(gradient.shape[0]):
+        size = max(size, abs(gradient[k, 0]))
+    return size
 
 
 @jit

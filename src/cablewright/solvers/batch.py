@@ -31,21 +31,21 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArra
 
     Raises `InputError` for a wrong count, text or numbers that are not finite.
     """
-    array = _numbers(values, width, what, unit)
+    array = _numbers(values, (width,), what, unit)
     if not np.isfinite(array).all():
         raise InputError(f"{what}: every number must be finite; got {array[~np.isfinite(array)][0]}")
     return np.atleast_2d(array), array.ndim == 1
 
 
-def _numbers(values: ArrayLike, width: int, what: str, unit: str) -> NDArray[np.float64]:
-    """*values* as a fresh array of one row or rows of *width*, or `InputError`."""
+def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> NDArray[np.float64]:
+    """*values* as a fresh array of one row or rows of a width that is allowed, or `InputError`."""
     try:
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as reason:
         raise InputError(f"{what}: numbers in {unit} are wanted ({reason})") from None
-    if array.ndim not in (1, 2) or array.shape[-1] != width:
+    if array.ndim not in (1, 2) or array.shape[-1] not in widths:
         shape = " x ".join(map(str, array.shape)) or "a single number"
-        raise InputError(f"{what}: {width} numbers are wanted, or rows of {width}; got {shape}")
+        raise InputError(f"{what}: {widths[0]} numbers are wanted, or rows of {widths[0]}; got {shape}")
     return array
 
 
@@ -56,11 +56,10 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     the shorter one that means the same, which is logged. Where *free*, NaN marks the freedoms that gravity decides on
     a robot with fewer lines than freedoms. Raises `InputError` for a wrong count or numbers that are not finite.
     """
-    n, given = model.n, np.shape(values)
-    short = n == 6 and len(given) in (1, 2) and given[-1] == 3
-    array = _numbers(values, 3 if short else n, what, "m and rad")
+    n = model.n
+    array = _numbers(values, (n, 3), what, "m and rad")
     poses = np.atleast_2d(array)
-    if short:
+    if poses.shape[1] < n:
         poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
     wrong = ~np.isfinite(poses)
     if free and model.m >= n and np.isnan(poses).any():

@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.models.rotation import matrices
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.check import Check
 
@@ -88,6 +89,17 @@ class Digest:
         """The extruding sample with the largest uncompensated error, or of all where none is extruded."""
         candidates = self.extruding if len(self.extruding) else np.flatnonzero(np.isfinite(self.uncompensated))
         return int(candidates[np.argmax(self.uncompensated[candidates])]) if len(candidates) else None
+
+    @cached_property
+    def line_ends(self) -> Array:
+        """(m, 3) m, world: where the lines are tied to the platform at the worst sample; NaN where there is none."""
+        check, at = self.check, self.worst
+        if at is None:
+            return np.full((check.robot.m, 3), np.nan)
+        robot = check.robot if check.retraction is None else check.robot.retracted(float(check.retraction[at]))
+        pose = check.poses[at]
+        points = np.array([line.platform_point for line in robot.lines])
+        return np.asarray(pose[:3] + (points @ matrices(pose[3:]).T if robot.n == 6 else points))
 
     @cached_property
     def heights(self) -> Heights:

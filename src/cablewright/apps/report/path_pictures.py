@@ -93,8 +93,9 @@ def side_view(digest: Digest) -> Figure:
     _draw_pieces(drawn, axes, flat, pieces, digest, 1.4)
     exits = camera.project(np.array([line.exit_point for line in robot.lines]))
     if digest.worst is not None:
-        for end in exits[digest.nearest_lines(MOST_NAMES)]:
-            axes.plot(*zip(end, flat[digest.worst], strict=True), color=style.INK, linewidth=0.8, alpha=0.75)
+        tied = camera.project(digest.line_ends)
+        for i in digest.nearest_lines(MOST_NAMES):
+            axes.plot(*zip(exits[i], tied[i], strict=True), color=style.INK, linewidth=0.8, alpha=0.75)
     _mark_worst(axes, flat, digest)
     axes.plot(*exits.T, "o", color=style.INK, markersize=4.5)
     if robot.m <= MOST_NAMES:

@@ -16,7 +16,6 @@ from cablewright.apps.report.page import Html, bundled, element
 from cablewright.apps.report.path_pictures import error_scale
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import coarse_corners
-from cablewright.models.rotation import matrices
 
 __all__ = ["canvas", "script"]
 
@@ -74,23 +73,12 @@ def _data(digest: Digest) -> dict[str, Any]:
         "high": scale.high,
         "frame": [robot.scene.frame_min, robot.scene.frame_max],
         "lines": [
-            {"name": line.name, "exit": line.exit_point, "end": end}
-            for line, end in zip(robot.lines, _ends(digest), strict=True)
+            {"name": line.name, "exit": line.exit_point, "end": None if worst is None else end}
+            for line, end in zip(robot.lines, digest.line_ends.tolist(), strict=True)
         ],
         "worst": None if worst is None else [float(v) for v in samples.positions[worst]],
         "label": "" if worst is None else f"largest: {quantity(float(digest.uncompensated[worst]), 'm')}",
     }
-
-
-def _ends(digest: Digest) -> list[list[float] | None]:
-    """Return where each line is tied to the platform at the worst sample, m, world; None where there is none."""
-    check, at = digest.check, digest.worst
-    if at is None:
-        return [None] * check.robot.m
-    robot = check.robot if check.retraction is None else check.robot.retracted(float(check.retraction[at]))
-    pose = check.poses[at]
-    turned = matrices(pose[3:]) if robot.n == 6 else np.eye(3)
-    return [(pose[:3] + turned @ np.array(line.platform_point)).tolist() for line in robot.lines]
 
 
 def _vertices(digest: Digest, low: float, high: float) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
