@@ -35,7 +35,7 @@ def test_rotations_are_scipys(size: float) -> None:
     np.testing.assert_allclose(out, Rotation.from_rotvec(vector).as_matrix(), atol=1e-15)
     turned = vector.copy()
     more = np.array([0.3, -0.2, 0.1])
-    rotation.compose(more, turned)
+    rotation.compose(*more, turned)
     wanted = (Rotation.from_rotvec(more) * Rotation.from_rotvec(vector)).as_matrix()
     np.testing.assert_allclose(Rotation.from_rotvec(turned).as_matrix(), wanted, atol=1e-14)
 

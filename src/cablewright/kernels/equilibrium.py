@@ -208,7 +208,7 @@ def move_platform(pose, work):
     for k in range(3):
         pose[k] += work.move[k, 0]
     if n == 6:
-        compose(work.move[3:, 0], pose[3:])
+        compose(work.move[3, 0], work.move[4, 0], work.move[5, 0], pose[3:])
         length += turn
     return length * held, held == 1.0
 

@@ -25,7 +25,7 @@ LAST_STEP = 1e-3
 ROUGH = 1e-3  # of the weight: where the descent hands over to Newton
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, to place levers with
 STARTS = 10  # rotations that a rigid body is tried from
-UPRIGHT = 1.0  # rad: a body found less turned than this needs no other start
+UPRIGHT = 0.6  # rad: a body found less turned than this needs no other start
 
 
 @jit

@@ -159,8 +159,7 @@ def _solve(packed, pose, states, work, known):
     # limits that let a line go slack under its own weight: ask no line to go that far
     _begin(packed, pose, states, work, False)
     work.multipliers[:] = 0.0
-    again = _distribute(packed, states, work, SLACKEST)
-    if again == OK:
+    if _distribute(packed, states, work, SLACKEST) == OK:
         return OK, 0.0
     _begin(packed, pose, states, work, False)
     work.multipliers[:] = 0.0

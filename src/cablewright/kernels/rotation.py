@@ -48,10 +48,10 @@ def left_jacobian(vector, out):
 
 
 @jit
-def compose(increment, vector):
-    """Turn rotation *vector* (3,) in place by *increment* (3,) in space: exp(increment) exp(vector)."""
-    aw, ax, ay, az = _quaternion(increment)
-    bw, bx, by, bz = _quaternion(vector)
+def compose(x, y, z, vector):
+    """Turn rotation *vector* (3,) in place by the increment (x, y, z) in space: exp(increment) exp(vector)."""
+    aw, ax, ay, az = _quaternion(x, y, z)
+    bw, bx, by, bz = _quaternion(vector[0], vector[1], vector[2])
     w = aw * bw - ax * bx - ay * by - az * bz
     x = aw * bx + ax * bw + ay * bz - az * by
     y = aw * by - ax * bz + ay * bw + az * bx
@@ -64,8 +64,7 @@ def compose(increment, vector):
 
 
 @jit
-def _quaternion(vector):
-    x, y, z = vector[0], vector[1], vector[2]
+def _quaternion(x, y, z):
     angle = sqrt(x * x + y * y + z * z)
     factor = sin(0.5 * angle) / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0
     return cos(0.5 * angle), factor * x, factor * y, factor * z

@@ -89,7 +89,7 @@ def _between(start, end, shift):
     if start.shape[0] == 6:
         for k in range(3, 6):
             shift[k] = -start[k]
-        compose(end[3:], shift[3:])
+        compose(end[3], end[4], end[5], shift[3:])
 
 
 @jit
@@ -98,7 +98,7 @@ def _shifted(pose, shift):
     for k in range(3):
         pose[k] += shift[k]
     if pose.shape[0] == 6:
-        compose(shift[3:], pose[3:])
+        compose(shift[3], shift[4], shift[5], pose[3:])
 
 
 @jit(parallel=True)

@@ -31,7 +31,7 @@ def forward(
 
     Without a *guess* (a pose, or one per row) the solve is cold: it needs none. *modulus_factors* multiply each line's
     Young's modulus, (m,) or one row each; *retraction* is the platform's retraction length, m, one or one for each row.
-    Of several poses that a rigid body could hang in, the solve finds the one near the guess, or cold the least turned.
+    Of several poses that a rigid body could hang in, the solve finds the one near the guess, or cold one turned little.
     Tensions follow from the lengths: limits are not imposed, but a line over its
     breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
     positive, and for rigid cables, whose tensions no lengths decide.
