@@ -94,7 +94,10 @@ def inverse(model: Model, poses: Array) -> float:
 
     def solve() -> None:
         given[:] = poses
-        sweep.inverse_rows(packed, given, *arrays, violations, False, 0, count)
+        if model.m < model.n:
+            sweep.hanging_rows(packed, given, *arrays, violations, 0, count)
+        else:
+            sweep.inverse_rows(packed, given, *arrays, violations, False, 0, count)
 
     return best(solve) / count
 
