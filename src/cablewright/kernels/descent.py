@@ -21,7 +21,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
 )
 from cablewright.kernels.line import SLACK_TENSION, guess, settle, system
-from cablewright.kernels.newton import solve
+from cablewright.kernels.newton import largest, largest_of_column, solve
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.wrench import add_line, place, start_balance
@@ -48,11 +48,9 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
     if not _evaluate(packed, lengths, pose, states, work, law):
         return False
     for _ in range(DESCENT_STEPS):
-        size = 0.0
+        size = largest(work.wrench, n)
         soft = 0.0
         for k in range(n):
-            if not abs(work.wrench[k]) <= size:  # a NaN counts as large
-                size = abs(work.wrench[k])
             soft = max(soft, work.stiffness[k, k])
         if size < tolerance * load:
             return True
@@ -61,7 +59,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
             slope = _direction(work, n, soft + load)
         if not slope > 0.0:
             return False
-        if size < STALLED_FORCE * load and _size(work.move) < STALLED:
+        if size < STALLED_FORCE * load and largest_of_column(work.move, n) < STALLED:
             return True
         for k in range(pose.shape[0]):
             work.trial[k] = pose[k]
@@ -86,14 +84,6 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
 
 
 @jit
-def _size(move):
-    largest = 0.0
-    for k in range(move.shape[0]):
-        largest = max(largest, abs(move[k, 0]))
-    return largest
-
-
-@jit
 def _direction(work, n, damping):
     """Newton direction into work.move; returns its slope, the power of the wrench along it."""
     for i in range(n):
@@ -104,7 +94,7 @@ def _direction(work, n, damping):
     slope = 0.0
     for k in range(n):
         slope += work.move[k, 0] * work.wrench[k]
-    return slope if _size(work.move) < 1e6 else 0.0
+    return slope if largest_of_column(work.move, n) < 1e6 else 0.0
 
 
 @jit

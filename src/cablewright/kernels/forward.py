@@ -1,6 +1,6 @@
 """Forward problem: unstrained lengths to the pose, warm from a neighbour or cold from nothing."""
 
-from math import pi, sqrt
+from math import pi
 
 from cablewright.kernels import jit
 from cablewright.kernels.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
@@ -16,7 +16,7 @@ from cablewright.kernels.equilibrium import (
 )
 from cablewright.kernels.layout import MASSLESS, PLATFORM_WEIGHT
 from cablewright.kernels.line import guess
-from cablewright.kernels.rotation import matrix
+from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.sheave import straight, whole_length
 from cablewright.kernels.wrench import place
 
@@ -35,7 +35,8 @@ def solve_warm(packed, lengths, pose, states, work):
         iterations, residual = 1, 0.0
         if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
             return NOT_CONVERGED, iterations, residual
-        evaluate(packed, lengths, pose, states, work)
+        if packed.freedoms == 6:  # for the stability of a body; a point load's is not in question
+            evaluate(packed, lengths, pose, states, work)
     else:
         code, iterations, residual = refine(packed, lengths, pose, states, work)
         if code != OK:
@@ -81,7 +82,7 @@ def solve_cold(packed, lengths, pose, states, work):
         turn_to_start(pose, start)
         code, iterations, residual = _solve_from_springs(packed, lengths, pose, states, work)
         total += iterations
-        turned = sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2)
+        turned = angle_of(pose)
         better = turned < least if code == OK and answer == OK else code == OK
         if better or start == 0 or (answer == NOT_CONVERGED and code != OK):
             answer, left, least = code, residual, turned

@@ -23,8 +23,8 @@ from cablewright.kernels.layout import (
     WRENCH,
 )
 from cablewright.kernels.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
-from cablewright.kernels.newton import solve
-from cablewright.kernels.rotation import left_jacobian, matrix
+from cablewright.kernels.newton import largest, largest_of_column, solve
+from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
 from cablewright.kernels.sheave import straight, unstrain
 from cablewright.kernels.wrench import add_force, add_line, place, start_balance
 
@@ -52,9 +52,7 @@ def solve_hanging(packed, pose, states, work):
         if packed.freedoms == 6:
             turn_to_start(pose, start)
         code, beyond = _solve_from(packed, given, pose, states, work)
-        turned = 0.0
-        if packed.freedoms == 6:
-            turned = sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2)
+        turned = angle_of(pose)
         if code == answer:
             better = turned < least if code == OK else beyond < violation
         else:
@@ -153,7 +151,7 @@ def _balance(packed, given, pose, states, work):
     if not _evaluate(packed, pose, states, work, True):
         return False
     for _ in range(NEWTON_STEPS):
-        size = _size(base.wrench)
+        size = largest(base.wrench, n)
         if size <= FORCE_TOLERANCE * load:
             break
         _mix(given, pose, work)
@@ -162,28 +160,19 @@ def _balance(packed, given, pose, states, work):
         held = 1.0
         for k in range(n):
             held = min(held, LONGEST_STEP / max(abs(base.move[k, 0]), 1e-300))
-        stalled = held == 1.0 and _size(base.move[:, 0]) < 1e-13
+        stalled = held == 1.0 and largest_of_column(base.move, n) < 1e-13
         for halving in range(HALVINGS):
             _step(given, pose, work, held if halving == 0 else -0.5 * held)
             if halving > 0:
                 held *= 0.5
             placed = _evaluate(packed, pose, states, work, False)
-            if stalled or (placed and _size(base.wrench) < size):
+            if stalled or (placed and largest(base.wrench, n) < size):
                 break
         if stalled:
             break
-    if n == 6 and pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2 > pi * pi:
+    if angle_of(pose) > pi:
         return False
     return _evaluate(packed, pose, states, work, False) and balances(packed, states, work)
-
-
-@jit
-def _size(values):
-    largest = 0.0
-    for k in range(values.shape[0]):
-        if not abs(values[k]) <= largest:  # a NaN counts as large
-            largest = abs(values[k])
-    return largest
 
 
 @jit

@@ -28,7 +28,7 @@ from cablewright.kernels.layout import (
     WINCH_X,
     WINCH_Z,
 )
-from cablewright.kernels.newton import solve
+from cablewright.kernels.newton import largest_of_column, solve
 from cablewright.kernels.sheave import constant_length, straight, unstrain, wrap
 
 STEPS = 80
@@ -251,11 +251,11 @@ def settle(row, x, z, length, y, jacobian, rhs):
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z) + length)
     for _ in range(STEPS):
         system(row, y, x, z, length, jacobian, rhs[:, 0])
-        if _largest(rhs, int(row[UNKNOWNS])) < scale:
+        if largest_of_column(rhs, int(row[UNKNOWNS])) < scale:
             return True
         if not solve(jacobian, rhs, int(row[UNKNOWNS]), 1):
             return False
-        stalled = _largest(rhs, int(row[UNKNOWNS])) < STALLED
+        stalled = largest_of_column(rhs, int(row[UNKNOWNS])) < STALLED
         advance(row, y, rhs[:, 0], 1.0)
         if stalled:
             return True
@@ -285,12 +285,12 @@ def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
     for _ in range(STEPS):
         system_at_pull(row, x, z, pull, y, jacobian, rhs)
-        done = _largest(rhs, unknowns) < scale
+        done = largest_of_column(rhs, unknowns) < scale
         if not solve(jacobian, rhs, unknowns, 2):
             return False
         if done:
             return True
-        done = _largest(rhs, unknowns) < STALLED
+        done = largest_of_column(rhs, unknowns) < STALLED
         advance(row, y, rhs[:, 0], 1.0)
         if done:
             return True
@@ -323,13 +323,3 @@ def system_at_pull(row, x, z, pull, y, jacobian, rhs):
     rhs[2, 0] = (h * cx + middle * cz) / pull - 1.0
     rhs[2, 1] = 1.0
     return -across * cz, across * cx
-
-
-@jit
-def _largest(rhs, unknowns):
-    largest = 0.0
-    for k in range(unknowns):
-        size = abs(rhs[k, 0])
-        if not size <= largest:  # a NaN counts as large
-            largest = size if size == size else 1e300
-    return largest

@@ -39,6 +39,28 @@ def solve(matrix, rhs, n, columns):
 
 
 @jit
+def largest(vector, n):
+    """Largest absolute value of vector[:n]; a NaN counts as large."""
+    size = 0.0
+    for k in range(n):
+        entry = abs(vector[k])
+        if not entry <= size:
+            size = entry if entry == entry else 1e300
+    return size
+
+
+@jit
+def largest_of_column(columns, n):
+    """`largest` of the first column, columns[:n, 0]."""
+    size = 0.0
+    for k in range(n):
+        entry = abs(columns[k, 0])
+        if not entry <= size:
+            size = entry if entry == entry else 1e300
+    return size
+
+
+@jit
 def least_pivot(matrix, n):
     """Smallest pivot of the symmetric part of matrix[:n, :n], as a share of the largest diagonal entry of its kind.
 

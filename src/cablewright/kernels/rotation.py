@@ -48,6 +48,12 @@ def left_jacobian(vector, out):
 
 
 @jit
+def angle_of(pose):
+    """How far a pose (n,) is turned, rad; 0 for a point load."""
+    return sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2) if pose.shape[0] == 6 else 0.0
+
+
+@jit
 def compose(x, y, z, vector):
     """Turn rotation *vector* (3,) in place by the increment (x, y, z) in space: exp(increment) exp(vector)."""
     aw, ax, ay, az = _quaternion(x, y, z)

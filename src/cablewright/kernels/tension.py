@@ -9,7 +9,7 @@ that no tensions within limits exist.
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.newton import solve
+from cablewright.kernels.newton import largest, largest_of_column, solve
 
 STEPS = 100
 LEAST_DAMPING = 1e-13  # of the Hessian's trace
@@ -29,15 +29,11 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
     n, m = structure.shape
     close = 1e-13 if give == 0.0 else 1e-11  # soft multipliers are large, and so is their rounding
     damping = LEAST_DAMPING
-    scale = 0.0
-    for k in range(n):
-        scale = max(scale, abs(load[k]))
-    for i in range(m):
-        scale = max(scale, abs(low[i]))
+    scale = max(largest(load, n), largest(low, m))
     _begin_free(structure, load, curvature, bias, multipliers, hessian, step)
     value = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
     for _ in range(STEPS):
-        gap = _largest(step)
+        gap = largest_of_column(step, n)
         if gap <= close * scale:
             return 1
         if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale):
@@ -61,7 +57,7 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
                 multipliers[k] += reach * step[k, 2]
             trial = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             # near the top rounding hides what the value gains, but not that the slope falls
-            falls = gap <= NEAR_TOP * scale and _largest(step) <= 0.5 * gap
+            falls = gap <= NEAR_TOP * scale and largest_of_column(step, n) <= 0.5 * gap
             if falls or trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
                 value = trial
                 improved = True
@@ -74,21 +70,10 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
         if not improved:
             _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
             break
-    gap = _largest(step)
-    largest = 0.0
-    for k in range(n):
-        largest = max(largest, abs(multipliers[k]))
-    if gap <= 100.0 * close * scale + GRAIN * largest:
+    gap = largest_of_column(step, n)
+    if gap <= 100.0 * close * scale + GRAIN * largest(multipliers, n):
         return 1
     return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
-
-
-@jit
-def _largest(gradient):
-    size = 0.0
-    for k in range(gradient.shape[0]):
-        size = max(size, abs(gradient[k, 0]))
-    return size
 
 
 @jit

@@ -54,16 +54,11 @@ def pack_rows(
 
 def _retract(robot: Robot, lines: NDArray[np.float64], lengths: NDArray[np.float64]) -> None:
     """Move the platform points that move with the retraction."""
-    extremes = lengths.min(), lengths.max()
-    for length in extremes:
-        robot.retracted(float(length))  # refuses what the platform cannot do
-    drawn = robot.retraction
-    assert drawn is not None
-    for i, line in enumerate(robot.lines):
-        if line.name in drawn.lines:
-            first, last = (drawn.moved(line.platform_point, length) for length in (drawn.length, drawn.length + 1.0))
-            along = np.subtract(last, first)
-            lines[:, i, layout.POINT_X : layout.POINT_Z + 1] += (lengths - drawn.length)[:, None] * along
+    robot.retraction_to(float(lengths.max()))
+    drawn = robot.retraction_to(float(lengths.min()))
+    moving = [i for i, line in enumerate(robot.lines) if line.name in drawn.lines]
+    by = (lengths - drawn.length)[:, None] * np.asarray(drawn.along)
+    lines[:, moving, layout.POINT_X : layout.POINT_Z + 1] += by[:, None]
 
 
 def _pack_platform(row: NDArray[np.float64], platform: Platform, gravity: float) -> None:

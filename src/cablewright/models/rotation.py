@@ -1,11 +1,11 @@
-"""Rotation vectors (rad) in batches: matrices, and the one of at most half a turn that means the same rotation."""
+"""Rotation vectors (rad) in batches: matrices, points that turn with them, the shortest that means the same."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["angle_between", "matrices", "shortest"]
+__all__ = ["angle_between", "matrices", "placed", "shortest"]
 
 Array = NDArray[np.float64]
 
@@ -19,6 +19,14 @@ def matrices(vectors: ArrayLike) -> Array:
     cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
     half = 0.5 * np.sinc(0.5 * angle / np.pi)
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + 2.0 * half * half * (cross @ cross))
+
+
+def placed(poses: Array, points: ArrayLike) -> Array:
+    """Points (..., m, 3) of the platform, its frame, in the world at *poses* (..., n), m."""
+    arms = np.asarray(points, dtype=np.float64)
+    if poses.shape[-1] == 6:
+        arms = arms @ np.swapaxes(matrices(poses[..., 3:]), -1, -2)
+    return np.asarray(poses[..., None, :3] + arms)
 
 
 def shortest(vectors: Array) -> Array:

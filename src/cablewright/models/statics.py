@@ -15,7 +15,7 @@ from cablewright.kernels import layout, sweep
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.pack import pack, pack_rows
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 
 __all__ = ["Equilibrium", "Model"]
@@ -48,18 +48,16 @@ class Model:
 
     def nozzle(self, poses: Array) -> Array:
         """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""
-        return np.asarray(poses[..., :3] + self._nozzle_arm(poses))
+        if not isinstance(self.robot.platform, RigidPlatform):
+            return np.array(poses[..., :3])
+        return placed(poses, [self.robot.platform.nozzle])[..., 0, :]
 
     def at_nozzle(self, poses: Array) -> Array:
         """Poses (..., n) of the platform's origin that bring the nozzle to where *poses* would bring the origin."""
-        moved = np.array(poses)
-        moved[..., :3] -= self._nozzle_arm(poses)
+        moved, arm = np.array(poses), np.array(poses)
+        arm[..., :3] = 0.0
+        moved[..., :3] -= self.nozzle(arm)
         return moved
-
-    def _nozzle_arm(self, poses: Array) -> Array:
-        if not isinstance(self.robot.platform, RigidPlatform):
-            return np.zeros(3)
-        return np.asarray(matrices(poses[..., 3:]) @ np.asarray(self.robot.platform.nozzle))
 
     def refuse_rigid(self) -> None:
         """Raise `InputError` if the cables are rigid: their lengths leave tensions, and so stiffness, undecided."""
@@ -147,10 +145,7 @@ class Equilibrium:
     @property
     def platform_points(self) -> Array:
         """Where each line is tied to the platform, world, m: (m, 3), or (N, m, 3) of a batch."""
-        arms = self.column(slice(layout.POINT_X, layout.POINT_Z + 1))
-        if self.model.n == 6:
-            arms = arms @ np.swapaxes(matrices(self.pose[..., 3:]), -1, -2)
-        return np.asarray(self.pose[..., None, :3] + arms)
+        return placed(self.pose, self.column(slice(layout.POINT_X, layout.POINT_Z + 1)))
 
     @property
     def nozzle(self) -> Array:

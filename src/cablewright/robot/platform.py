@@ -98,13 +98,18 @@ class Retraction(Description):
                 raise refusal("lines", f"names {name!r} more than once")
         return self
 
+    @property
+    def along(self) -> Vec3:
+        """The unit vector of ``direction``."""
+        largest = max(abs(number) for number in self.direction)  # divided out: nothing under- or overflows
+        x, y, z = (number / largest for number in self.direction)
+        size = math.hypot(x, y, z)
+        return x / size, y / size, z / size
+
     def moved(self, point: Vec3, length: float) -> Vec3:
         """Return a platform point (m, platform frame) that moves with the retraction, at another ``length`` (m)."""
-        largest = max(abs(number) for number in self.direction)  # divided out: nothing under- or overflows
-        dx, dy, dz = (number / largest for number in self.direction)
-        share = (length - self.length) / math.hypot(dx, dy, dz)
-        x, y, z = point
-        return x + share * dx, y + share * dy, z + share * dz
+        (x, y, z), (dx, dy, dz), by = point, self.along, length - self.length
+        return x + by * dx, y + by * dy, z + by * dz
 
 
 class RigidPlatform(Description):

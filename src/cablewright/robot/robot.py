@@ -92,22 +92,30 @@ class Robot(Description):
 
         Raises `InputError` for what is not three finite numbers each, or a moment on a point platform.
         """
-        changes = {"force": _three("force", force), "moment": _three("moment", moment)}
-        if self.n == 3 and any(changes.pop("moment")):
-            raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {tuple(moment)} N m")
+        changes = {"force": _three("force", force)}
+        turning = _three("moment", moment)
+        if self.n == 6:
+            changes["moment"] = turning
+        elif any(turning):
+            raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {turning} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
-    def retracted(self, length: float) -> Robot:
-        """Return the robot with its platform at the retraction ``length`` (m): the platform points that move, moved.
-
-        Mass, centre of mass and inertia stay. Raises `InputError` if the platform has no retraction, or not this far.
-        """
+    def retraction_to(self, length: float) -> Retraction:
+        """Return the platform's retraction. Raises `InputError` if it has none, or none that goes to ``length`` (m)."""
         retraction = self.retraction
         if retraction is None:
             raise InputError(f"robot {self.name!r} has no retraction: its platform has one length")
         if not retraction.least <= length <= retraction.most:
             reach = f"{retraction.least:g} to {retraction.most:g} m"
             raise InputError(f"retraction length {length:g} m: the platform of {self.name!r} goes from {reach}")
+        return retraction
+
+    def retracted(self, length: float) -> Robot:
+        """Return the robot with its platform at the retraction ``length`` (m): the platform points that move, moved.
+
+        Mass, centre of mass and inertia stay. Raises `InputError` if the platform has no retraction, or not this far.
+        """
+        retraction = self.retraction_to(length)
         lines = tuple(
             line.model_copy(update={"platform_point": retraction.moved(line.platform_point, length)})
             if line.name in retraction.lines

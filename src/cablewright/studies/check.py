@@ -162,7 +162,7 @@ def _wanted(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | No
     for height in job.schedule:
         if height.retraction is not None:
             try:
-                robot.retracted(height.retraction)
+                robot.retraction_to(height.retraction)
             except InputError as reason:
                 raise InputError(f"job {job.name}: schedule at {height.z:g} m: {reason}") from None
     heights = samples.positions[:, 2]
@@ -266,8 +266,8 @@ def _judged(
     codes, violations = solved.pop("codes"), solved.pop("violations")
     findings = judge(robot, solved["poses"][:, :3], codes, violations, quantities)
     missed = np.linalg.norm(solved["compensated"] - samples.positions, axis=1) + solved["turned_compensated"]
-    failed = int((~(missed <= MET) & (codes == 0)).sum())
-    feasible = not failed and not codes.any() and all(finding.violations == 0 for finding in findings)
+    failed = np.flatnonzero(~(missed <= MET) & (codes == 0))
+    feasible = not len(failed) and not codes.any() and all(finding.violations == 0 for finding in findings)
     found = Check(
         robot=robot,
         job=job,
@@ -295,8 +295,8 @@ def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
     return speed
 
 
-def _verdict(found: Check, failed: int) -> str:
-    """One sentence."""
+def _verdict(found: Check, failed: NDArray[np.intp]) -> str:
+    """One sentence; *failed* are the samples that compensation does not meet."""
     machine, part = found.robot.name, found.job.name
     if found.feasible:
         off = _extreme(np.nanmax, found.error_uncompensated)
@@ -304,12 +304,10 @@ def _verdict(found: Check, failed: int) -> str:
             f"{machine} can print {part}: every sample is within all limits; without compensation it prints up to "
             f"{off * 1e3:.0f} mm off, with it the model meets the path to within {MET * 1e6:g} um."
         )
-    if failed:
-        missed = found.error_compensated + found.turned_compensated
-        row = int(np.flatnonzero(~(missed <= MET) & (found.codes == 0))[0])
+    if len(failed):
         return (
-            f"{machine} cannot be shown to print {part}: the compensated path is not met at {failed} samples, first "
-            f"{_where(found, row)}."
+            f"{machine} cannot be shown to print {part}: the compensated path is not met at {len(failed)} samples, "
+            f"first {_where(found, int(failed[0]))}."
         )
     worst = found.findings[0]
     if worst.is_status:

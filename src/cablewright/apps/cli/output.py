@@ -19,6 +19,9 @@ __all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell"]
 SCHEMA = 1
 """Version of the JSON that commands print."""
 
+FREE = "free"
+"""How a command line marks a freedom of the pose that gravity decides."""
+
 
 def print_json(values: dict[str, Any]) -> None:
     """Print one JSON object: numbers that are not finite as null."""
@@ -53,10 +56,6 @@ def _without_nan(value: Any) -> Any:
 def tell(line: str) -> None:
     """Say something to the person, apart from the result."""
     typer.echo(line, err=True)
-
-
-FREE = "free"
-"""How a command line marks a freedom of the pose that gravity decides."""
 
 
 def numbers(text: str | None, option: str, *, free: bool = False) -> list[float] | None:

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import placed
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.check import Check
 
@@ -97,9 +97,7 @@ class Digest:
         if at is None:
             return np.full((check.robot.m, 3), np.nan)
         robot = check.robot if check.retraction is None else check.robot.retracted(float(check.retraction[at]))
-        pose = check.poses[at]
-        points = np.array([line.platform_point for line in robot.lines])
-        return np.asarray(pose[:3] + (points @ matrices(pose[3:]).T if robot.n == 6 else points))
+        return placed(check.poses[at], [line.platform_point for line in robot.lines])
 
     @cached_property
     def heights(self) -> Heights:
