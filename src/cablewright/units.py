@@ -38,6 +38,8 @@ __all__ = [
     "Positive",
     "Pressure",
     "Speed",
+    "TemperatureDifference",
+    "ThermalExpansion",
     "Torque",
     "Torque3",
     "Vec3",
@@ -119,7 +121,7 @@ class Dimension:
         for ours, theirs in (("gt", "exclusiveMinimum"), ("ge", "minimum")):
             if ours in number:
                 number[theirs] = number.pop(ours)
-        units = "|".join(re.escape(unit) for unit in self.units)
+        units = "|".join(re.escape(unit).replace("\\ ", " ") for unit in self.units)  # ECMA-262 has no such escape
         text = {"type": "string", "pattern": f"^ *{_NUMBER} *({units}) *$", "examples": [f"2 {self.si}"]}
         return {"anyOf": [number, text], "description": f"{self.name}; a plain number is in {self.si}"}
 
@@ -154,10 +156,13 @@ ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
 TORQUE = _dimension("torque", {"N m": "1", "kN m": "1e3", "mN m": "1e-3"})
 INERTIA = _dimension("inertia", {"kg m^2": "1", "kg cm^2": "1e-4", "kg mm^2": "1e-6", "g mm^2": "1e-9"})
 DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"})
+TEMPERATURE_DIFFERENCE = _dimension("temperature difference", {"K": "1"})
+# not "1/K": a text is one number and one unit, and a unit does not start with a digit
+THERMAL_EXPANSION = _dimension("thermal expansion", {"/K": "1", "ppm/K": "1e-6"})
 
 _DIMENSIONS = (
     LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, TORQUE, INERTIA,
-    DURATION,
+    DURATION, TEMPERATURE_DIFFERENCE, THERMAL_EXPANSION,
 )  # fmt: skip
 
 Length = Annotated[float, LENGTH]
@@ -173,6 +178,8 @@ Acceleration = Annotated[float, ACCELERATION]
 Torque = Annotated[float, TORQUE]
 Inertia = Annotated[float, INERTIA]
 Duration = Annotated[float, DURATION]
+TemperatureDifference = Annotated[float, TEMPERATURE_DIFFERENCE]
+ThermalExpansion = Annotated[float, THERMAL_EXPANSION]
 
 Vec3 = tuple[Length, Length, Length]
 Force3 = tuple[Force, Force, Force]

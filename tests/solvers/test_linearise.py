@@ -25,7 +25,7 @@ def held() -> Equilibrium:
 def test_one_few_and_many_rows_agree(held: Equilibrium) -> None:
     many, few, one = linearise(held), linearise(held[:10]), linearise(held[7])
     assert many.stiffness.shape == (100, 3, 3)
-    assert many.motion.shape == (100, 3, 4, 5)
+    assert many.motion.shape == (100, 3, 4, 10)
     assert (one.per_length.shape, one.per_modulus.shape, one.per_exit_point.shape) == ((3, 4), (3, 4), (3, 4, 3))
     np.testing.assert_array_equal(few.motion, many.motion[:10])
     np.testing.assert_array_equal(one.motion, many.motion[7])

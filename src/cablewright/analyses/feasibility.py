@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from cablewright.errors import Status
 from cablewright.models.statics import Equilibrium
 from cablewright.robot import Line, Robot
-from cablewright.solvers.limits import lever_angles, swing_angles, winch_torques
+from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
-__all__ = ["Finding", "LineQuantities", "judge", "judge_pose"]
+__all__ = ["Finding", "LineQuantities", "broken_limits", "judge", "judge_pose"]
 
 Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
@@ -58,24 +58,47 @@ class LineQuantities:
     lever: Array
     speed: Array
     torque: Array
+    clearance: Array
+
+    @classmethod
+    def of(cls, rows: Equilibrium) -> LineQuantities:
+        """Of solved poses that are not moving."""
+        low, high = rows.extremes()
+        still = np.zeros_like(rows.lengths)
+        angles = swing_angles(rows), lever_angles(rows)
+        return cls(low, high, rows.lengths, *angles, still, winch_torques(rows), sheave_clearances(rows))
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """A limit of the hardware: its quantity, and what a line allows of it."""
+
+    limit: str
+    unit: str
+    quantity: str
+    bounds: Callable[[Line], Bounds]
+
+
+_RULES = (
+    _Rule("lowest tension", "N", "lowest_tension", lambda line: (line.tension_limits[0], np.inf)),
+    _Rule("highest tension", "N", "highest_tension", lambda line: _up_to(line.tension_limits[1])),
+    _Rule("cable length", "m", "lengths", lambda line: _up_to(line.winch.capacity)),
+    _Rule("swing", "rad", "swing", lambda line: _swing(line)),
+    _Rule("lever", "rad", "lever", lambda line: getattr(line.sheave, "lever_range", None)),
+    _Rule("winch speed", "m/s", "speed", lambda line: _up_to(line.winch.max_speed)),
+    _Rule("winch torque", "N m", "torque", lambda line: _up_to(line.winch.max_torque)),
+    _Rule("sheave clearance", "m", "clearance", lambda _line: (0.0, np.inf)),
+)
 
 
 def judge(
     robot: Robot, positions: Array, codes: NDArray[np.int64], violations: Array, lines: LineQuantities
 ) -> tuple[Finding, ...]:
     """Findings of a path, worst first: *positions* (k, 3) m; *codes* and *violations* (k,), N, of the inverse there."""
-    rules: list[tuple[str, str, Array, Callable[[Line], Bounds]]] = [
-        ("lowest tension", "N", lines.lowest_tension, lambda line: (line.tension_limits[0], np.inf)),
-        ("highest tension", "N", lines.highest_tension, lambda line: _up_to(line.tension_limits[1])),
-        ("cable length", "m", lines.lengths, lambda line: _up_to(line.winch.capacity)),
-        ("swing", "rad", lines.swing, _swing),
-        ("lever", "rad", lines.lever, lambda line: getattr(line.sheave, "lever_range", None)),
-        ("winch speed", "m/s", lines.speed, lambda line: _up_to(line.winch.max_speed)),
-        ("winch torque", "N m", lines.torque, lambda line: _up_to(line.winch.max_torque)),
-    ]
     findings = [_frame(robot, positions)]
-    for name, unit, values, bounds in rules:
-        findings += _worst_line(name, unit, values, [bounds(line) for line in robot.lines], robot)
+    for rule in _RULES:
+        bounds = [rule.bounds(line) for line in robot.lines]
+        findings += _worst_line(rule.limit, rule.unit, getattr(lines, rule.quantity), bounds, robot)
     findings += _statics(codes, violations)
     return tuple(sorted(findings, key=lambda found: (found.violations == 0, found.is_status, -found.violations)))
 
@@ -83,13 +106,42 @@ def judge(
 def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
     """Findings of one solved pose, worst first: every limit but those of motion."""
     row = equilibrium[None]
-    low, high = row.extremes()
-    still = np.zeros_like(row.lengths)
     model = equilibrium.model
+    lines = LineQuantities.of(row)
     if model.tension_limits is not None:  # the solver has seen to the limits that replace the lines' own
-        low, high = np.full_like(low, np.nan), np.full_like(high, np.nan)
-    lines = LineQuantities(low, high, row.lengths, swing_angles(row), lever_angles(row), still, winch_torques(row))
+        unknown = np.full_like(row.lengths, np.nan)
+        lines = replace(lines, lowest_tension=unknown, highest_tension=unknown)
     return judge(model.robot, row.pose[:, :3], row.code, row.violation, lines)
+
+
+def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
+    """Names of what can forbid a pose, and which of them each of N solved poses breaks, (N, L).
+
+    The limits of the hardware at rest come first, then statuses of poses that cannot be held; a pose without tensions
+    within their limits breaks the lowest, the highest or both, whichever the best tensions there break.
+    """
+    quantities = LineQuantities.of(rows)
+    columns = {}
+    for rule in _RULES:
+        allowed = [rule.bounds(line) for line in rows.model.robot.lines]
+        if rows.model.tension_limits is not None and rule.limit.endswith("tension"):
+            least, most = rows.model.tension_limits
+            allowed = [(least, np.inf) if rule.limit == "lowest tension" else (-np.inf, most)] * rows.model.m
+        bounds = [(-np.inf, np.inf) if bound is None else bound for bound in allowed]
+        columns[rule.limit] = _beyond(getattr(quantities, rule.quantity), bounds).any(axis=1)
+    told = columns["lowest tension"] | columns["highest tension"]
+    for status in Status:
+        code = list(Status).index(status)
+        if status is not Status.OK:
+            columns[status.value] = (rows.code == code) & ~(told & (status is Status.INFEASIBLE))
+    return tuple(columns), np.column_stack(list(columns.values()))
+
+
+def _beyond(values: Array, bounds: list[tuple[float, float]]) -> NDArray[np.bool_]:
+    """Where values (N, m) are outside the lines' bounds by more than rounding; nowhere where they are not known."""
+    low, high = np.array(bounds).T
+    spare = _ROUNDING * np.array([_size(bound) for bound in bounds])
+    return np.asarray((values < low - spare) | (values > high + spare))
 
 
 def _up_to(limit: float | None) -> Bounds:

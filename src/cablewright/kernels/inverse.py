@@ -1,8 +1,9 @@
 """Inverse problem: pose to unstrained lengths and tensions, under tension limits.
 
 Lines are told apart by their pull (`line.pull_of`): least norm means of the pulls, which are the tensions where cables
-are straight. With sag the distribution is a sequence of quadratic programs on the lines linearised at their present
-pulls; with straight cables and no levers the first is already exact.
+are straight; where pulls are preferred, of their distances from those. With sag the distribution is a sequence of
+quadratic programs on the lines linearised at their present pulls; with straight cables and no levers the first is
+already exact.
 """
 
 from math import exp, hypot, log
@@ -36,6 +37,7 @@ from cablewright.kernels.layout import (
     LEVER,
     PHI,
     PLATFORM_WEIGHT,
+    PREFERRED,
     PSI,
     RADIUS,
     TAU,
@@ -353,7 +355,7 @@ def _program(packed, states, work, give, relax):
         dh, dv = dh / pull, dv / pull
         work.column[:] = 0.0
         add_force(base.arms[i], dh * plane[0], dh * plane[1], dv, work.column)
-        _curve(work, i, pull)
+        _curve(work, i, pull, row[PREFERRED])
         # the part of the end force that is not proportional to the pull belongs to the load
         h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
         add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, work.load)
@@ -400,7 +402,7 @@ def _predict(row, y, steps, grown):
 
 
 @jit
-def _curve(work, i, pull):
+def _curve(work, i, pull, preferred):
     """Take line *i*'s column, and from its change since the last program the curvature of the Lagrangian there.
 
     Each line's force depends on its own pull alone, so the Hessian is diagonal and a secant gives it.
@@ -414,7 +416,7 @@ def _curve(work, i, pull):
     for k in range(work.column.shape[0]):
         work.structure[k, i] = work.column[k]
     work.before[i] = pull
-    work.bias[i] = (work.curvature[i] - 1.0) * pull
+    work.bias[i] = (work.curvature[i] - 1.0) * pull + preferred
 
 
 @jit

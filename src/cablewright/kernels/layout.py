@@ -32,9 +32,11 @@ WINCH_X, WINCH_Z = 10, 11  # winch exit C from A in the plane of the dead span: 
 DEAD_LENGTH = 12  # constant length added where the dead span is not modelled
 WEIGHT = 13  # weight per unstrained length
 FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE = 14, 15, 16
+COMPLIANCES = (FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE)
 TENSION_MIN, TENSION_MAX, BREAKING = 17, 18, 19
 UNKNOWNS = 20  # how many of the line's unknowns are free, 3 to 6: what tells sheave kinds apart
-COLUMNS = 21
+PREFERRED = 21  # pull (N) that the inverse problem stays near to where it has a choice
+COLUMNS = 22
 
 # Unknowns of one line, in the order in which sheave kinds need them: a simpler kind uses a leading part.
 # In the line's plane, x towards B and z up; angles of the tangent where the cable leaves the sheave.

@@ -15,6 +15,8 @@ from cablewright.robot import Line, Platform, RigidPlatform, Robot
 
 __all__ = ["pack", "pack_rows"]
 
+Array = NDArray[np.float64]
+
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
     """Arrays of *robot* under *fidelity*; *tension_limits* (N) replace those of every line.
@@ -35,18 +37,27 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
 
 
 def pack_rows(
-    robot: Robot, packed: Packed, modulus_factors: NDArray[np.float64] | None, retraction: NDArray[np.float64] | None
+    robot: Robot,
+    packed: Packed,
+    *,
+    modulus_factors: Array | None = None,
+    retraction: Array | None = None,
+    preferred: Array | None = None,
 ) -> Packed:
     """*packed*, the arrays of *robot*, as a batch: one row for all, or one for each where something differs by row.
 
-    *modulus_factors* (N, m) multiply each line's modulus; *retraction* (N,) is the platform's retraction length, m.
-    Raises `InputError` for a retraction that the platform does not have.
+    *modulus_factors* (N, m) multiply each line's modulus; *retraction* (N,) is the platform's retraction length, m;
+    *preferred* (N, m) are the tensions, N, that inverse solutions stay near to. Raises `InputError` for a retraction
+    that the platform does not have.
     """
-    rows = max((len(given) for given in (modulus_factors, retraction) if given is not None), default=1)
+    differing = (given for given in (modulus_factors, retraction, preferred) if given is not None)
+    rows = max((len(given) for given in differing), default=1)
     lines = np.repeat(packed.lines[None], rows, axis=0)
     if modulus_factors is not None:
-        for column in (layout.FREE_COMPLIANCE, layout.DEAD_COMPLIANCE, layout.ARC_COMPLIANCE):
+        for column in layout.COMPLIANCES:
             lines[:, :, column] /= modulus_factors
+    if preferred is not None:
+        lines[:, :, layout.PREFERRED] = preferred
     if retraction is not None:
         _retract(robot, lines, retraction)
     return Packed(packed.freedoms, lines, np.repeat(packed.platform[None], rows, axis=0))

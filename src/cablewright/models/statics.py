@@ -18,7 +18,7 @@ from cablewright.models.pack import pack, pack_rows
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 
-__all__ = ["Equilibrium", "Model"]
+__all__ = ["Equilibrium", "Model", "rows_of"]
 
 Array = NDArray[np.float64]
 FULL = Fidelity()
@@ -42,9 +42,16 @@ class Model:
         """The arrays that kernels take."""
         return _packed(self)
 
-    def rows(self, *, modulus_factors: Array | None = None, retraction: Array | None = None) -> Packed:
+    def rows(
+        self,
+        *,
+        modulus_factors: Array | None = None,
+        retraction: Array | None = None,
+        preferred: Array | None = None,
+    ) -> Packed:
         """The arrays that batches take, with what differs by row: see `pack_rows`."""
-        return pack_rows(self.robot, self.packed, modulus_factors, retraction)
+        given = {"modulus_factors": modulus_factors, "retraction": retraction, "preferred": preferred}
+        return pack_rows(self.robot, self.packed, **given)
 
     def nozzle(self, poses: Array) -> Array:
         """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""
@@ -222,7 +229,7 @@ class Equilibrium:
         """Rows of a batch: an integer gives a single equilibrium, a slice or mask a smaller batch."""
         return Equilibrium(
             self.model,
-            self.packed if len(self.packed.lines) == 1 else _rows_of(self.packed, index),
+            rows_of(self.packed, index),
             np.asarray(self.pose[index]),
             np.asarray(self.lengths[index]),
             np.asarray(self.states[index]),
@@ -248,8 +255,10 @@ class Equilibrium:
         return residual, force, low, high
 
 
-def _rows_of(packed: Packed, index: Any) -> Packed:
-    """Some rows of a batch; a single one keeps its leading axis."""
+def rows_of(packed: Packed, index: Any) -> Packed:
+    """Some rows of a batch; a single one keeps its leading axis, and one for all stays that."""
+    if len(packed.lines) == 1:
+        return packed
     lines, platform = packed.lines[index], packed.platform[index]
     if platform.ndim == 1:
         lines, platform = lines[None], platform[None]

@@ -4,32 +4,45 @@ from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
 from cablewright.robot.line import Line
+from cablewright.robot.parameters import KINDS, Kind, Parameter, allowed, nominal, parameters_of
 from cablewright.robot.platform import Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Scene
 from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
+from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, of_moduli
 from cablewright.robot.winch import Winch
 from cablewright.robot.write_back import update
 
 __all__ = [
+    "KINDS",
     "Cable",
     "Eyelet",
+    "Kind",
     "Line",
     "Load",
+    "Parameter",
     "Platform",
     "PointPlatform",
+    "Range",
     "Retraction",
     "RigidPlatform",
     "Robot",
     "Scene",
     "Sheave",
     "Swivel",
+    "Uncertain",
+    "Uncertainty",
     "UniversalJoint",
     "Winch",
+    "allowed",
     "json_schema",
     "library_names",
     "library_text",
     "load",
+    "load_uncertainty",
     "loads",
+    "nominal",
+    "of_moduli",
+    "parameters_of",
     "update",
 ]

@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from cablewright.robot.description import Description, refusal
-from cablewright.units import Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure
+from cablewright.units import Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure, ThermalExpansion
 
 __all__ = ["Cable"]
 
@@ -16,7 +16,8 @@ class Cable(Description):
     """A cable's properties per metre.
 
     Its axial stiffness EA is given either as ``young_modulus`` and ``section`` or as ``axial_stiffness``, because a
-    rope's section is often a matter of definition while its EA is measured.
+    rope's section is often a matter of definition while its EA is measured. ``thermal_expansion`` (1/K) is the strain
+    per degree warmer; aramid and Dyneema shrink, theirs is negative. None: not known.
     """
 
     young_modulus: Positive[Pressure] | None = None
@@ -25,6 +26,7 @@ class Cable(Description):
     linear_density: NonNegative[LinearDensity]
     breaking_load: Positive[Force]
     diameter: Positive[Length] | None = None
+    thermal_expansion: ThermalExpansion | None = None
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:

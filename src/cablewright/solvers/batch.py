@@ -16,7 +16,7 @@ from cablewright.kernels import is_compiled
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
 
-__all__ = ["as_poses", "as_rows", "of_rows", "run"]
+__all__ = ["as_poses", "as_rows", "of_rows", "run", "to_rows"]
 
 log = logging.getLogger(__name__)
 
@@ -101,6 +101,13 @@ def _short_turns(vectors: NDArray[np.float64], what: str) -> NDArray[np.float64]
         more,
     )
     return short
+
+
+def to_rows(given: NDArray[np.float64], rows: int, what: str) -> NDArray[np.float64]:
+    """*given* as *rows* rows: it is one for all, or one for each. Raises `InputError`."""
+    if len(given) not in (1, rows):
+        raise InputError(f"{what}: one row, or {rows} as there are problems; got {len(given)}")
+    return np.broadcast_to(given, (rows, given.shape[1]))
 
 
 def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> NDArray[np.float64] | None:

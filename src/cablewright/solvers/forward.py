@@ -9,12 +9,13 @@ from cablewright.errors import InputError, Status
 from cablewright.kernels import forward as kernel
 from cablewright.kernels import layout, sweep
 from cablewright.kernels.equilibrium import workspace
+from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import Fidelity
-from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.statics import Equilibrium, Model, rows_of
 from cablewright.robot import Robot
-from cablewright.solvers.batch import as_poses, as_rows, of_rows, run
+from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
 
-__all__ = ["Tracker", "forward", "solve_forward"]
+__all__ = ["Tracker", "forward", "solve_again", "solve_forward"]
 
 
 def forward(
@@ -61,30 +62,54 @@ def solve_forward(
     start = sweep.COLD
     if guess is not None:
         given, _ = as_poses(model, guess, "guess")
-        pose[:] = _spread(given, rows, "guess")
+        pose[:] = to_rows(given, rows, "guess")
         start = sweep.CHAIN if path else sweep.NEAR
-    states = np.zeros((rows, model.m, layout.STATE))
-    codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
-    arrays = (length, pose, states, codes, iterations, np.zeros(rows))
-    run(sweep.forward_rows, sweep.forward_sweep, rows, packed, *arrays, start)
-    batch = Equilibrium(model, packed, pose, length, states, codes, np.zeros(rows), iterations)
+    batch = _solve(model, packed, length, pose, np.zeros((rows, model.m, layout.STATE)), start)
     return batch[0] if single else batch
+
+
+def solve_again(solved: Equilibrium, packed: Packed, lengths: NDArray[np.float64], each: int) -> Equilibrium:
+    """Where each row of a batch that was *solved* goes when its robot or its lengths change: *each* changes in a row.
+
+    *packed* and *lengths* (N * each, m) hold the changed problems, row by row of *solved*; rows that were not solved
+    stay unsolved. From the old pose and states; where that leads nowhere from the old pose, then cold.
+    """
+    pose, states = np.repeat(solved.pose, each, axis=0), np.repeat(solved.states, each, axis=0)
+    found = _solve(solved.model, packed, lengths, pose, states, sweep.WARM)
+    lost = np.flatnonzero((found.code != 0) & (np.repeat(solved.code, each) == 0))
+    if len(lost):
+        near = np.repeat(solved.pose, each, axis=0)[lost]
+        again = _solve(solved.model, rows_of(packed, lost), lengths[lost], near, states[lost], sweep.NEAR)
+        for old, new in zip(
+            (found.pose, found.states, found.code), (again.pose, again.states, again.code), strict=True
+        ):
+            old[lost] = new
+    return found
+
+
+def _solve(
+    model: Model,
+    packed: Packed,
+    lengths: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    states: NDArray[np.float64],
+    start: int,
+) -> Equilibrium:
+    """A batch from the guesses in *pose* and *states* that *start* speaks of; both are overwritten."""
+    rows = len(lengths)
+    codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
+    arrays = (lengths, pose, states, codes, iterations, np.zeros(rows))
+    run(sweep.forward_rows, sweep.forward_sweep, rows, packed, *arrays, start)
+    return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
 
 
 def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64] | None:
     if values is None:
         return None
-    given, _ = as_rows(values, m, "modulus factors", "1")
+    given = to_rows(as_rows(values, m, "modulus factors", "1")[0], rows, "modulus factors")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
-    return _spread(given, rows, "modulus factors")
-
-
-def _spread(given: NDArray[np.float64], rows: int, what: str) -> NDArray[np.float64]:
-    """One row for all, or one for each."""
-    if len(given) not in (1, rows):
-        raise InputError(f"{what}: one row, or {rows} as there are lengths; got {len(given)}")
-    return np.broadcast_to(given, (rows, given.shape[1]))
+    return given
 
 
 class Tracker:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.kernels import layout, sweep
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.batch import as_poses, of_rows, run
+from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = ["inverse", "solve_inverse"]
 
@@ -22,8 +22,11 @@ def inverse(
     sheave: str | None = None,
     tension_limits: tuple[float, float] | None = None,
     retraction: ArrayLike | None = None,
+    preferred: ArrayLike | None = None,
 ) -> Equilibrium:
     """Lengths and tensions at *poses*, (n,) or (N, n) in m and rad: the least-norm tensions within the limits.
+
+    Where *preferred* tensions are given, (m,) or one row for each pose, N, the tensions nearest to those are taken.
 
     A rigid body's pose is its position and rotation vector, or its position alone: unrotated. Where a robot has fewer
     lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the answer's pose is
@@ -33,11 +36,17 @@ def inverse(
     replace the lines' own and hold along the whole line. An infeasible pose is an answer: its status says so and its
     tensions are those that break the limits least. Raises `InputError` for numbers of the wrong count or not finite.
     """
-    return solve_inverse(Model(robot, Fidelity.of(cable, sheave), tension_limits), poses, retraction=retraction)
+    model = Model(robot, Fidelity.of(cable, sheave), tension_limits)
+    return solve_inverse(model, poses, retraction=retraction, preferred=preferred)
 
 
 def solve_inverse(
-    model: Model, poses: ArrayLike, *, path: bool = False, retraction: ArrayLike | None = None
+    model: Model,
+    poses: ArrayLike,
+    *,
+    path: bool = False,
+    retraction: ArrayLike | None = None,
+    preferred: ArrayLike | None = None,
 ) -> Equilibrium:
     """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster.
 
@@ -45,7 +54,9 @@ def solve_inverse(
     """
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
-    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
+    packed = model.rows(
+        retraction=of_rows(retraction, rows, "retraction", "m"), preferred=_preferred(preferred, rows, model.m)
+    )
     states = np.zeros((rows, model.m, layout.STATE))
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
@@ -57,3 +68,11 @@ def solve_inverse(
         run(sweep.inverse_rows, sweep.inverse_sweep, rows, *arrays, path)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
+
+
+def _preferred(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64] | None:
+    return (
+        None
+        if values is None
+        else to_rows(as_rows(values, m, "preferred tensions", "N")[0], rows, "preferred tensions")
+    )

@@ -11,7 +11,7 @@ from cablewright.kernels import layout
 from cablewright.models.statics import Equilibrium
 from cablewright.robot import Robot
 
-__all__ = ["lever_angles", "swing_angles", "winch_torques"]
+__all__ = ["lever_angles", "sheave_clearances", "swing_angles", "winch_torques"]
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,19 @@ def lever_angles(equilibrium: Equilibrium) -> Array:
     """Angle of each line's lever above the horizontal, rad; NaN where the model has no lever."""
     has_lever = equilibrium.model.packed.lines[:, layout.UNKNOWNS] == 6.0
     return np.where(has_lever, equilibrium.states[..., layout.BETA], np.nan)
+
+
+def sheave_clearances(equilibrium: Equilibrium) -> Array:
+    """Distance of the nearest platform point from all that a line's sheave and lever can sweep, m.
+
+    That is the ball about its exit point which reaches to the sheave's far rim. NaN where the model has no sheave.
+    """
+    lines = equilibrium.model.packed.lines
+    exits = lines[:, layout.EXIT_X : layout.EXIT_Z + 1]
+    swept = lines[:, layout.LEVER] + lines[:, layout.RADIUS]
+    points = equilibrium.platform_points
+    nearest = np.min([np.linalg.norm(points[..., j, None, :] - exits, axis=-1) for j in range(len(exits))], axis=0)
+    return np.where(lines[:, layout.RADIUS] > 0.0, nearest - swept, np.nan)
 
 
 def winch_torques(equilibrium: Equilibrium) -> Array:

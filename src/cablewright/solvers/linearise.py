@@ -1,4 +1,4 @@
-"""The one linearisation of a solved equilibrium: stiffness, and motion per length, modulus and exit point."""
+"""The one linearisation of a solved equilibrium: stiffness, and motion per length and per number of a line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Linearisation:
     """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch.
 
     `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised: with a rigid arc over
-    the sheaves it is slightly unsymmetric. `motion` (n, m, 5): see the properties.
+    the sheaves it is slightly unsymmetric. `motion` (n, m, 10): see the properties.
     """
 
     stiffness: Array
@@ -41,7 +41,27 @@ class Linearisation:
     @property
     def per_exit_point(self) -> Array:
         """(n, m, 3) motion per exit point coordinate, m/m. A modelled winch exit follows sideways, not in height."""
-        return self.motion[..., 2:]
+        return self.motion[..., 2:5]
+
+    @property
+    def per_sheave_radius(self) -> Array:
+        """(n, m) motion per radius of each sheave, m/m; 0 where there is none. A swivel's centre moves with it."""
+        return self.motion[..., 5]
+
+    @property
+    def per_weight(self) -> Array:
+        """(n, m) motion per relative change of each cable's linear density, m."""
+        return self.motion[..., 6]
+
+    @property
+    def per_platform_point(self) -> Array:
+        """(n, m, 3) motion per platform point coordinate, platform frame, m/m."""
+        return self.motion[..., 7:]
+
+    @property
+    def per_wrench(self) -> Array:
+        """(n, n) motion per external wrench: the compliance, m/N and rad/(N m)."""
+        return np.asarray(np.linalg.inv(self.stiffness))
 
 
 def linearise(equilibrium: Equilibrium) -> Linearisation:

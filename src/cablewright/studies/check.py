@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.feasibility import Finding, LineQuantities, judge
-from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.schedule import Schedule
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.limits import lever_angles, swing_angles, winch_torques
+from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
+from cablewright.studies.poses import along
 
 __all__ = ["Check", "check"]
 
@@ -150,29 +149,8 @@ def check(
         Model(robot, Fidelity(), tension_limits)  # refuses limits that do not rise
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in robot.lines)
         robot = robot.model_copy(update={"lines": lines})
-    solved = _solve(robot, *_wanted(robot, job, samples), report)
+    solved = _solve(robot, *along(robot, job, samples), report)
     return _judged(robot, job, samples, law, solved, toolpath.unknown, toolpath.layer_count)
-
-
-def _wanted(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:
-    """Poses (k, n) of the platform's origin that bring the nozzle to the samples, and retraction lengths (k,)."""
-    schedule = Schedule(job.schedule)
-    if robot.m < robot.n:
-        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms along a path")
-    for height in job.schedule:
-        if height.retraction is not None:
-            try:
-                robot.retraction_to(height.retraction)
-            except InputError as reason:
-                raise InputError(f"job {job.name}: schedule at {height.z:g} m: {reason}") from None
-    heights = samples.positions[:, 2]
-    retraction = schedule.retractions(heights)
-    if robot.n == 3:
-        if schedule.turns:
-            raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
-        return samples.positions, retraction
-    poses = np.concatenate([samples.positions, schedule.rotations(heights)], axis=1)
-    return Model(robot).at_nozzle(poses), retraction
 
 
 def _silent(_stage: str, _done: int, _total: int) -> None:
@@ -220,6 +198,7 @@ def _solve_block(models: dict[CableLaw, Model], poses: Array, retraction: Array 
         "swing": swing_angles(inverse),
         "lever": lever_angles(inverse),
         "torque": winch_torques(inverse),
+        "clearance": sheave_clearances(inverse),
         "codes": inverse.code,
         "violations": inverse.violation,
     }
@@ -262,6 +241,7 @@ def _judged(
         solved["lever"],
         speed,
         solved["torque"],
+        solved.pop("clearance"),
     )
     codes, violations = solved.pop("codes"), solved.pop("violations")
     findings = judge(robot, solved["poses"][:, :3], codes, violations, quantities)

@@ -19,9 +19,10 @@ import pyarrow.parquet
 
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.robot import library_names, library_text
+from cablewright.studies.accuracy import Study
 from cablewright.studies.check import Check
 
-__all__ = ["folder_name", "run_folder", "write_check"]
+__all__ = ["file_hash", "folder_name", "robot_hash", "run_folder", "write_check", "write_manifest", "write_places"]
 
 MANIFEST = "manifest.json"
 MANIFEST_BYTES = 1 << 20
@@ -106,24 +107,53 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     columns = {"time": np.round(check.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
-    inputs = {"robot": _robot_hash(robot), "job": _file_hash(job), "gcode": _file_hash(check.job.gcode)}
+    inputs = {"robot": robot_hash(robot), "job": file_hash(job), "gcode": file_hash(check.job.gcode)}
+    write_manifest(folder, "check", inputs, options or {})
+
+
+def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> None:
+    """Write what a run was made of: the *command*, hashes of its *inputs*, its *options*, the version."""
     manifest = {
         "schema": 1,
-        "command": "check",
+        "command": command,
         "cablewright": version("cablewright"),
-        "inputs": inputs,
-        "options": dict(options or {}),
+        "inputs": dict(inputs),
+        "options": dict(options),
     }
-    (folder / MANIFEST).write_text(json.dumps(manifest, indent=2) + "\n")
+    (folder / MANIFEST).write_text(json.dumps(manifest, indent=2, default=str) + "\n")
 
 
-def _robot_hash(robot: str) -> str:
+def write_places(study: Study, folder: Path) -> None:
+    """Write places.parquet of an accuracy study to an existing folder: one row for each place, SI."""
+    found, spread = study.accuracy, study.accuracy.spread
+    columns: dict[str, object] = {"status": found.codes}
+    if study.places.distance is not None:
+        columns["distance"] = study.places.distance
+    for prefix, points in (
+        ("", found.wanted_nozzle),
+        ("nominal_error_", found.nominal_offset),
+        ("worst_error_", found.worst_offset),
+        ("lowest_error_", spread.low),
+        ("highest_error_", spread.high),
+        ("deviation_", spread.deviation),
+    ):
+        columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    for name in ("max_error", "max_deviation", "max_turn", "likely_error", "nonlinearity", "unsolved"):
+        columns[name] = getattr(spread, name)
+    columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
+    with pa.OSFile(str(folder / "places.parquet"), "wb") as sink:
+        pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
+
+
+def robot_hash(robot: str) -> str:
+    """Of the text of a library robot, or of a file."""
     if robot in library_names():
         return hashlib.sha256(library_text(robot).encode()).hexdigest()
-    return _file_hash(Path(robot))
+    return file_hash(Path(robot))
 
 
-def _file_hash(path: Path) -> str:
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -1,0 +1,281 @@
+"""How uncertain the numbers of a robot are: a TOML file that says it, and what it means for one robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final, Self
+
+from pydantic import Field, Strict, StrictBool, ValidationError, model_validator
+
+from cablewright.errors import InputError, suggestion
+from cablewright.robot.description import Description, refusal
+from cablewright.robot.faults import explain
+from cablewright.robot.line import Line
+from cablewright.robot.parameters import AXES, KINDS, Kind, Parameter, misuse, nominal, parameters_of, why_not
+from cablewright.robot.robot import MOST_LINES, Robot
+from cablewright.robot.sheave import Eyelet, UniversalJoint
+from cablewright.toml_input import read_table, require_schema
+
+__all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "of_moduli"]
+
+NEWEST_SCHEMA: Final = 1
+MOST_ENTRIES: Final = 200
+
+_SHORT: Final = {
+    name.removesuffix(".x"): tuple(f"{name[:-1]}{axis}" for axis in AXES) for name in KINDS if name.endswith(".x")
+}
+"""The names that are short for three kinds, one for each axis."""
+
+_WAYS: Final = ("factor", "range", "plus_minus", "deviation", "relative_deviation")
+_WITH_UNIT: Final = ("range", "plus_minus", "deviation")
+_RELATIVE: Final = {"factor": "plus_minus", "relative_deviation": "deviation"}
+"""The ways that scale the nominal value, and what does instead where that is 0."""
+
+_Number = Annotated[float, Strict()]
+_Width = Annotated[float, Strict(), Field(gt=0)]
+
+
+@dataclass(frozen=True)
+class Range:
+    """What is known of one uncertain number, SI: it lies between ``low`` and ``high``.
+
+    With a ``deviation`` it is normal about ``nominal``, the robot file's value, with that standard deviation; None:
+    uniform between the ends. ``nominal`` may then be anywhere, also outside.
+    """
+
+    parameter: Parameter
+    nominal: float
+    low: float
+    high: float
+    deviation: float | None = None
+
+    @property
+    def middle(self) -> float:
+        """Half way from ``low`` to ``high``."""
+        return 0.5 * self.low + 0.5 * self.high
+
+    @property
+    def half_width(self) -> float:
+        """Half of what is between ``low`` and ``high``; over 0."""
+        return 0.5 * (self.high - self.low)
+
+    @property
+    def sigma(self) -> float:
+        """The standard deviation: the given one, or that of a number uniform between the ends."""
+        return (self.high - self.low) / math.sqrt(12.0) if self.deviation is None else self.deviation
+
+
+class Uncertain(Description):
+    """One entry of the file: a kind of number, the lines whose it is, and one of five ways to say how uncertain it is.
+
+    ``factor``: lowest and highest, times the nominal value; ``range``: lowest and highest value; ``plus_minus``: how
+    far it may be from the nominal value; ``deviation``: its standard deviation; ``relative_deviation``: that, times the
+    nominal value. SI. Without ``lines`` it is said of each line on its own; ``shared`` makes it one number for all.
+    """
+
+    name: str
+    lines: Annotated[tuple[str, ...], Field(max_length=MOST_LINES)] | None = None
+    shared: StrictBool = False
+    factor: tuple[_Number, _Number] | None = None
+    range: tuple[_Number, _Number] | None = None
+    plus_minus: _Width | None = None
+    deviation: _Width | None = None
+    relative_deviation: _Width | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_units(cls, data: Any) -> Any:
+        """Turn texts with a unit to SI. Which units a key may have depends on the entry's name."""
+        name = data.get("name") if isinstance(data, dict) else None
+        if not isinstance(name, str):
+            return data
+        if name not in KINDS and name not in _SHORT:
+            raise refusal("name", f"unknown parameter; {suggestion(name, (*KINDS, *_SHORT))}")
+        kind = _kinds(name)[0]
+        return data | {key: _si(kind, key, data[key]) for key in _WITH_UNIT if key in data}
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        given = [way for way in _WAYS if getattr(self, way) is not None]
+        if not given:
+            raise refusal("range", f"is missing: give one of {', '.join(_WAYS)}")
+        if len(given) > 1:
+            raise refusal(given[1], f"give either this or {given[0]}, not both")
+        kind = _kinds(self.name)[0]
+        fault = misuse(kind, self.lines, self.shared)
+        if fault is not None:
+            raise refusal(*fault)
+        for key in ("factor", "range"):
+            if key in given:
+                self._check_ends(key, kind, *getattr(self, key))
+        return self
+
+    def _check_ends(self, key: str, kind: Kind, low: float, high: float) -> None:
+        if not low < high:
+            raise refusal(key, "must rise: the lowest, then the highest")
+        if not kind.allows(low):  # a factor too: what has a bound has it at 0, and a nominal value that is not below
+            raise refusal(key, f"must {_bound(kind)}")
+
+    @property
+    def way(self) -> str:
+        """The key that says how uncertain it is."""
+        return next(way for way in _WAYS if getattr(self, way) is not None)
+
+    def of(self, robot: Robot, coverage: float) -> tuple[Range, ...]:
+        """Return what the entry says of each of its numbers; `coverage` as in `Uncertainty`.
+
+        Raises `InputError`, which begins with the key to blame, if it does not fit the robot.
+        """
+        found: list[Range] = []
+        for kind in _kinds(self.name):
+            fault = why_not(robot, kind, self.lines, self.shared)
+            if fault is not None:
+                raise self._refused(*fault)
+            parameters = parameters_of(robot, kind.name, self.lines, self.shared)
+            found += [self._range(robot, parameter, coverage) for parameter in parameters]
+        return tuple(found)
+
+    def _range(self, robot: Robot, parameter: Parameter, coverage: float) -> Range:
+        value, way = nominal(robot, parameter), self.way
+        if value == 0.0 and way in _RELATIVE:
+            why = f"the {parameter.label} of the file is 0, which no factor changes: give {_RELATIVE[way]}"
+            raise self._refused(way, why)
+        low, high, deviation = _ends(way, getattr(self, way), value, coverage)
+        if not math.isfinite(high - low):
+            raise self._refused(way, f"the {parameter.label} would not be finite")
+        if not 0.5 * (high - low) > 0.0:
+            raise self._refused(way, f"too narrow: rounding leaves one number, {value:g} {parameter.unit}")
+        why_wrong = _unphysical(robot, parameter, low, high)
+        if why_wrong is not None:
+            raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why_wrong}")
+        return Range(parameter, value, low, high, deviation)
+
+    def _refused(self, key: str, why: str) -> InputError:
+        value = getattr(self, key)
+        shown = list(value) if isinstance(value, tuple) else value
+        return InputError(f"{key} = {shown!r}: {why}")
+
+
+class Uncertainty(Description):
+    """What is known of the uncertain numbers of a robot.
+
+    ``coverage``: from the nominal value to the ends of the range it is so many standard deviations, where only a
+    deviation is given.
+    """
+
+    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
+    name: Annotated[str, Field(max_length=100)] = ""
+    coverage: Annotated[float, Strict(), Field(gt=0, le=100)] = 2.0
+    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MOST_ENTRIES)]
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if not self.parameters:  # not by min_length, which also complains when every entry has a fault of its own
+            raise refusal("parameters", "must have at least 1 entry")
+        return self
+
+    def of(self, robot: Robot, origin: str = "the uncertainty") -> tuple[Range, ...]:
+        """Return the range of every uncertain number of ``robot``, in the order of the entries.
+
+        Raises `InputError`, one line naming ``origin`` (the file), entry and key, for what the robot does not have, a
+        number given twice, and a range with values that no robot can have.
+        """
+        ranges: list[Range] = []
+        givers: dict[tuple[str, str], int] = {}  # by kind and line
+        for index, entry in enumerate(self.parameters):
+            try:
+                found = entry.of(robot, self.coverage)
+                for one in found:
+                    _claim(givers, robot, one.parameter, index)
+            except InputError as error:
+                raise InputError(f"{origin}: parameters[{index}].{error}") from None
+            ranges += found
+        return tuple(ranges)
+
+
+def load_uncertainty(path: str | Path) -> Uncertainty:
+    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    table, _ = read_table(path)
+    require_schema(table, NEWEST_SCHEMA, path)
+    try:
+        return Uncertainty.model_validate(table)
+    except ValidationError as error:
+        raise explain(error, table, str(path)) from None
+
+
+def of_moduli(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
+    """Return the ranges of every line's modulus, on its own, between two factors. Raises `InputError`."""
+    if not (0.0 < low < high and math.isfinite(high)):
+        raise InputError(f"modulus range {low:g} to {high:g}: two finite factors above 0 that rise are wanted")
+    return tuple(Range(parameter, 1.0, low, high) for parameter in parameters_of(robot, "modulus"))
+
+
+def _kinds(name: str) -> tuple[Kind, ...]:
+    return tuple(KINDS[kind] for kind in _SHORT.get(name, (name,)))
+
+
+def _si(kind: Kind, key: str, value: Any) -> Any:
+    """Return what an entry gives under ``key`` in SI; what is no number or text at all is left to the field."""
+    if isinstance(value, list | tuple):
+        return [_si(kind, key, part) for part in value]
+    if kind.dimension is None or not isinstance(value, str):
+        return value
+    try:
+        return kind.dimension.read(value)
+    except ValueError:
+        raise refusal(key, kind.dimension.wanted) from None
+
+
+def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, float, float | None]:
+    """Return low, high and the standard deviation, None if uniform, about the nominal ``value``."""
+    match way:
+        case "range":
+            return (*given, None)
+        case "factor":
+            low, high = sorted(factor * value for factor in given)  # a coordinate may be negative
+            return low, high, None
+        case "plus_minus":
+            return value - given, value + given, None
+        case _:
+            deviation = given * abs(value) if way == "relative_deviation" else given
+            return value - coverage * deviation, value + coverage * deviation, deviation
+
+
+def _unphysical(robot: Robot, parameter: Parameter, low: float, high: float) -> str | None:
+    """Return why a robot cannot have every value from ``low`` to ``high``, or None if it can."""
+    kind = KINDS[parameter.kind]
+    if not kind.allows(low):
+        return f"it must {_bound(kind)}"
+    lines = (line for line in robot.lines if parameter.line in (None, line.name))
+    return next((why for line in lines if (why := _past_a_part(line, kind, low, high)) is not None), None)
+
+
+def _past_a_part(line: Line, kind: Kind, low: float, high: float) -> str | None:
+    """Return which other part of the line is in the way of a value from ``low`` to ``high``, or None."""
+    sheave = line.sheave
+    if kind.name == "sheave_radius" and isinstance(sheave, UniversalJoint) and high > sheave.lever:
+        return f"the lever of {line.name!r} is shorter, {sheave.lever:g} m"
+    if kind.name == "exit_point.z" and line.winch_exit is not None and not isinstance(sheave, Eyelet):
+        height = line.winch_exit[2]  # stays: a winch exit does not follow in height
+        if low <= height if sheave.wrap == "over" else high >= height:
+            return f"it reaches the winch exit of {line.name!r}, at {height:g} m"
+    return None
+
+
+def _bound(kind: Kind) -> str:
+    return f"be {'at least' if kind.least_allowed else 'above'} {kind.least:g}"
+
+
+def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:
+    """Note that entry ``index`` gives a parameter. Raises `InputError` if it is given already.
+
+    One number that all lines share is one of each line.
+    """
+    whole = KINDS[parameter.kind].per_line and parameter.line is None
+    for name in [line.name for line in robot.lines] if whole else [parameter.line or ""]:
+        giver = givers.setdefault((parameter.kind, name), index)
+        if giver != index:
+            label = Parameter(parameter.kind, name or None).label
+            raise InputError(f"name: {label} is given by parameters[{giver}] already")

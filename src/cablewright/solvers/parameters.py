@@ -1,0 +1,108 @@
+"""First order: how the platform moves with each uncertain number of its robot, from the one linearisation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import layout
+from cablewright.models.parameters import AXES, lines_of
+from cablewright.models.rotation import matrices
+from cablewright.models.statics import Equilibrium
+from cablewright.robot.parameters import Parameter
+from cablewright.solvers.linearise import Linearisation, linearise
+
+__all__ = ["at_nozzle", "departures", "nozzle_response", "response"]
+
+Array = NDArray[np.float64]
+
+
+def response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Array:
+    """Motion (N, n, k) of the platform per each parameter at the N solved rows of a batch, with commands held.
+
+    Motions are m and rad per the parameter's unit; a rotation is in space. Raises `AnswerError` where a row was not
+    solved or is singular, `InputError` where cables are rigid.
+    """
+    linear = linearise(equilibrium)
+    out = np.zeros((len(equilibrium.pose), equilibrium.model.n, len(parameters)))
+    compliance = linear.per_wrench
+    for k, parameter in enumerate(parameters):
+        wrench = _wrench(equilibrium, parameter)
+        if wrench is not None:
+            out[:, :, k] = np.einsum("nij,nj->ni", compliance, wrench)
+            continue
+        for i in lines_of(equilibrium.model.robot, parameter):
+            out[:, :, k] += _of_line(equilibrium, linear, parameter, i)
+    return out
+
+
+def at_nozzle(equilibrium: Equilibrium, motion: Array) -> Array:
+    """Motion (N, 3, k) of the nozzle, m, with a *motion* (N, n, k) of the platform."""
+    if equilibrium.model.n == 3:
+        return motion
+    arm = equilibrium.nozzle - equilibrium.pose[:, :3]
+    return motion[:, :3] + np.cross(motion[:, 3:], arm[:, :, None], axis=1)
+
+
+def nozzle_response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Array:
+    """As `response`, the motion (N, 3, k) of the nozzle."""
+    return at_nozzle(equilibrium, response(equilibrium, parameters))
+
+
+def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -> Array:
+    """How far *values* (..., k) are from the *nominal* ones (k,), in what `response` is per and statics nearly linear.
+
+    That is their difference; for a modulus, whose compliance is what stretches, 1 - 1 / factor.
+    """
+    modulus = np.array([parameter.kind == "modulus" for parameter in parameters])
+    return np.where(modulus, 1.0 / nominal.clip(min=1e-300) - 1.0 / np.where(modulus, values, 1.0), values - nominal)
+
+
+def _of_line(equilibrium: Equilibrium, linear: Linearisation, parameter: Parameter, i: int) -> Array:
+    """Motion (N, n) per a number of line *i*."""
+    kind, axis = parameter.kind.partition(".")[::2]
+    robot = equilibrium.model.robot
+    lengths, cable = equilibrium.lengths[:, i, None], robot.lines[i].cable
+    if kind == "modulus":
+        return linear.per_modulus[..., i]
+    if kind == "exit_point":
+        return linear.per_exit_point[..., i, AXES.index(axis)]
+    if kind == "platform_point":
+        return linear.per_platform_point[..., i, AXES.index(axis)]
+    if kind == "sheave_radius":
+        return linear.per_sheave_radius[..., i]
+    if kind == "linear_density":
+        return linear.per_weight[..., i] / cable.linear_density if cable.linear_density else np.zeros(1)
+    if kind == "length_offset":
+        return linear.per_length[..., i]
+    if kind == "length_scale":
+        return linear.per_length[..., i] * lengths
+    assert kind == "temperature"
+    assert cable.thermal_expansion is not None
+    return linear.per_length[..., i] * lengths * cable.thermal_expansion
+
+
+def _wrench(equilibrium: Equilibrium, parameter: Parameter) -> Array | None:
+    """Change (N, n) of the wrench on the platform per a number of the platform; None for numbers of lines."""
+    kind, axis = parameter.kind.partition(".")[::2]
+    n, rows = equilibrium.model.n, len(equilibrium.pose)
+    wrench = np.zeros((rows, 6))
+    if kind in ("force", "moment"):
+        wrench[:, AXES.index(axis) + (3 if kind == "moment" else 0)] = 1.0
+        return wrench[:, :n]
+    if kind not in ("mass", "centre_of_mass"):
+        return None
+    platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
+    down = np.array([0.0, 0.0, -1.0])
+    gravity = equilibrium.model.robot.scene.gravity
+    turned = matrices(equilibrium.pose[:, 3:]) if n == 6 else np.eye(3)
+    if kind == "mass":
+        wrench[:, 2] = -gravity
+        centre = np.einsum("...ij,nj->ni", turned, platform[:, layout.MASS_X : layout.MASS_Z + 1])
+        wrench[:, 3:] = gravity * np.cross(centre, down)
+    else:
+        arm = turned[:, :, AXES.index(axis)]
+        wrench[:, 3:] = platform[:, layout.PLATFORM_WEIGHT, None] * np.cross(arm, down)
+    return wrench[:, :n]

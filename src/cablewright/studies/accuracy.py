@@ -1,0 +1,216 @@
+"""Accuracy over a shape: places, a helix, a job's path, a plane, the whole workspace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.analyses.accessible import Accessible, Rule, accessible, sheave_rules
+from cablewright.analyses.accuracy import Accuracy, accuracy
+from cablewright.analyses.spread import Method
+from cablewright.errors import AnswerError, InputError, Status
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+from cablewright.robot.uncertainty import Range
+from cablewright.studies.poses import along, at_places
+
+__all__ = ["Places", "Study", "along_helix", "along_job", "on_plane", "over_workspace", "study"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+Shape = Literal["helix", "path", "plane", "workspace"]
+
+MOST_PLACES = 5_000_000
+HELIX_STEP = 0.1  # m
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where to look: nozzle positions (N, 3), m, and what orders them."""
+
+    shape: Shape
+    positions: Array
+    distance: Array | None = None  # (N,) m, along a helix or a path
+    axes: tuple[Array, ...] = ()  # coordinates of a grid's nodes: x and y of a plane, x, y and z of the workspace
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """How far off the machine is over a shape. Rows of `accuracy` are its places: of a workspace, those reached."""
+
+    places: Places
+    accuracy: Accuracy
+    accessible: Accessible | None  # of a workspace
+    rules: tuple[Rule, ...]
+
+    def summary(self) -> dict[str, object]:
+        """The figures of the command line's JSON, SI."""
+        found, spread = self.accuracy, self.accuracy.spread
+        ok = found.ok
+        low, high = int(np.nanargmin(spread.max_error)), int(np.nanargmax(spread.max_error))
+        values: dict[str, object] = {
+            "shape": self.places.shape,
+            "robot": found.robot.name,
+            "compensation": found.compensation,
+            "parameters": [each.parameter.label for each in found.ranges],
+            "places": len(ok),
+            "answered": int(ok.sum()),
+            "refused": {
+                Status.of(int(code)).word: int((found.codes == code).sum()) for code in np.unique(found.codes) if code
+            },
+            "nominal_error": float(np.nanmax(found.nominal_error)),
+            "max_error": float(spread.max_error[high]),
+            "max_error_at": found.wanted_nozzle[high],
+            "max_error_values": spread.worst_values[high],
+            "smallest_max_error": float(spread.max_error[low]),
+            "smallest_max_error_at": found.wanted_nozzle[low],
+            "difference": float(np.nanmax(found.difference)),
+            "max_deviation": float(np.nanmax(spread.max_deviation)),
+            "lowest_error": np.nanmin(spread.low, axis=0),
+            "highest_error": np.nanmax(spread.high, axis=0),
+            "max_horizontal_error": float(np.nanmax(np.linalg.norm(found.worst_offset[:, :2], axis=1))),
+            "max_vertical_error": float(np.nanmax(np.abs(found.worst_offset[:, 2]))),
+            "max_turn": float(np.nanmax(spread.max_turn)),
+            "nonlinearity": float(np.nanmax(spread.nonlinearity)),
+            "unsolved": int(spread.unsolved.sum()),
+            "contributions": self._contributions(),
+            "sheave_rules": [rule.__dict__ for rule in self.rules],
+        }
+        if self.accessible is not None:
+            values |= {"volume": self.accessible.volume, "ends": [edge.__dict__ for edge in self.accessible.edges]}
+        return values
+
+    def _contributions(self) -> list[dict[str, object]]:
+        """Each number's own effect, the largest of any place, most first."""
+        sizes = np.nanmax(np.linalg.norm(self.accuracy.spread.effects, axis=1), axis=0)
+        labels = [each.parameter.label for each in self.accuracy.ranges]
+        return [{"parameter": labels[k], "effect": float(sizes[k])} for k in np.argsort(-sizes, kind="stable")]
+
+
+def along_helix(radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP) -> Places:
+    """A helix about the world's z axis: *radius* and *pitch* (rise per turn), m, from height *low* to *high*.
+
+    Raises `InputError` for what is no helix, or has too many places.
+    """
+    if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
+        raise InputError(
+            f"helix {radius:g},{pitch:g},{low:g},{high:g}: radius and pitch over zero and Z0 < Z1 are wanted"
+        )
+    turn = float(np.hypot(2.0 * np.pi * radius, pitch))
+    length = (high - low) / pitch * turn
+    count = _counted(length / step + 1.0)
+    distance = np.linspace(0.0, length, count)
+    angle = 2.0 * np.pi * distance / turn
+    z = np.linspace(low, high, count)
+    return Places("helix", np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z]), distance)
+
+
+def on_plane(robot: Robot, height: float, half_width: float, step: float) -> Places:
+    """A square of nodes about the z axis at a *height*, to *half_width* from it and *step* apart or a little less, m.
+
+    Raises `InputError` for a plane outside the frame, or too many places.
+    """
+    if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
+        raise InputError(
+            f"plane: half-width {half_width:g} m and step {step:g} m: both over zero, step at most the width"
+        )
+    low, high = robot.scene.frame_min, robot.scene.frame_max
+    if not low[2] <= height <= high[2]:
+        raise InputError(f"--plane = {height:g}: the frame of {robot.name} is from {low[2]:g} to {high[2]:g} m high")
+    widest = min(-low[0], -low[1], high[0], high[1])
+    if half_width is None:
+        half_width = widest
+    if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
+        raise InputError(f"--half-width = {half_width:g}, --step = {step:g}: over zero, the step at most the width")
+    if half_width > widest:
+        raise InputError(f"--half-width = {half_width:g}: the frame of {robot.name} allows at most {widest:g} m")
+    count = _counted(2.0 * half_width / step + 1.0 - 1e-9)
+    _counted(float(count) ** 2)
+    axis = np.linspace(-half_width, half_width, count)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    places = np.column_stack([x.ravel(), y.ravel(), np.full(count * count, height)])
+    return Places("plane", places, axes=(axis, axis))
+
+
+def study(
+    robot: Robot,
+    places: Places,
+    ranges: Sequence[Range] | None = None,
+    *,
+    poses: Array | None = None,
+    compensation: str = "none",
+    method: Method | None = None,
+    tension_limits: tuple[float, float] | None = None,
+    retraction: ArrayLike | None = None,
+    home: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Study:
+    """How far off *robot* is at *places*; all else as `accuracy`.
+
+    *poses* (N, n) bring the nozzle there; unrotated when left out. Raises `InputError` for a robot whose lines do not
+    hold all its freedoms, `AnswerError` where it can be at none of the places.
+    """
+    if robot.m < robot.n:
+        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
+    wanted = at_places(robot, places.positions) if poses is None else poses
+    found = accuracy(
+        robot,
+        wanted,
+        ranges,
+        compensation=compensation,
+        method=method,
+        tension_limits=tension_limits,
+        retraction=retraction,
+        home=home,
+        progress=progress,
+    )
+    return Study(places, found, None, sheave_rules(robot))
+
+
+def along_job(
+    robot: Robot, job: Job, ranges: Sequence[Range] | None = None, *, progress: Progress | None = None, **options: Any
+) -> Study:
+    """`study` of the samples of a job's path, held as its schedule has it; its *options* are those of `study`."""
+    report = progress or _silent
+    samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
+    poses, retraction = along(robot, job, samples)
+    places = Places("path", samples.positions, samples.distance)
+    return study(robot, places, ranges, poses=poses, retraction=retraction, progress=progress, **options)
+
+
+def over_workspace(
+    robot: Robot,
+    step: float,
+    ranges: Sequence[Range] | None = None,
+    *,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Study:
+    """`study` of a grid of *step* (m) over all that the machine can reach; its *options* are those of `study`."""
+    model = Model(robot, Fidelity(), options.get("tension_limits"))
+    if robot.m < robot.n:
+        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
+    report = progress or _silent
+    reach = accessible(model, step, lambda done, total: report("finding the workspace", done, total))
+    if not reach.inside.any():
+        raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
+    places = Places("workspace", reach.nodes[reach.inside.ravel()], axes=reach.axes)
+    found = study(robot, places, ranges, poses=None, progress=progress, **options)
+    return replace(found, accessible=reach)
+
+
+def _silent(_stage: str, _done: int, _total: int) -> None:
+    pass
+
+
+def _counted(number: float) -> int:
+    """*number* of places, rounded up. Raises `InputError` for too many."""
+    if not number <= MOST_PLACES:
+        raise InputError(f"{number:.3g} places; at most {MOST_PLACES} are allowed: take a larger step")
+    return max(2, int(np.ceil(number)))
