@@ -10,17 +10,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cablewright.analyses.accuracy import Accuracy, accuracy
+    from cablewright.analyses.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.job import Job, load_job
-    from cablewright.robot import Robot, library_names, load, loads
+    from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, of_moduli
     from cablewright.solvers.forward import Tracker, forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
+    from cablewright.studies.accuracy import (
+        accuracy_over,
+        accuracy_over_job,
+        accuracy_over_workspace,
+        along_helix,
+        on_plane,
+    )
     from cablewright.studies.check import Check, check
+    from cablewright.studies.place import accuracy_at
 
 __all__ = [
+    "Accuracy",
     "AnswerError",
     "CableLaw",
     "CablewrightError",
@@ -28,14 +39,23 @@ __all__ = [
     "EnvironmentFault",
     "Equilibrium",
     "Fidelity",
+    "FirstOrder",
     "InputError",
     "Job",
     "Linearisation",
     "Model",
+    "MonteCarlo",
     "Robot",
     "SheaveLaw",
     "Status",
     "Tracker",
+    "Vertices",
+    "accuracy",
+    "accuracy_at",
+    "accuracy_over",
+    "accuracy_over_job",
+    "accuracy_over_workspace",
+    "along_helix",
     "check",
     "forward",
     "inverse",
@@ -43,19 +63,32 @@ __all__ = [
     "linearise",
     "load",
     "load_job",
+    "load_uncertainty",
     "loads",
+    "of_moduli",
+    "on_plane",
 ]
 
 _HOMES = {
+    "analyses.accuracy": ("Accuracy", "accuracy"),
+    "analyses.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
     "errors": ("AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status"),
     "models.fidelity": ("CableLaw", "Fidelity", "SheaveLaw"),
     "models.statics": ("Equilibrium", "Model"),
     "printing.job": ("Job", "load_job"),
-    "robot": ("Robot", "library_names", "load", "loads"),
+    "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "of_moduli"),
     "solvers.forward": ("Tracker", "forward"),
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
+    "studies.accuracy": (
+        "accuracy_over",
+        "accuracy_over_job",
+        "accuracy_over_workspace",
+        "along_helix",
+        "on_plane",
+    ),
     "studies.check": ("Check", "check"),
+    "studies.place": ("accuracy_at",),
 }
 
 

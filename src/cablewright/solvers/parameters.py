@@ -94,15 +94,15 @@ def _wrench(equilibrium: Equilibrium, parameter: Parameter) -> Array | None:
         return wrench[:, :n]
     if kind not in ("mass", "centre_of_mass"):
         return None
-    platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
-    down = np.array([0.0, 0.0, -1.0])
-    gravity = equilibrium.model.robot.scene.gravity
-    turned = matrices(equilibrium.pose[:, 3:]) if n == 6 else np.eye(3)
     if kind == "mass":
-        wrench[:, 2] = -gravity
-        centre = np.einsum("...ij,nj->ni", turned, platform[:, layout.MASS_X : layout.MASS_Z + 1])
-        wrench[:, 3:] = gravity * np.cross(centre, down)
-    else:
-        arm = turned[:, :, AXES.index(axis)]
-        wrench[:, 3:] = platform[:, layout.PLATFORM_WEIGHT, None] * np.cross(arm, down)
+        wrench[:, 2] = -equilibrium.model.robot.scene.gravity
+    if n == 6:
+        platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
+        turned = matrices(equilibrium.pose[:, 3:])
+        if kind == "mass":
+            centre = np.einsum("nij,nj->ni", turned, platform[:, layout.MASS_X : layout.MASS_Z + 1])
+            wrench[:, 3:] = np.cross(centre, wrench[:, :3])
+        else:
+            weight = platform[:, layout.PLATFORM_WEIGHT, None] * np.array([0.0, 0.0, -1.0])
+            wrench[:, 3:] = np.cross(turned[:, :, AXES.index(axis)], weight)
     return wrench[:, :n]

@@ -20,7 +20,15 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.studies.poses import along, at_places
 
-__all__ = ["Places", "Study", "along_helix", "along_job", "on_plane", "over_workspace", "study"]
+__all__ = [
+    "Places",
+    "Study",
+    "accuracy_over",
+    "accuracy_over_job",
+    "accuracy_over_workspace",
+    "along_helix",
+    "on_plane",
+]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -93,52 +101,62 @@ class Study:
         return [{"parameter": labels[k], "effect": float(sizes[k])} for k in np.argsort(-sizes, kind="stable")]
 
 
-def along_helix(radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP) -> Places:
-    """A helix about the world's z axis: *radius* and *pitch* (rise per turn), m, from height *low* to *high*.
+def along_helix(robot: Robot, radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP) -> Places:
+    """A helix about the frame's upright middle axis, from height *low* to *high*, with places every *step*, m.
 
-    Raises `InputError` for what is no helix, or has too many places.
+    *radius* and *pitch*, its rise per turn, in m. Raises `InputError` for what is no helix, leaves the frame, or has
+    too many places.
     """
     if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
-        raise InputError(
-            f"helix {radius:g},{pitch:g},{low:g},{high:g}: radius and pitch over zero and Z0 < Z1 are wanted"
-        )
+        raise InputError(f"helix {radius:g},{pitch:g},{low:g},{high:g}: radius and pitch over 0 and Z0 < Z1 are wanted")
+    middle, widest = _middle(robot)
+    if radius > widest:
+        raise InputError(f"helix radius {radius:g} m: the frame of {robot.name} allows at most {widest:g} m")
+    for height in (low, high):
+        _require_height(robot, "helix", height)
     turn = float(np.hypot(2.0 * np.pi * radius, pitch))
     length = (high - low) / pitch * turn
     count = _counted(length / step + 1.0)
     distance = np.linspace(0.0, length, count)
     angle = 2.0 * np.pi * distance / turn
-    z = np.linspace(low, high, count)
-    return Places("helix", np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z]), distance)
+    around = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    return Places("helix", np.column_stack([around, np.linspace(low, high, count)]), distance)
 
 
-def on_plane(robot: Robot, height: float, half_width: float, step: float) -> Places:
-    """A square of nodes about the z axis at a *height*, to *half_width* from it and *step* apart or a little less, m.
+def on_plane(robot: Robot, height: float, half_width: float | None, step: float) -> Places:
+    """A square of nodes about the frame's middle at a *height*, to *half_width* from it and at most *step* apart, m.
 
-    Raises `InputError` for a plane outside the frame, or too many places.
+    As wide as the frame where no half-width is given. Raises `InputError` for a plane outside the frame, or too many
+    places.
     """
+    middle, widest = _middle(robot)
+    half_width = widest if half_width is None else half_width
     if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
-        raise InputError(
-            f"plane: half-width {half_width:g} m and step {step:g} m: both over zero, step at most the width"
-        )
-    low, high = robot.scene.frame_min, robot.scene.frame_max
-    if not low[2] <= height <= high[2]:
-        raise InputError(f"--plane = {height:g}: the frame of {robot.name} is from {low[2]:g} to {high[2]:g} m high")
-    widest = min(-low[0], -low[1], high[0], high[1])
-    if half_width is None:
-        half_width = widest
-    if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
-        raise InputError(f"--half-width = {half_width:g}, --step = {step:g}: over zero, the step at most the width")
+        raise InputError(f"half-width {half_width:g} m, step {step:g} m: over 0, and the step at most the width")
     if half_width > widest:
-        raise InputError(f"--half-width = {half_width:g}: the frame of {robot.name} allows at most {widest:g} m")
+        raise InputError(f"half-width {half_width:g} m: the frame of {robot.name} allows at most {widest:g} m")
+    _require_height(robot, "plane", height)
     count = _counted(2.0 * half_width / step + 1.0 - 1e-9)
     _counted(float(count) ** 2)
-    axis = np.linspace(-half_width, half_width, count)
-    x, y = np.meshgrid(axis, axis, indexing="ij")
+    axes = tuple(centre + np.linspace(-half_width, half_width, count) for centre in middle)
+    x, y = np.meshgrid(*axes, indexing="ij")
     places = np.column_stack([x.ravel(), y.ravel(), np.full(count * count, height)])
-    return Places("plane", places, axes=(axis, axis))
+    return Places("plane", places, axes=axes)
 
 
-def study(
+def _middle(robot: Robot) -> tuple[Array, float]:
+    """The middle (2,) of the frame seen from above, and its distance from the nearest side, m."""
+    low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
+    return 0.5 * (low + high), float(0.5 * (high - low).min())
+
+
+def _require_height(robot: Robot, what: str, height: float) -> None:
+    low, high = robot.scene.frame_min[2], robot.scene.frame_max[2]
+    if not low <= height <= high:
+        raise InputError(f"{what} at {height:g} m: the frame of {robot.name} is from {low:g} to {high:g} m high")
+
+
+def accuracy_over(
     robot: Robot,
     places: Places,
     ranges: Sequence[Range] | None = None,
@@ -173,18 +191,18 @@ def study(
     return Study(places, found, None, sheave_rules(robot))
 
 
-def along_job(
+def accuracy_over_job(
     robot: Robot, job: Job, ranges: Sequence[Range] | None = None, *, progress: Progress | None = None, **options: Any
 ) -> Study:
-    """`study` of the samples of a job's path, held as its schedule has it; its *options* are those of `study`."""
+    """`accuracy_over`, with its *options*, of the samples of a job's path, held as its schedule has it."""
     report = progress or _silent
     samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
     poses, retraction = along(robot, job, samples)
     places = Places("path", samples.positions, samples.distance)
-    return study(robot, places, ranges, poses=poses, retraction=retraction, progress=progress, **options)
+    return accuracy_over(robot, places, ranges, poses=poses, retraction=retraction, progress=progress, **options)
 
 
-def over_workspace(
+def accuracy_over_workspace(
     robot: Robot,
     step: float,
     ranges: Sequence[Range] | None = None,
@@ -192,7 +210,7 @@ def over_workspace(
     progress: Progress | None = None,
     **options: Any,
 ) -> Study:
-    """`study` of a grid of *step* (m) over all that the machine can reach; its *options* are those of `study`."""
+    """`accuracy_over`, with its *options*, of a grid of *step* (m) over all that the machine can reach."""
     model = Model(robot, Fidelity(), options.get("tension_limits"))
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
@@ -201,7 +219,7 @@ def over_workspace(
     if not reach.inside.any():
         raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
     places = Places("workspace", reach.nodes[reach.inside.ravel()], axes=reach.axes)
-    found = study(robot, places, ranges, poses=None, progress=progress, **options)
+    found = accuracy_over(robot, places, ranges, poses=None, progress=progress, **options)
     return replace(found, accessible=reach)
 
 

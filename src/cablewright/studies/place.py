@@ -19,7 +19,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, of_moduli
 from cablewright.solvers.forward import solve_forward
 
-__all__ = ["Place", "place"]
+__all__ = ["Place", "accuracy_at"]
 
 Array = NDArray[np.float64]
 INNER = 4000
@@ -105,7 +105,7 @@ class Place:
         return [{"values": v, "nozzle": p, "error": float(e), "deviation": float(d)} for v, p, e, d in rows]
 
 
-def place(
+def accuracy_at(
     robot: Robot,
     pose: ArrayLike,
     ranges: Sequence[Range] | None = None,

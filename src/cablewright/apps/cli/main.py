@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from cablewright.apps.cli import check, robots, statics
+from cablewright.apps.cli import accuracy, check, modulus, robots, statics
 from cablewright.errors import CablewrightError
 
 __all__ = ["app", "main"]
@@ -21,9 +21,11 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.command("accuracy")(accuracy.accuracy)
 app.command("check")(check.check)
 app.command("forward")(statics.forward)
 app.command("inverse")(statics.inverse)
+app.command("modulus")(modulus.modulus)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
 

@@ -1,0 +1,47 @@
+"""Accuracy over a plane, the workspace and samples, beside what solving alone takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from benchmarks.timing import Row, best
+from cablewright.analyses.accuracy import accuracy
+from cablewright.analyses.spread import FirstOrder, MonteCarlo, Problem, sampled, signs_of_box
+from cablewright.models.statics import Model
+from cablewright.robot import load
+from cablewright.solvers.forward import solve_forward
+from cablewright.studies.accuracy import Study, accuracy_over, accuracy_over_workspace, on_plane
+
+SAMPLES = 100_000
+STEP = 0.39  # m: 50 000 places of the house printer's workspace
+
+
+def rows() -> Iterator[Row]:
+    """All rows of this file."""
+    house = load("house-printer")
+    plane = on_plane(house, 0.0, 6.75, 13.5 / 40)
+    count = len(plane.positions)
+    seconds = best(lambda: accuracy_over(house, plane), 3)
+    beside = _beside(accuracy_over(house, plane), seconds)
+    yield Row(f"accuracy of a plane, {count} places x 16", seconds, "s", "<= 1", seconds <= 1, *beside)
+    whole = accuracy_over_workspace(house, STEP)
+    reached = len(whole.accuracy.codes)
+    seconds = best(lambda: accuracy_over_workspace(house, STEP), 1)
+    beside = _beside(whole, seconds)
+    name = f"accuracy of the workspace, {reached} places x 16"
+    yield Row(name, seconds, "s", "<= 15", seconds <= 15 and reached >= 50_000, *beside)
+    pose = [2.0, 1.0, 3.0]
+    seconds = best(lambda: accuracy(house, pose, method=MonteCarlo(SAMPLES)), 3)
+    yield Row(f"Monte Carlo at a place, {SAMPLES} samples", seconds, "s", "<= 2", seconds <= 2)
+    first = best(lambda: accuracy_over(house, plane, method=FirstOrder()), 3)
+    yield Row(f"first order over a plane, {count} places", first, "s")
+
+
+def _beside(study: Study, seconds: float) -> tuple[str, float]:
+    """How many times as long as solving the corners of all its places takes, and nothing else."""
+    robot, found = study.accuracy.robot, study.accuracy
+    nominal = solve_forward(Model(robot), found.commanded, guess=found.nominal, path=True)
+    problem = Problem(nominal, found.commanded, found.wanted, found.ranges)
+    corners = problem.middle + signs_of_box(len(found.ranges)) * problem.half_widths
+    alone = best(lambda: sampled(problem, corners), 2)
+    return "solving the corners alone", seconds / alone

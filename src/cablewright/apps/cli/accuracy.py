@@ -1,0 +1,230 @@
+"""`accuracy`: how far off the robot prints, at a place or over a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cablewright.apps.cli.accuracy_text import print_place, print_study, warn
+from cablewright.apps.cli.options import AsJson, Limits, LoadName, Retracted, RobotName, Wrench, described
+from cablewright.apps.cli.output import limits, numbers, print_json, progress
+from cablewright.errors import AnswerError, InputError, UnknownName
+
+if TYPE_CHECKING:
+    from cablewright.analyses.spread import Method
+    from cablewright.robot import Robot
+    from cablewright.robot.uncertainty import Range
+    from cablewright.studies.accuracy import Study
+    from cablewright.studies.place import Place
+
+__all__ = ["accuracy"]
+
+SHAPES = ("at", "helix", "path", "plane", "workspace")
+TAKEN_BY = {
+    "half_width": ("plane",),
+    "step": ("helix", "plane", "workspace"),
+    "retraction": ("at", "helix", "plane", "workspace"),
+}
+"""Options that only some shapes take."""
+
+STEPS = 40
+"""Steps along the longest side of the frame where none is given."""
+
+
+def accuracy(
+    robot: RobotName,
+    at: Annotated[str | None, typer.Option("--at", metavar="X,Y,Z[,RX,RY,RZ]", help="One pose, m and rad.")] = None,
+    helix: Annotated[
+        str | None,
+        typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Along a helix in the frame's middle, m."),
+    ] = None,
+    path: Annotated[Path | None, typer.Option("--path", metavar="JOB", help="Along a job's path.")] = None,
+    plane: Annotated[
+        float | None, typer.Option("--plane", metavar="Z", help="Over a horizontal square at this height, m.")
+    ] = None,
+    half_width: Annotated[
+        float | None, typer.Option("--half-width", metavar="W", help="From the middle to the sides of the plane, m.")
+    ] = None,
+    workspace: Annotated[bool, typer.Option("--workspace", help="Over all that the robot can reach.")] = False,
+    step: Annotated[float | None, typer.Option("--step", metavar="S", help="Distance between places, m.")] = None,
+    modulus_range: Annotated[
+        str | None,
+        typer.Option("--modulus-range", metavar="LOW,HIGH", help="Factors between which moduli lie; 0.7,1.3."),
+    ] = None,
+    uncertainty: Annotated[
+        Path | None, typer.Option("--uncertainty", metavar="TOML", help="What is uncertain, and how much.")
+    ] = None,
+    method: Annotated[str, typer.Option("--method", help="vertices, first-order or monte-carlo.")] = "vertices",
+    samples: Annotated[int, typer.Option("--samples", help="Samples of monte-carlo.")] = 100_000,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of what is random.")] = 0,
+    compensation: Annotated[
+        str, typer.Option("--compensation", help="Lengths from: none (rigid cables), elastic, eyelets or full.")
+    ] = "none",
+    home: Annotated[
+        str | None, typer.Option("--home", metavar="X,Y,Z[,RX,RY,RZ]", help="Where the lengths were zeroed.")
+    ] = None,
+    tension_limits: Limits = None,
+    retraction: Retracted = None,
+    load: LoadName = None,
+    wrench: Wrench = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Run folder; of a shape runs/accuracy-ROBOT-SHAPE.")] = None,
+    as_json: AsJson = False,
+) -> int:
+    """How far off the robot prints: the error without compensation, and what uncertain numbers leave of it."""
+    given = {name: value for name, value in locals().items() if name not in ("robot", "out", "as_json")}
+    asked = _Asked(robot, described(robot, load, wrench), given, out, as_json)
+    try:
+        return asked.at_place() if asked.shape == "at" else asked.over_shape()
+    except AnswerError as reason:
+        if as_json:
+            print_json({"status": "refused", "reason": str(reason)})
+        raise
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the command line asks for. Options by name, as given."""
+
+    name: str
+    robot: Robot
+    given: Mapping[str, Any]
+    out: Path | None
+    as_json: bool
+
+    @property
+    def shape(self) -> str:
+        """Which of the shapes is asked for. Raises `InputError` unless it is one, with the options it takes."""
+        asked = [shape for shape in SHAPES if self.given[shape] not in (None, False)]
+        if len(asked) != 1:
+            told = " and ".join(f"--{shape}" for shape in asked) or "none"
+            raise InputError(f"one of --at, --helix, --path, --plane and --workspace is wanted; got {told}")
+        for option, shapes in TAKEN_BY.items():
+            if self.given[option] is not None and asked[0] not in shapes:
+                raise InputError(f"--{option.replace('_', '-')} does not go with --{asked[0]}")
+        return asked[0]
+
+    def ranges(self) -> tuple[Range, ...]:
+        """What is uncertain. Raises `InputError`."""
+        from cablewright.robot.uncertainty import load_uncertainty, of_moduli
+
+        factors, file = self.given["modulus_range"], self.given["uncertainty"]
+        if file is not None:
+            if factors is not None:
+                raise InputError("--modulus-range and --uncertainty: give one of them")
+            return load_uncertainty(file).of(self.robot, str(file))
+        values = numbers(factors, "--modulus-range") or [0.7, 1.3]
+        if len(values) != 2:
+            raise InputError(f"--modulus-range = {factors!r}: two factors are wanted, lowest,highest")
+        return of_moduli(self.robot, *values)
+
+    def method(self) -> Method:
+        """How the spread is found. Raises `UnknownName`."""
+        from cablewright.analyses.spread import FirstOrder, MonteCarlo, Vertices
+
+        name = self.given["method"]
+        if name == "monte-carlo":
+            return MonteCarlo(self.given["samples"], self.given["seed"])
+        methods: dict[str, Method] = {"vertices": Vertices(), "first-order": FirstOrder()}
+        if name not in methods:
+            raise UnknownName("method", name, (*methods, "monte-carlo"))
+        return methods[name]
+
+    def options(self) -> dict[str, Any]:
+        """What `accuracy`, `accuracy_over` and `accuracy_at` take alike."""
+        return {
+            "ranges": self.ranges(),
+            "method": self.method(),
+            "compensation": self.given["compensation"],
+            "tension_limits": limits(self.given["tension_limits"]),
+            "home": numbers(self.given["home"], "--home"),
+        }
+
+    def at_place(self) -> int:
+        """One pose; a run folder only where --out asks for it."""
+        from cablewright.studies.place import accuracy_at
+
+        pose = numbers(self.given["at"], "--at", free=True) or []
+        found = accuracy_at(
+            self.robot, pose, retraction=self.given["retraction"], seed=self.given["seed"], **self.options()
+        )
+        summary = found.summary()
+        report = None if self.out is None else self._write(self.out, lambda folder: _write_place(found, folder))
+        if self.as_json:
+            print_json(summary | {"report": report})
+        else:
+            print_place(found, report)
+        warn(found.accuracy)
+        return 0
+
+    def over_shape(self) -> int:
+        """A helix, a path, a plane or the workspace, with a run folder."""
+        from cablewright.studies import store
+
+        folder = self.out or Path("runs") / store.folder_name("accuracy", self.robot.name, self.shape)
+        with progress() as show:
+            found = self._studied(show)
+            report = self._write(folder, lambda part: _write_study(found, part))
+        if self.as_json:
+            print_json({"status": "ok"} | found.summary() | {"report": report})
+        else:
+            print_study(found, report)
+        warn(found.accuracy)
+        return 0
+
+    def _studied(self, show: Any) -> Study:
+        from cablewright.printing.job import load_job
+        from cablewright.studies import accuracy as studies
+
+        given, options = self.given, self.options() | {"progress": show}
+        if self.shape == "path":
+            return studies.accuracy_over_job(self.robot, load_job(given["path"]), **options)
+        options["retraction"] = given["retraction"]
+        if self.shape == "workspace":
+            return studies.accuracy_over_workspace(self.robot, given["step"] or self._step(), **options)
+        if self.shape == "plane":
+            places = studies.on_plane(self.robot, given["plane"], given["half_width"], given["step"] or self._step())
+        else:
+            places = studies.along_helix(self.robot, *self._helix(), given["step"] or studies.HELIX_STEP)
+        return studies.accuracy_over(self.robot, places, **options)
+
+    def _helix(self) -> tuple[float, float, float, float]:
+        values = numbers(self.given["helix"], "--helix") or []
+        if len(values) != 4:
+            raise InputError(f"--helix = {self.given['helix']!r}: four numbers are wanted, RADIUS,PITCH,Z0,Z1 in m")
+        return values[0], values[1], values[2], values[3]
+
+    def _step(self) -> float:
+        """A step that looks at the frame's longest side in `STEPS`."""
+        scene = self.robot.scene
+        return max(high - low for low, high in zip(scene.frame_min, scene.frame_max, strict=True)) / STEPS
+
+    def _write(self, folder: Path, write: Callable[[Path], None]) -> str:
+        """A run folder with the manifest; returns the report's path."""
+        from cablewright.studies import store
+
+        inputs = {"robot": store.robot_hash(self.name)}
+        inputs |= {
+            key: store.file_hash(self.given[key]) for key in ("uncertainty", "path") if self.given[key] is not None
+        }
+        with store.run_folder(folder) as part:
+            write(part)
+            store.write_manifest(part, "accuracy", inputs, self.given)
+        return str(folder / "report.html")
+
+
+def _write_place(found: Place, folder: Path) -> None:
+    from cablewright.apps.report import accuracy as report
+
+    report.write_place(found.accuracy, found.region, found.summary(), folder)
+
+
+def _write_study(found: Study, folder: Path) -> None:
+    from cablewright.apps.report import accuracy as report
+    from cablewright.studies import store
+
+    store.write_places(found, folder)
+    report.write(found, folder)

@@ -1,0 +1,1 @@
+"""Numbers of a robot's description from measurements."""
