@@ -84,7 +84,7 @@ def box(robot: Robot, step: float) -> tuple[Array, Array, Array]:
 
 
 def accessible(model: Model, step: float, progress: Progress | None = None) -> Accessible:
-    """Where on a grid of *step* (m) over its frame the machine of *model* can hold its platform, unrotated.
+    """Where on a grid of *step* (m) over its frame the machine of *model* can hold its nozzle, the platform unrotated.
 
     A place counts where the inverse problem has a solution within the tension limits and swing, lever angle, cable
     length, winch torque and the clearance of the sheaves are within theirs. Raises `InputError` for a bad step.
@@ -115,7 +115,9 @@ def _broken(model: Model, places: Array, progress: Progress | None = None) -> tu
     for first in range(0, len(places), BLOCK):
         if progress:
             progress(first, len(places))
-        limits, broken = broken_limits(solve_inverse(model, places[first : first + BLOCK], path=True))
+        limits, broken = broken_limits(
+            solve_inverse(model, model.unrotated_at(places[first : first + BLOCK]), path=True)
+        )
         found.append(broken)
     if progress:
         progress(len(places), len(places))

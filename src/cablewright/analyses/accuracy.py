@@ -49,6 +49,7 @@ class Accuracy:
     robot: Robot
     ranges: tuple[Range, ...]
     compensation: str
+    method: str  # the name of the one that found the spread
     wanted: Array  # (N, n) poses
     commanded: Array  # (N, m) lengths
     codes: NDArray[np.int64]  # (N,)
@@ -176,7 +177,7 @@ def around(
     some = held[usable]
     drawn = of_rows(retraction, len(held.pose), "retraction", "m")
     solved = solve_forward(
-        some.model, lengths[usable], guess=some.pose, path=True, retraction=None if drawn is None else drawn[usable]
+        some.model, lengths[usable], guess=some.pose, retraction=None if drawn is None else drawn[usable]
     )
     codes[usable] = solved.code
     ok = codes == 0
@@ -188,13 +189,15 @@ def around(
         solved[solved.ok], lengths[ok], held.pose[ok], ranges, lambda done, total: report("solving", done, total)
     )
     spread = _scattered(method(problem), ok)
-    return Accuracy(robot, ranges, compensation, held.pose, lengths, codes, nominal, spread)
+    return Accuracy(robot, ranges, compensation, method.name, held.pose, lengths, codes, nominal, spread)
 
 
 def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
-    """Why none of the poses has an answer, by the first of them."""
-    first = held[0].sentence() if held.code[0] else f"with the lengths commanded, {Status.of(int(codes[0])).value}"
-    return first if len(codes) == 1 else f"none of the {len(codes)} poses has an answer; the first: {first}"
+    """Why none of the poses has an answer: the commonest reason, by the first pose that has it."""
+    commonest = int(np.bincount(codes).argmax())
+    first = int(np.argmax(codes == commonest))
+    why = held[first].sentence() if held.code[first] else f"with these lengths, {Status.of(commonest).value}"
+    return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
 
 def _silent(_stage: str, _done: int, _total: int) -> None:

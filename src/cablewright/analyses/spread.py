@@ -115,6 +115,11 @@ class Spread:
 class Method(Protocol):
     """How a spread is found."""
 
+    @property
+    def name(self) -> str:
+        """What it is called on the command line and in reports."""
+        ...
+
     def __call__(self, problem: Problem) -> Spread:
         """The spread at each place of *problem*."""
         ...
@@ -123,6 +128,8 @@ class Method(Protocol):
 @dataclass(frozen=True)
 class Vertices:
     """The corners of the box: all of them up to 12 numbers, beyond that those which first order cannot rule out."""
+
+    name = "vertices"
 
     def __call__(self, problem: Problem) -> Spread:
         """The spread over the corners."""
@@ -142,6 +149,8 @@ class Vertices:
 @dataclass(frozen=True)
 class FirstOrder:
     """The one linearisation: cheap, and exact for small ranges. A few corners are solved to tell how far it is off."""
+
+    name = "first-order"
 
     def __call__(self, problem: Problem) -> Spread:
         """The spread over the corners, as first order has them."""
@@ -170,6 +179,7 @@ class FirstOrder:
 class MonteCarlo:
     """Random samples: uniform in a range, normal where a standard deviation is given; the same at each place."""
 
+    name = "monte-carlo"
     samples: int = 100_000
     seed: int = 0
 

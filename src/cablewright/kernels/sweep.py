@@ -10,6 +10,7 @@ from cablewright.kernels.inverse import inverse_workspace, lengths_of, solve_inv
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.line import SLACK_TENSION, extremes
 from cablewright.kernels.linearise import PARAMETERS, linearise
+from cablewright.kernels.newton import largest
 from cablewright.kernels.rotation import compose
 
 __all__ = [
@@ -31,6 +32,8 @@ __all__ = [
 ]
 
 CHUNK = 64  # rows per task; results do not depend on how many threads share the tasks
+
+ASTRAY = 0.05  # m, rad: neighbours on a path go nearly the same way
 
 NO_ANSWER = (NOT_CONVERGED, SINGULAR, NOT_FINITE)
 COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from
@@ -70,12 +73,17 @@ def forward_rows(packed, lengths, poses, states, codes, iterations, residuals, s
 
 @jit(allocates=True)
 def _follow(packed, lengths, pose, states, neighbour, shift, work):
-    """Solve near *pose* plus the neighbour's *shift*, from the neighbour's line states; else from the pose alone."""
+    """Solve near *pose* plus the neighbour's *shift*, from the neighbour's line states; else from the pose alone.
+
+    Of several equilibria that a rigid body has, line states of another place may lead to one far away.
+    """
     begin = pose.copy()
     _shifted(pose, shift)
+    expected, moved = pose.copy(), np.zeros(packed.freedoms)
     states[:, :] = neighbour
     result = solve_warm(packed, lengths, pose, states, work)
-    if result[0] != OK:
+    _between(expected, pose, moved)
+    if result[0] != OK or (packed.freedoms == 6 and largest(moved, 6) > ASTRAY):
         pose[:] = begin
         result = solve_near(packed, lengths, pose, states, work)
     return result

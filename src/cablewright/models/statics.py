@@ -66,6 +66,12 @@ class Model:
         moved[..., :3] -= self.nozzle(arm)
         return moved
 
+    def unrotated_at(self, positions: Array) -> Array:
+        """Poses (..., n) of the unrotated platform that bring the nozzle to *positions* (..., 3), m."""
+        if self.n == 3:
+            return positions
+        return self.at_nozzle(np.concatenate([positions, np.zeros_like(positions)], axis=-1))
+
     def refuse_rigid(self) -> None:
         """Raise `InputError` if the cables are rigid: their lengths leave tensions, and so stiffness, undecided."""
         if self.fidelity.cable is CableLaw.RIGID:

@@ -18,7 +18,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
-from cablewright.studies.poses import along, at_places
+from cablewright.studies.poses import along
 
 __all__ = [
     "Places",
@@ -176,7 +176,7 @@ def accuracy_over(
     """
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
-    wanted = at_places(robot, places.positions) if poses is None else poses
+    wanted = Model(robot).unrotated_at(places.positions) if poses is None else poses
     found = accuracy(
         robot,
         wanted,
@@ -188,6 +188,8 @@ def accuracy_over(
         home=home,
         progress=progress,
     )
+    if not np.isfinite(found.spread.max_error).any():
+        raise AnswerError(f"robot {robot.name}: at no place do the uncertain numbers leave an equilibrium")
     return Study(places, found, None, sheave_rules(robot))
 
 

@@ -1,4 +1,4 @@
-"""Where the platform has to be for the nozzle to be where a job, or a grid of places, wants it."""
+"""Where the platform has to be for the nozzle to be where a job wants it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
 from cablewright.robot import Robot
 
-__all__ = ["along", "at_places"]
+__all__ = ["along"]
 
 Array = NDArray[np.float64]
 
@@ -40,10 +40,3 @@ def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None
         return samples.positions, retraction
     poses = np.concatenate([samples.positions, schedule.rotations(heights)], axis=1)
     return Model(robot).at_nozzle(poses), retraction
-
-
-def at_places(robot: Robot, positions: Array) -> Array:
-    """Poses (k, n) of the unrotated platform's origin that bring the nozzle to *positions* (k, 3), m."""
-    if robot.n == 3:
-        return positions
-    return Model(robot).at_nozzle(np.concatenate([positions, np.zeros((len(positions), 3))], axis=1))

@@ -98,7 +98,7 @@ class _Asked:
     @property
     def shape(self) -> str:
         """Which of the shapes is asked for. Raises `InputError` unless it is one, with the options it takes."""
-        asked = [shape for shape in SHAPES if self.given[shape] not in (None, False)]
+        asked = [shape for shape in SHAPES if self.given[shape] is not None and self.given[shape] is not False]
         if len(asked) != 1:
             told = " and ".join(f"--{shape}" for shape in asked) or "none"
             raise InputError(f"one of --at, --helix, --path, --plane and --workspace is wanted; got {told}")
@@ -184,11 +184,13 @@ class _Asked:
             return studies.accuracy_over_job(self.robot, load_job(given["path"]), **options)
         options["retraction"] = given["retraction"]
         if self.shape == "workspace":
-            return studies.accuracy_over_workspace(self.robot, given["step"] or self._step(), **options)
+            return studies.accuracy_over_workspace(self.robot, self._step(), **options)
         if self.shape == "plane":
-            places = studies.on_plane(self.robot, given["plane"], given["half_width"], given["step"] or self._step())
+            places = studies.on_plane(self.robot, given["plane"], given["half_width"], self._step())
         else:
-            places = studies.along_helix(self.robot, *self._helix(), given["step"] or studies.HELIX_STEP)
+            places = studies.along_helix(
+                self.robot, *self._helix(), given["step"] if given["step"] is not None else studies.HELIX_STEP
+            )
         return studies.accuracy_over(self.robot, places, **options)
 
     def _helix(self) -> tuple[float, float, float, float]:
@@ -198,7 +200,9 @@ class _Asked:
         return values[0], values[1], values[2], values[3]
 
     def _step(self) -> float:
-        """A step that looks at the frame's longest side in `STEPS`."""
+        """The step asked for, or one that goes along the frame's longest side in `STEPS`."""
+        if self.given["step"] is not None:
+            return float(self.given["step"])
         scene = self.robot.scene
         return max(high - low for low, high in zip(scene.frame_min, scene.frame_max, strict=True)) / STEPS
 

@@ -104,11 +104,8 @@ def warn(found: Accuracy) -> None:
     """Say on stderr what a reader has to know before trusting the figures."""
     spread = found.spread
     worst = float(np.nanmax(spread.nonlinearity))
-    if worst > DOUBT:
-        tell(
-            f"cablewright: first order is up to {100 * worst:.0f} % of the spread off: effects of single numbers, and "
-            "what --method first-order says, are rough here"
-        )
+    if found.method == "first-order" and worst > DOUBT:
+        tell(f"cablewright: first order is up to {100 * worst:.0f} % of the spread off here; --method vertices is not")
     if spread.unsolved.any():
         tell(f"cablewright: {int(spread.unsolved.sum())} sets of values have no answer and are left out")
 

@@ -12,7 +12,7 @@ from cablewright.apps.report.digest import Digest, extreme, median
 from cablewright.apps.report.error_picture import error_by_height
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.line_pictures import MOST_LINES, limits, tensions
-from cablewright.apps.report.page import Html, cards, element, page, picture, section
+from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
 from cablewright.apps.report.path_pictures import MOST_NAMES, plan, side_view
 from cablewright.apps.report.per_line import line_table, unknowns
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
@@ -36,10 +36,10 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     digest = Digest.of(check, layers)
     pictures = _pictures(digest)
     for name, png in pictures.items():
-        _save(folder / f"{name}.png", png)
+        save(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
     report = folder / "report.html"
-    _save(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
+    save(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
     return report
 
 
@@ -174,13 +174,3 @@ def _winches(digest: Digest, pictures: Pictures) -> Iterator[Html]:
 def _some(m: int) -> str:
     """Say that a picture leaves lines out, where it does."""
     return f" Of {m} lines, the {MOST_LINES} with tensions nearest to their limits are drawn." if m > MOST_LINES else ""
-
-
-def _save(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(content)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

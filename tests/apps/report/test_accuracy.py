@@ -1,0 +1,399 @@
+"""The reports of accuracy: whole, self-contained, the same each time, and right for studies of every kind."""
+
+import base64
+import dataclasses
+import html
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from cablewright.analyses.accessible import Rule, accessible
+from cablewright.analyses.accuracy import accuracy
+from cablewright.analyses.region import Region, hull_of
+from cablewright.analyses.spread import FirstOrder, MonteCarlo
+from cablewright.apps.report import boundary, style
+from cablewright.apps.report.accuracy import write, write_place
+from cablewright.apps.report.accuracy_pictures import _binned, _worst_of_each, along, contributions, displaced_by, plane
+from cablewright.apps.report.region_picture import region as region_picture
+from cablewright.apps.report.workspace_picture import workspace
+from cablewright.kernels.layout import Code
+from cablewright.models.statics import Model
+from cablewright.robot import load
+from cablewright.robot.uncertainty import of_moduli
+from cablewright.studies.accuracy import (
+    Places,
+    Study,
+    accuracy_over,
+    accuracy_over_workspace,
+    along_helix,
+    on_plane,
+)
+from cablewright.studies.place import accuracy_at
+
+EVIL = "</script><script>alert(1)</script>\"'&<b> $\\frac{1}$ $x_"
+
+
+@cache
+def studied(shape: str, name: str = "house-printer", **options) -> Study:
+    """A small study of each shape."""
+    robot = load(name)
+    if shape == "workspace":
+        return accuracy_over_workspace(robot, 2.5 if name == "house-printer" else 1.4, **options)
+    if shape == "plane":
+        return accuracy_over(robot, on_plane(robot, 1.0, None, 1.5), **options)
+    if shape == "helix":
+        return accuracy_over(robot, along_helix(robot, 2.0, 1.0, 0.5, 3.0, 0.5), **options)
+    angle = np.linspace(0.0, 2.0 * np.pi, 30)
+    positions = np.column_stack([2.0 * np.cos(angle), np.sin(angle), np.ones(30)])
+    return accuracy_over(robot, Places("path", positions, 2.0 * angle), **options)
+
+
+@cache
+def placed(name: str = "house-printer"):
+    robot = load(name)
+    return accuracy_at(robot, [1.0, 0.5, 1.5] + [0.0] * (robot.n - 3))
+
+
+def renamed(study: Study, name: str) -> Study:
+    """The study of a robot, and a first line, of that name."""
+    robot = study.accuracy.robot
+    line = robot.lines[0].model_copy(update={"name": name})
+    robot = robot.model_copy(update={"name": name, "description": name, "lines": (line, *robot.lines[1:])})
+    ranges = of_moduli(robot)
+    return dataclasses.replace(study, accuracy=dataclasses.replace(study.accuracy, robot=robot, ranges=ranges))
+
+
+def holed(study: Study, gone) -> Study:
+    """The study without an answer where *gone*."""
+    found = study.accuracy
+    spread = dataclasses.replace(
+        found.spread,
+        **{
+            name: np.where(gone.reshape(-1, *(1,) * (value.ndim - 1)), np.nan, value)
+            for name, value in found.spread.__dict__.items()
+            if value.dtype != np.int64
+        },
+    )
+    changed = dataclasses.replace(
+        found,
+        codes=np.where(gone, Code.INFEASIBLE, found.codes),
+        nominal=np.where(gone[:, None], np.nan, found.nominal),
+        spread=spread,
+    )
+    return dataclasses.replace(study, accuracy=changed)
+
+
+def told(page: str) -> str:
+    """What a reader reads: no pictures, no scripts, no markup."""
+    page = re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL)
+    return re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]*>", " ", page)))
+
+
+def is_drawn(path) -> bool:
+    """Whether a PNG has more than its background."""
+    return float(np.ptp(imread(path)[..., :3])) > 0.5
+
+
+def has_nan(text: str) -> bool:
+    return re.search(r"\bnan\b", text) is not None
+
+
+@pytest.mark.parametrize(
+    ("shape", "name", "drawn"),
+    [
+        ("workspace", "house-printer", "workspace"),
+        ("workspace", "cogiro", "workspace"),
+        ("plane", "house-printer", "plane"),
+        ("plane", "cogiro", "plane"),
+        ("helix", "house-printer", "along"),
+        ("path", "house-printer", "along"),
+        ("path", "cogiro", "along"),
+    ],
+)
+def test_report_and_pictures_of_a_study(folder, shape, name, drawn):
+    method = FirstOrder() if name == "cogiro" else None
+    report = write(studied(shape, name, method=method), folder)
+    assert report == folder / "report.html"
+    assert {path.name for path in folder.iterdir()} == {"report.html", "contributions.png", f"{drawn}.png"}
+    assert all(is_drawn(path) for path in folder.glob("*.png"))
+    page = report.read_text(encoding="utf-8")
+    embedded = {base64.b64decode(data) for data in re.findall(r'src="data:image/png;base64,([^"]+)"', page)}
+    assert embedded == {path.read_bytes() for path in folder.glob("*.png")}
+    assert not has_nan(told(page))
+    assert ("turn of the platform" in told(page)) == (name == "cogiro")
+
+
+def test_nothing_is_asked_of_any_other_place(folder):
+    page = write(studied("helix"), folder).read_text(encoding="utf-8")
+    assert "http://" not in page
+    assert "https://" not in page
+    assert not re.search(r'src="(?!data:)', page)
+    assert not re.search(r"\bhref=|<link|<base|<iframe|@import|url\(|fetch\(|XMLHttpRequest|import\(|WebSocket", page)
+
+
+def test_figures_are_those_of_the_study(folder):
+    study = studied("plane")
+    text = told(write(study, folder).read_text(encoding="utf-8"))
+    largest = np.nanmax(study.accuracy.spread.max_error) * 1e3
+    assert f"Up to {largest:.3g} mm off" in text
+    assert f"{np.nanmax(study.accuracy.nominal_error) * 1e3:.3g} mm off with the numbers of its file" in text
+    assert text.index("Up to") < text.index("max error")
+    assert "modulus of south-west 1 0.7 to 1.3 uniform" in text
+
+
+def test_limits_that_end_the_workspace_are_told(folder):
+    study = studied("workspace")
+    text = told(write(study, folder).read_text(encoding="utf-8"))
+    for edge in study.accessible.edges:
+        assert edge.limit in text
+
+
+@pytest.mark.parametrize("shape", ["workspace", "helix"])
+def test_foreign_text_is_escaped(folder, shape):
+    page = write(renamed(studied(shape), EVIL), folder).read_text(encoding="utf-8")
+    assert "alert(1)" in page
+    assert "<script>alert" not in page
+    assert "<b>" not in page
+    assert page.count("<script") == page.count("</script>") == 1
+
+
+def test_foreign_text_of_a_place_is_escaped(folder):
+    found = placed()
+    study = renamed(Study(Places("path", np.zeros((1, 3))), found.accuracy, None, ()), EVIL)
+    tables = found.summary()
+    tables["remains"] = [row | {"compensation": EVIL} for row in tables["remains"]]
+    page = write_place(study.accuracy, found.region, tables, folder).read_text(encoding="utf-8")
+    assert "<script>alert" not in page
+    assert "<b>" not in page
+    assert page.count("<script") == 1
+
+
+def test_same_study_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write(studied("workspace"), tmp_path / name)
+    for path in (tmp_path / "a").iterdir():
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
+
+
+@pytest.mark.parametrize("name", ["house-printer", "cogiro"])
+def test_place(folder, name):
+    found = placed(name)
+    report = write_place(found.accuracy, found.region, found.summary(), folder)
+    assert {path.name for path in folder.iterdir()} == {"report.html", "contributions.png", "region.png"}
+    assert all(is_drawn(path) for path in folder.glob("*.png"))
+    text = told(report.read_text(encoding="utf-8"))
+    left = found.remains["full"].spread.max_error[0]
+    assert f"Full compensation removes {(1 - left / found.accuracy.spread.max_error[0]) * 100:.3g} % of that" in text
+    assert f"{found.region.interior.samples:,}".replace(",", "\N{NO-BREAK SPACE}").split()[0] in text
+    assert "None is worse than the corners." in text
+    assert "compensated with the full model" in text
+    assert ("Tensions that let the numbers do least" in text) == (found.best is not None)
+    assert not has_nan(text)
+
+
+def test_place_where_an_inner_point_is_worse(folder):
+    found = placed()
+    worse = dataclasses.replace(found.region.interior, corner_is_worst=False, max_error=0.0777)
+    changed = dataclasses.replace(found.region, interior=worse)
+    text = told(write_place(found.accuracy, changed, found.summary(), folder).read_text(encoding="utf-8"))
+    assert "Some are worse than all corners: up to 77.7 mm off" in text
+
+
+def test_place_without_what_may_be_missing(folder):
+    found = placed()
+    tables = found.summary() | {"best_tension": None, "remains": [], "interior": None}
+    write_place(found.accuracy, None, tables, folder)
+    assert not (folder / "region.png").exists()
+
+
+def test_place_fully_compensated_gains_nothing(folder):
+    robot = load("house-printer")
+    found = accuracy_at(robot, [1.0, 0.5, 1.5], compensation="full")
+    text = told(write_place(found.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8"))
+    assert "is less than 0.001 mm off with the numbers of its file" in text
+    assert "Full compensation" not in text
+
+
+def test_no_place_answered(folder):
+    study = studied("plane")
+    lost = holed(study, np.ones(len(study.accuracy.codes), dtype=bool))
+    text = told(write(lost, folder).read_text(encoding="utf-8"))
+    assert {path.name for path in folder.iterdir()} == {"report.html"}
+    assert "Nothing can be said" in text
+    assert f"At {len(lost.accuracy.codes)} of {len(lost.accuracy.codes)} places: no tensions within the limits" in text
+    assert not has_nan(text)
+
+
+@pytest.mark.parametrize("shape", ["workspace", "plane", "helix", "path"])
+@pytest.mark.parametrize("kept", ["half", "one"])
+def test_some_places_answered(folder, shape, kept):
+    study = studied(shape)
+    count = len(study.accuracy.codes)
+    gone = np.arange(count) % 2 == 1 if kept == "half" else np.arange(count) != count // 2
+    lost = holed(study, gone)
+    text = told(write(lost, folder).read_text(encoding="utf-8"))
+    assert f"{(lost.accuracy.codes == Code.INFEASIBLE).sum()} of {count} places: no tensions within the limits" in text
+    assert not has_nan(text)
+    assert all(is_drawn(path) for path in folder.glob("*.png"))
+
+
+def test_warnings(folder):
+    study = studied("helix")
+    spread = study.accuracy.spread
+    spread = dataclasses.replace(
+        spread, nonlinearity=np.full_like(spread.nonlinearity, 0.062), unsolved=np.ones_like(spread.unsolved)
+    )
+    rules = (Rule("south-west", 12.5, 20.0, holds=False), Rule("north-west", 25.0, 20.0, holds=True))
+    changed = dataclasses.replace(study, accuracy=dataclasses.replace(study.accuracy, spread=spread), rules=rules)
+    text = told(write(changed, folder).read_text(encoding="utf-8"))
+    assert "First order is off by up to 6.2 % of the spread" in text
+    assert f"{len(spread.unsolved)} solves have no answer" in text
+    assert "not over 20 times that of the cable, which wears it: south-west (12.5)" in text
+    assert "north-west (25)" not in text
+
+
+def test_small_ranges_need_no_warning(folder):
+    robot = load("house-printer")
+    page = write(studied("path", ranges=of_moduli(robot, 0.99, 1.01)), folder).read_text(encoding="utf-8")
+    assert 'class="notice"' not in page
+
+
+def test_samples_have_a_likely_error(folder):
+    text = told(write(studied("path", method=MonteCarlo(200)), folder).read_text(encoding="utf-8"))
+    assert "error of 95 % of samples" in text
+
+
+def test_one_uncertain_number(folder):
+    robot = load("house-printer")
+    found = accuracy_at(robot, [1.0, 0.5, 1.5], of_moduli(robot)[:1])
+    text = told(write_place(found.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8"))
+    assert "one number is uncertain" in text
+    assert "0 mm³" in text
+    assert is_drawn(folder / "region.png")
+
+
+@pytest.mark.parametrize("axes", [3, 2, 1, 0])
+def test_region_of_any_dimension(axes):
+    points = np.random.default_rng(1).normal(size=(40, 3)) * 1e-3
+    points[:, axes:] = 0.0
+    points = points[:1] if axes == 0 else points
+    found = Region(np.array([0.0, 0.0, 1e-4]), np.zeros(3), points, np.zeros((len(points), 1)), hull_of(points), None)
+    with style.drawing():
+        assert style.png(region_picture(found)).startswith(b"\x89PNG")
+        assert style.png(region_picture(found, points[::2])).startswith(b"\x89PNG")
+
+
+def test_wanted_place_is_told_where_it_is_too_far_to_draw():
+    found = placed().region
+    far = dataclasses.replace(found, wanted=found.nominal + np.array([0.0, 0.0, 0.5]))
+    near = dataclasses.replace(found, wanted=found.nominal + np.array([0.0, 0.0, 1e-3]))
+    with style.drawing():
+        assert "500\N{NO-BREAK SPACE}mm from the nominal one" in region_picture(far).get_supxlabel()
+        drawn = region_picture(near)
+    assert drawn.get_supxlabel() == ""
+    assert "wanted" in [text.get_text() for text in drawn.legends[0].get_texts()]
+
+
+def test_most_important_numbers_come_first_and_are_twenty():
+    robot = load("cogiro")
+    ranges = of_moduli(robot)
+    wide = tuple(dataclasses.replace(one, low=one.low - 0.01 * k) for k, one in enumerate(ranges * 4))
+    found = accuracy(robot, [0.0, 0.0, 1.5, 0.0, 0.0, 0.0], ranges)
+    effects = np.tile(found.spread.effects, (1, 1, 4)) * np.linspace(1.0, 2.0, 32)
+    found = dataclasses.replace(found, ranges=wide, spread=dataclasses.replace(found.spread, effects=effects))
+    with style.drawing():
+        axes = contributions(found).axes[0]
+    lengths = [bar.get_width() for bar in axes.patches[:20]]
+    assert len(axes.get_yticklabels()) == 20
+    assert lengths == sorted(lengths, reverse=True)
+    assert lengths[0] == pytest.approx(np.linalg.norm(effects[0], axis=0).max() * 1e3)
+
+
+def test_axes_of_the_parts_of_an_error():
+    with style.drawing():
+        level = along(studied("path")).axes[-1]
+        rising = along(studied("helix")).axes[-1]
+    assert level.get_xlabel() == "distance along the path in m"
+    assert rising.get_ylabel() == "height of the nozzle in m"
+
+
+def test_displacement_is_exaggerated_by_a_round_number():
+    study = studied("helix")
+    times = displaced_by(study)
+    assert float(f"{times:.0e}"[0]) in {1.0, 2.0, 5.0}
+    largest = np.nanmax(np.linalg.norm(study.accuracy.worst_offset, axis=1)) * times
+    size = np.linalg.norm(np.ptp(study.places.positions, axis=0))
+    assert 0.04 * size < largest <= 0.12 * size * (1 + 1e-9)
+
+
+def test_thinned_path_keeps_its_worst_place():
+    errors = np.sin(np.arange(10_000.0))
+    errors[4321], errors[77:200] = 5.0, np.nan
+    kept = _worst_of_each(errors, 100)
+    assert 4321 in kept
+    assert len(kept) <= 101
+    assert (np.diff(kept) > 0).all()
+    assert kept[0] == 0
+    assert kept[-1] == 9999
+
+
+def test_stretches_hold_all_values():
+    at = np.random.default_rng(0).uniform(0.0, 3.0, 5000)
+    places, low, middle, high = _binned(at, at**2, 10)
+    assert len(places) == 10
+    assert (low <= middle).all()
+    assert (middle <= high).all()
+    assert low[0] == pytest.approx((at**2).min())
+    assert high[-1] == pytest.approx((at**2).max())
+
+
+def test_boundary_is_closed_and_meets_the_ends():
+    reach = accessible(Model(load("house-printer")), 2.5)
+    faces = boundary.faces(reach)
+    outer = faces.reshape(-1, 3)
+    assert np.isfinite(outer).all()
+    assert outer.min(axis=0) == pytest.approx(reach.ends.min(axis=0), abs=0.7)
+    assert outer.max(axis=0) == pytest.approx(reach.ends.max(axis=0), abs=0.7)
+    edges: dict[tuple, int] = {}
+    for face in np.round(faces, 6):
+        for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
+            key = tuple(sorted((tuple(a), tuple(b))))
+            edges[key] = edges.get(key, 0) + 1
+    open_edges = [key for key, times in edges.items() if times % 2 and key[0] != key[1]]
+    assert not open_edges
+
+
+def test_boundary_of_a_fine_grid_is_coarsened():
+    axis = np.linspace(-1.0, 1.0, 101)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    reach = accessible(Model(load("house-printer")), 7.5)
+    ball = dataclasses.replace(
+        reach,
+        axes=(axis, axis, axis),
+        inside=x * x + y * y + z * z < 0.64,
+        ends=np.empty((0, 3)),
+        ended_by=np.empty(0, dtype=np.int64),
+    )
+    faces = boundary.faces(ball)
+    assert len(faces) < 8000
+    assert np.linalg.norm(faces.reshape(-1, 3), axis=1) == pytest.approx(0.8, abs=0.06)
+
+
+def test_no_workspace_no_picture():
+    with style.drawing():
+        assert workspace(studied("helix")) is None
+
+
+def test_surfaces_are_drawn_over_holes():
+    study = studied("plane")
+    with style.drawing():
+        assert style.png(plane(holed(study, np.arange(len(study.accuracy.codes)) % 3 == 0))).startswith(b"\x89PNG")
+
+
+def test_a_folder_that_is_not_there_is_an_os_error(folder):
+    with pytest.raises(OSError, match="nowhere"):
+        write(studied("path"), folder / "nowhere")
