@@ -1,4 +1,4 @@
-"""How far off does the house printer print beside the middle, and which uncertain number is to blame?"""
+"""How far off the house printer prints beside the middle, and which uncertain number is to blame."""
 
 from pathlib import Path
 

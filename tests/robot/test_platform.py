@@ -225,8 +225,7 @@ def test_a_flat_body_is_allowed_whatever_the_rounding(spread: list[float], angle
 def test_what_no_body_has_is_refused(spread: list[float], angle: float, axis: int, which: int) -> None:
     spread[which] = -1e-6 * sum(spread)
     x, y, z = spread
-    why = "no body has these moments" if min(y + z, x + z, x + y) > 1e-9 * sum(spread) else "must be"
-    refused(RigidPlatform, tensor((y + z, x + z, x + y), angle, axis), why)
+    refused(RigidPlatform, tensor((y + z, x + z, x + y), angle, axis), "no body has these moments|must be")
 
 
 @given(st.floats(0.1, 10), ANGLES, st.integers(0, 2))

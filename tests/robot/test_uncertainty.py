@@ -186,7 +186,7 @@ WRONG_ENTRIES = [
     ('name = "modulus"\nfactor = [0.0, 1]', "factor = [0.0, 1]: must be above 0"),
     ('name = "sheave_radius"\nrange = ["-1 mm", 1]', "range = ['-1 mm', 1]: must be above 0"),
     ('name = "length_scale"\nrange = [0, 1]', "range = [0, 1]: must be above 0"),
-    ('name = "linear_density"\nrange = [-1, 1]', "range = [-1, 1]: must be at least 0"),
+    ('name = "linear_density"\nrange = [-1, 1]', "range = [-1, 1]: must be above 0"),
     ('name = "modulus"\nshared = 1', "shared = 1: must be true or false"),
     (
         'name = "mass"\nplus_minus = 1\nshared = true',

@@ -133,6 +133,8 @@ def _ends(model: Model, axes: tuple[Array, Array, Array], inside: NDArray[np.boo
     if not pairs:
         return np.empty((0, 3)), np.empty(0, dtype=np.int64)
     within, without = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    if not len(within):
+        return np.empty((0, 3)), np.empty(0, dtype=np.int64)
     longest = float(np.linalg.norm(without - within, axis=1).max())
     for _ in range(max(1, int(np.ceil(np.log2(longest / CLOSE))))):
         middle = 0.5 * (within + without)

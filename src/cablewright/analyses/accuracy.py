@@ -119,6 +119,8 @@ def accuracy(
     held = solve_inverse(model, given, path=True, retraction=retraction)
     lengths = commanded(held, given, compensation, retraction=retraction, home=home)
     known = tuple(of_moduli(robot) if ranges is None else ranges)
+    if not known:
+        raise InputError("ranges: none are given; at least one number has to be uncertain")
     return around(held, lengths, known, compensation, method or Vertices(), retraction=retraction, progress=progress)
 
 

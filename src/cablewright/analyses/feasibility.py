@@ -117,8 +117,9 @@ def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
 def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
     """Names of what can forbid a pose, and which of them each of N solved poses breaks, (N, L).
 
-    The limits of the hardware at rest come first, then statuses of poses that cannot be held; a pose without tensions
-    within their limits breaks the lowest, the highest or both, whichever the best tensions there break.
+    The limits of the hardware at rest come first, then statuses of poses that cannot be held. A pose without tensions
+    within their limits breaks the lowest, the highest or both, as the best tensions there do; the lowest where a line
+    would have to push.
     """
     quantities = LineQuantities.of(rows)
     columns = {}
@@ -129,11 +130,11 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], NDArray[np.bool_]
             allowed = [(least, np.inf) if rule.limit == "lowest tension" else (-np.inf, most)] * rows.model.m
         bounds = [(-np.inf, np.inf) if bound is None else bound for bound in allowed]
         columns[rule.limit] = _beyond(getattr(quantities, rule.quantity), bounds).any(axis=1)
-    told = columns["lowest tension"] | columns["highest tension"]
-    for status in Status:
-        code = list(Status).index(status)
-        if status is not Status.OK:
-            columns[status.value] = (rows.code == code) & ~(told & (status is Status.INFEASIBLE))
+    infeasible = rows.code == list(Status).index(Status.INFEASIBLE)
+    columns["lowest tension"] |= infeasible & ~columns["highest tension"]
+    for code, status in enumerate(Status):
+        if status not in (Status.OK, Status.INFEASIBLE):
+            columns[status.value] = rows.code == code
     return tuple(columns), np.column_stack(list(columns.values()))
 
 

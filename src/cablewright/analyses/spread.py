@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.parameters import varied
-from cablewright.models.rotation import angle_between
+from cablewright.models.rotation import angle_between, turn_between
 from cablewright.models.statics import Equilibrium, rows_of
-from cablewright.robot.parameters import allowed
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.parameters import at_nozzle, departures, response
@@ -200,6 +199,7 @@ class MonteCarlo:
         deviation = _deviation(points, ok)
         errors = np.sort(np.where(ok, np.linalg.norm(points - linear.wanted[:, None], axis=2), np.inf), axis=1)
         likely = np.maximum(np.ceil(LIKELY * ok.sum(axis=1)).astype(np.int64) - 1, 0)
+        errors[~ok.any(axis=1)] = np.nan
         expected = np.std(problem.departures(drawn) @ np.swapaxes(linear.per_unit, 1, 2), axis=1)
         total = np.linalg.norm(deviation, axis=1)
         nonlinearity = np.linalg.norm(deviation - expected, axis=1) / np.maximum(total, 1e-300)
@@ -293,8 +293,8 @@ class _Linear:
         if problem.nominal.model.n == 3:
             return np.zeros((len(self.start), signs.shape[-2]))
         turned = self.rotation_shifted[:, None] + signs @ np.swapaxes(self.rotation, 1, 2)
-        away = problem.nominal.pose[:, None, 3:] - problem.wanted[:, None, 3:]
-        return np.asarray(np.linalg.norm(turned + away, axis=2))
+        away = turn_between(problem.wanted[:, 3:], problem.nominal.pose[:, 3:])
+        return np.asarray(np.linalg.norm(turned + away[:, None], axis=2))
 
 
 def _vertex_count(k: int) -> int:
@@ -351,8 +351,8 @@ def _sigmas(problem: Problem) -> Array:
             columns.append(each.low + QUANTILES * (each.high - each.low))
         else:
             normal = NormalDist(each.nominal, each.deviation)
-            low, high = allowed(each.parameter.kind)
-            columns.append(np.array([normal.inv_cdf(u) for u in QUANTILES]).clip(low, high))
+            below, above = normal.cdf(each.least), normal.cdf(each.most)  # drawn again where there is no such number
+            columns.append(np.array([normal.inv_cdf(below + u * (above - below)) for u in QUANTILES]))
     return np.asarray(problem.departures(np.column_stack(columns)).std(axis=0))
 
 
@@ -364,10 +364,9 @@ def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
         if each.deviation is None:
             column[:] = rng.uniform(each.low, each.high, samples)
             continue
-        least, most = allowed(each.parameter.kind)
         column[:] = rng.normal(each.nominal, each.deviation, samples)
         for _ in range(100):
-            wrong = ~((column > least) & (column < most))
+            wrong = ~((column > each.least) & (column < each.most))
             if not wrong.any():
                 break
             column[wrong] = rng.normal(each.nominal, each.deviation, int(wrong.sum()))
@@ -406,10 +405,11 @@ def _gathered(
     size = np.linalg.norm(errors, axis=2)
     worst = np.where(ok, size, -1.0).argmax(axis=1)
     rows = np.arange(len(worst))
+    known = np.asarray(ok.any(axis=1))[:, None]
     return Spread(
         max_error=_largest(size, ok),
-        worst=points[rows, worst],
-        worst_values=values[rows, worst] if values.ndim == 3 else values[worst],
+        worst=np.where(known, points[rows, worst], np.nan),
+        worst_values=np.where(known, values[rows, worst] if values.ndim == 3 else values[worst], np.nan),
         max_deviation=_largest(np.linalg.norm(points - linear.start[:, None], axis=2), ok),
         low=-_largest(-errors, ok),
         high=_largest(errors, ok),

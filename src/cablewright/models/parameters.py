@@ -44,7 +44,7 @@ def varied(
             elif kind == "temperature":
                 paid_out[:, i] *= 1.0 + _expansion(robot, i) * value
             else:
-                _set_line(lines[:, i], kind, axis, value, robot.scene.gravity)
+                _set_line(robot, i, lines[:, i], kind, axis, value)
     return Packed(packed.freedoms, lines, platform), paid_out + added
 
 
@@ -76,16 +76,18 @@ def _set_platform(platform: Array, kind: str, axis: str, value: Array, gravity: 
         platform[:, _OF_PLATFORM[kind] + AXES.index(axis)] = value
 
 
-def _set_line(row: Array, kind: str, axis: str, value: Array, gravity: float) -> None:
-    """Set a number of one line, (S, COLUMNS)."""
+def _set_line(robot: Robot, i: int, row: Array, kind: str, axis: str, value: Array) -> None:
+    """Set a number of line *i*, (S, COLUMNS)."""
     if kind == "modulus":
         row[:, list(layout.COMPLIANCES)] /= value[:, None]
     elif kind == "linear_density":
-        row[:, layout.WEIGHT] = np.where(row[:, layout.WEIGHT] > 0.0, value * gravity, 0.0)
+        row[:, layout.WEIGHT] = np.where(row[:, layout.WEIGHT] > 0.0, value * robot.scene.gravity, 0.0)
     elif kind == "sheave_radius":
         _set_radius(row, value)
     else:
         column = _POINTS[kind] + AXES.index(axis)
+        if kind == "platform_point":  # a retracted one stays so
+            value = row[:, column] + (value - robot.lines[i].platform_point[AXES.index(axis)])
         if column == layout.EXIT_Z:  # the winch exit stays where it is in height
             row[:, layout.WINCH_Z] += row[:, column] - value
         row[:, column] = value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["angle_between", "matrices", "placed", "shortest"]
+__all__ = ["angle_between", "matrices", "placed", "shortest", "turn_between"]
 
 Array = NDArray[np.float64]
 
@@ -42,3 +42,13 @@ def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
     skew = between - np.swapaxes(between, -1, -2)
     sine = 0.5 * np.linalg.norm(np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1), axis=-1)
     return np.asarray(np.arctan2(sine, 0.5 * (np.trace(between, axis1=-2, axis2=-1) - 1.0)))
+
+
+def turn_between(first: ArrayLike, second: ArrayLike) -> Array:
+    """Rotation vector (..., 3) in space, rad, that takes *first* to *second*, rotation vectors (..., 3)."""
+    between = matrices(second) @ np.swapaxes(matrices(first), -1, -2)
+    skew = 0.5 * (between - np.swapaxes(between, -1, -2))
+    axis = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+    sine = np.linalg.norm(axis, axis=-1, keepdims=True)
+    angle = np.arctan2(sine, 0.5 * (np.trace(between, axis1=-2, axis2=-1)[..., None] - 1.0))
+    return np.asarray(axis * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 1.0))

@@ -214,7 +214,7 @@ class Equilibrium:
     def _worst_line(self) -> str:
         """Which line breaks its limit most, and by how much."""
         low, high = self.extremes()
-        lines = self.model.packed.lines
+        lines = self.packed.lines[0]
         if self.status is Status.OVERSTRETCHED:
             over = high - lines[:, layout.BREAKING]
             worst = int(np.argmax(over))

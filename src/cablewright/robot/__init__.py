@@ -4,7 +4,7 @@ from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
 from cablewright.robot.line import Line
-from cablewright.robot.parameters import KINDS, Kind, Parameter, allowed, nominal, parameters_of
+from cablewright.robot.parameters import KINDS, Kind, Parameter, nominal, parameters_of
 from cablewright.robot.platform import Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Scene
@@ -34,7 +34,6 @@ __all__ = [
     "Uncertainty",
     "UniversalJoint",
     "Winch",
-    "allowed",
     "json_schema",
     "library_names",
     "library_text",

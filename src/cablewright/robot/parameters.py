@@ -15,7 +15,7 @@ from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet
 from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension, Vec3
 
-__all__ = ["AXES", "KINDS", "Kind", "Parameter", "allowed", "misuse", "nominal", "parameters_of", "why_not"]
+__all__ = ["AXES", "KINDS", "Kind", "Parameter", "misuse", "nominal", "parameters_of", "why_not"]
 
 AXES: Final = "xyz"
 
@@ -26,8 +26,8 @@ class Kind:
 
     ``dimension`` is None for a plain factor, whose unit is "1". A kind that is ``per_line`` has a value for each line;
     one that is ``shareable`` may have one value for all lines. ``nominal`` is the value that stands for the robot as
-    its file describes it, None where the file itself gives the value. Values below ``least`` have no physical meaning,
-    ``least`` itself has one if ``least_allowed``.
+    its file describes it, None where the file itself gives the value. Only values above ``least`` have a physical
+    meaning.
     """
 
     name: str
@@ -37,7 +37,6 @@ class Kind:
     shareable: bool = False
     nominal: float | None = None
     least: float = -math.inf
-    least_allowed: bool = False
 
     @property
     def unit(self) -> str:
@@ -46,7 +45,7 @@ class Kind:
 
     def allows(self, value: float) -> bool:
         """Whether a ``value`` (SI) has a physical meaning."""
-        return value > self.least or (self.least_allowed and value == self.least)
+        return value > self.least
 
 
 def _axes(name: str, dimension: Dimension, meaning: str, per_line: bool = False) -> tuple[Kind, ...]:
@@ -67,7 +66,6 @@ _ALL = (
         "mass of the cable per unstrained length",
         shareable=True,
         least=0.0,
-        least_allowed=True,
     ),
     Kind(
         "length_offset",
@@ -160,14 +158,6 @@ def nominal(robot: Robot, parameter: Parameter) -> float:
     return _of_platform(robot, kind)
 
 
-def allowed(kind: str) -> tuple[float, float]:
-    """Return the bounds (SI) of what is physical, infinite where there is none. Raises `UnknownName`.
-
-    The bounds of `Kind.least_allowed` belong to it, others do not: a modulus of 0 is none, a linear density of 0 is.
-    """
-    return _kind(kind).least, math.inf
-
-
 def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
     """Return which of "lines" and "shared" no robot can give this ``kind``, and why; None where some can."""
     if lines is not None:
@@ -205,6 +195,8 @@ def _refusals(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: boo
             continue
         if base == "sheave_radius" and isinstance(line.sheave, Eyelet):
             yield "name" if lines is None else "lines", f"line {line.name!r} has an eyelet, which has no radius"
+        if base == "linear_density" and line.cable.linear_density == 0.0:
+            yield "name" if lines is None else "lines", f"the cable of line {line.name!r} has no weight"
         if base == "temperature" and line.cable.thermal_expansion is None:
             yield "name", f"line {line.name!r} gives no cable.thermal_expansion, which this needs"
     if shared and kind.per_line:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
 
@@ -42,7 +42,8 @@ class Range:
     """What is known of one uncertain number, SI: it lies between ``low`` and ``high``.
 
     With a ``deviation`` it is normal about ``nominal``, the robot file's value, with that standard deviation; None:
-    uniform between the ends. ``nominal`` may then be anywhere, also outside.
+    uniform between the ends. ``nominal`` may then be anywhere, also outside. No robot has it at ``least`` or below, or
+    at ``most`` or above.
     """
 
     parameter: Parameter
@@ -50,6 +51,8 @@ class Range:
     low: float
     high: float
     deviation: float | None = None
+    least: float = field(default=-math.inf, compare=False, repr=False)
+    most: float = field(default=math.inf, compare=False, repr=False)
 
     @property
     def middle(self) -> float:
@@ -150,7 +153,7 @@ class Uncertain(Description):
         why_wrong = _unphysical(robot, parameter, low, high)
         if why_wrong is not None:
             raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why_wrong}")
-        return Range(parameter, value, low, high, deviation)
+        return Range(parameter, value, low, high, deviation, *_bounds(robot, parameter))
 
     def _refused(self, key: str, why: str) -> InputError:
         value = getattr(self, key)
@@ -209,7 +212,7 @@ def of_moduli(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range,
     """Return the ranges of every line's modulus, on its own, between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
         raise InputError(f"modulus range {low:g} to {high:g}: two finite factors above 0 that rise are wanted")
-    return tuple(Range(parameter, 1.0, low, high) for parameter in parameters_of(robot, "modulus"))
+    return tuple(Range(parameter, 1.0, low, high, least=0.0) for parameter in parameters_of(robot, "modulus"))
 
 
 def _kinds(name: str) -> tuple[Kind, ...]:
@@ -264,8 +267,24 @@ def _past_a_part(line: Line, kind: Kind, low: float, high: float) -> str | None:
     return None
 
 
+def _bounds(robot: Robot, parameter: Parameter) -> tuple[float, float]:
+    """Return what no robot's value is at or below, and at or above: what `_unphysical` refuses."""
+    least, most = KINDS[parameter.kind].least, math.inf
+    for line in robot.lines:
+        if parameter.line not in (None, line.name) or isinstance(line.sheave, Eyelet):
+            continue
+        if parameter.kind == "sheave_radius" and isinstance(line.sheave, UniversalJoint):
+            most = min(most, line.sheave.lever)
+        if parameter.kind == "exit_point.z" and line.winch_exit is not None:
+            if line.sheave.wrap == "over":
+                least = max(least, line.winch_exit[2])
+            else:
+                most = min(most, line.winch_exit[2])
+    return least, most
+
+
 def _bound(kind: Kind) -> str:
-    return f"be {'at least' if kind.least_allowed else 'above'} {kind.least:g}"
+    return f"be above {kind.least:g}"
 
 
 def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:

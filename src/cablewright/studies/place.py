@@ -113,7 +113,6 @@ def accuracy_at(
     compensation: str = "none",
     method: Method | None = None,
     tension_limits: tuple[float, float] | None = None,
-    retraction: float | None = None,
     home: ArrayLike | None = None,
     seed: int = 0,
 ) -> Place:
@@ -121,8 +120,6 @@ def accuracy_at(
 
     Raises `InputError` for what cannot be used, `AnswerError` where the pose cannot be held.
     """
-    if retraction is not None:
-        robot = robot.retracted(retraction)
     known = tuple(of_moduli(robot) if ranges is None else ranges)
     one = np.ravel(np.asarray(pose, dtype=np.float64))
     remains = {

@@ -248,7 +248,8 @@ def test_warnings(folder):
         spread, nonlinearity=np.full_like(spread.nonlinearity, 0.062), unsolved=np.ones_like(spread.unsolved)
     )
     rules = (Rule("south-west", 12.5, 20.0, holds=False), Rule("north-west", 25.0, 20.0, holds=True))
-    changed = dataclasses.replace(study, accuracy=dataclasses.replace(study.accuracy, spread=spread), rules=rules)
+    found = dataclasses.replace(study.accuracy, spread=spread, method="first-order")
+    changed = dataclasses.replace(study, accuracy=found, rules=rules)
     text = told(write(changed, folder).read_text(encoding="utf-8"))
     assert "First order is off by up to 6.2 % of the spread" in text
     assert f"{len(spread.unsolved)} solves have no answer" in text

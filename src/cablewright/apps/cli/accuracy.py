@@ -76,7 +76,10 @@ def accuracy(
 ) -> int:
     """How far off the robot prints: the error without compensation, and what uncertain numbers leave of it."""
     given = {name: value for name, value in locals().items() if name not in ("robot", "out", "as_json")}
-    asked = _Asked(robot, described(robot, load, wrench), given, out, as_json)
+    machine = described(robot, load, wrench)
+    if retraction is not None:
+        machine = machine.retracted(retraction)
+    asked = _Asked(robot, machine, given, out, as_json)
     try:
         return asked.at_place() if asked.shape == "at" else asked.over_shape()
     except AnswerError as reason:
@@ -148,9 +151,7 @@ class _Asked:
         from cablewright.studies.place import accuracy_at
 
         pose = numbers(self.given["at"], "--at", free=True) or []
-        found = accuracy_at(
-            self.robot, pose, retraction=self.given["retraction"], seed=self.given["seed"], **self.options()
-        )
+        found = accuracy_at(self.robot, pose, seed=self.given["seed"], **self.options())
         summary = found.summary()
         report = None if self.out is None else self._write(self.out, lambda folder: _write_place(found, folder))
         if self.as_json:
@@ -182,7 +183,6 @@ class _Asked:
         given, options = self.given, self.options() | {"progress": show}
         if self.shape == "path":
             return studies.accuracy_over_job(self.robot, load_job(given["path"]), **options)
-        options["retraction"] = given["retraction"]
         if self.shape == "workspace":
             return studies.accuracy_over_workspace(self.robot, self._step(), **options)
         if self.shape == "plane":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 import typer
 
 from cablewright.apps.cli.output import tell
@@ -33,6 +32,8 @@ LEAVES = {
 
 def print_place(found: Place, report: str | None) -> None:
     """The figures of one pose."""
+    import numpy as np
+
     at, spread, corners = found.accuracy, found.accuracy.spread, found.region
     place = ", ".join(f"{x:g}" for x in at.wanted[0])
     typer.echo(f"{at.robot.name} at {place}: nominal error {_mm(at.nominal_error[0])} mm")
@@ -67,6 +68,8 @@ def print_place(found: Place, report: str | None) -> None:
 
 def print_study(found: Study, report: str) -> None:
     """The figures of a shape."""
+    import numpy as np
+
     summary, at = found.summary(), found.accuracy
     spread = at.spread
     typer.echo(f"{at.robot.name} over a {found.places.shape}: {summary['answered']} of {summary['places']} places")
@@ -92,6 +95,8 @@ def print_study(found: Study, report: str) -> None:
 
 def _print_contributions(found: Accuracy) -> None:
     """Which numbers matter most, where they differ in kind."""
+    import numpy as np
+
     if len({each.parameter.kind for each in found.ranges}) == 1:
         return
     sizes = np.nanmax(np.linalg.norm(found.spread.effects, axis=1), axis=0)
@@ -102,12 +107,17 @@ def _print_contributions(found: Accuracy) -> None:
 
 def warn(found: Accuracy) -> None:
     """Say on stderr what a reader has to know before trusting the figures."""
+    import numpy as np
+
     spread = found.spread
     worst = float(np.nanmax(spread.nonlinearity))
     if found.method == "first-order" and worst > DOUBT:
         tell(f"cablewright: first order is up to {100 * worst:.0f} % of the spread off here; --method vertices is not")
     if spread.unsolved.any():
-        tell(f"cablewright: {int(spread.unsolved.sum())} sets of values have no answer and are left out")
+        lost = int(spread.unsolved.sum())
+        tell(
+            f"cablewright: {lost} sets of values leave no sound equilibrium and are left out: it may be worse than this"
+        )
 
 
 def _mm(metres: float) -> str:

@@ -7,12 +7,24 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cablewright.apps.cli.output import numbers
-from cablewright.errors import InputError
+from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.robot import Robot
 
-__all__ = ["AsJson", "Cable", "Limits", "LoadName", "Retracted", "RobotName", "Sheave", "Wrench", "described"]
+__all__ = [
+    "AsJson",
+    "Cable",
+    "Limits",
+    "LoadName",
+    "Retracted",
+    "RobotName",
+    "Sheave",
+    "Slack",
+    "Wrench",
+    "described",
+    "slack_excess",
+]
 
 RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `robots` lists.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
@@ -28,6 +40,14 @@ Wrench = Annotated[
     str | None,
     typer.Option(
         "--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="External force, N, and moment about the origin, N m."
+    ),
+]
+Slack = Annotated[
+    str | None,
+    typer.Option(
+        "--slack",
+        metavar="LINE=EXCESS[,LINE=EXCESS]",
+        help="Lines that are too long by so much, m; a line by its name, or its number counted from 1.",
     ),
 ]
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
@@ -48,3 +68,32 @@ def described(name: str, load: str | None = None, wrench: str | None = None) -> 
     x, y, z, *moment = values
     a, b, c = moment or (0.0, 0.0, 0.0)
     return robot.under_wrench((x, y, z), (a, b, c))
+
+
+def slack_excess(robot: Robot, text: str) -> dict[str, float]:
+    """Excess (m) by the names of the lines that --slack speaks of. Raises `InputError`."""
+    by: dict[str, float] = {}
+    for part in text.split(","):
+        who, equals, value = part.rpartition("=")
+        if not equals:
+            raise InputError(f"--slack = {text!r}: LINE=EXCESS is wanted, like {robot.lines[0].name}=0.3 or 1=0.3")
+        name = _line_name(robot, who.strip())
+        if name in by:
+            raise InputError(f"--slack = {text!r}: line {name!r} is named twice")
+        try:
+            by[name] = float(value)
+        except ValueError:
+            raise InputError(f"--slack = {text!r}: {value!r} is no number of metres") from None
+    return by
+
+
+def _line_name(robot: Robot, given: str) -> str:
+    """The name of the line that a command line calls *given*: its name, or else its number from 1."""
+    names = [line.name for line in robot.lines]
+    if given in names:
+        return given
+    if not given.isdecimal() or len(given) > len(str(len(names))):
+        raise UnknownName("line", given, names)
+    if not 1 <= int(given) <= len(names):
+        raise InputError(f"--slack: no line {given}; the lines of {robot.name!r} are 1 to {len(names)}")
+    return names[int(given) - 1]

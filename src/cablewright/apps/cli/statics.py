@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,13 +16,16 @@ from cablewright.apps.cli.options import (
     Retracted,
     RobotName,
     Sheave,
+    Slack,
     Wrench,
     described,
+    slack_excess,
 )
 from cablewright.apps.cli.output import limits, numbers, print_json, tell
 
 if TYPE_CHECKING:
-    from cablewright.models.statics import Equilibrium
+    from cablewright.models.statics import Equilibrium, Model
+    from cablewright.solvers.slack import SlackSet
 
 __all__ = ["forward", "inverse"]
 
@@ -38,21 +43,87 @@ def inverse(
     retraction: Retracted = None,
     load: LoadName = None,
     wrench: Wrench = None,
+    slack: Slack = None,
+    all_slack_sets: Annotated[
+        bool, typer.Option("--all-slack-sets", help="Every set of lines that can be slack at this pose.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """The lengths and tensions that hold the platform at a pose."""
-    from cablewright.errors import Status
+    from cablewright.errors import InputError
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
     from cablewright.solvers.inverse import solve_inverse
 
     model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave), limits(tension_limits))
-    found = solve_inverse(model, numbers(at, "--at", free=True) or [], retraction=retraction)
+    pose = numbers(at, "--at", free=True) or []
+    if slack is not None and all_slack_sets:
+        raise InputError("--slack and --all-slack-sets: only one of them")
+    if all_slack_sets:
+        return _all_slack_sets(_retracted(model, retraction), pose, as_json)
+    if slack is not None:
+        return _with_slack(_retracted(model, retraction), pose, slack, as_json)
+    return _held(solve_inverse(model, pose, retraction=retraction), {}, as_json)
+
+
+def _held(found: Equilibrium, more: dict[str, Any], as_json: bool) -> int:
+    """Print a solved inverse problem; the limits of the machine have their say too."""
+    from cablewright.errors import Status
+
     status, sentence = found.status, found.sentence()
     if status is Status.OK and (broken := _broken_limit(found)):
         status, sentence = Status.OUT_OF_LIMITS, broken
     values = {"status": status.word} | _values(found) | {"margin": found.margin(), "violation": found.violation}
-    return _answer(found, values, status is Status.OK, sentence, as_json)
+    return _answer(found, values | more, status is Status.OK, sentence, as_json)
+
+
+def _retracted(model: Model, retraction: float | None) -> Model:
+    return model if retraction is None else replace(model, robot=model.robot.retracted(retraction))
+
+
+def _with_slack(model: Model, pose: list[float], slack: str, as_json: bool) -> int:
+    from cablewright.solvers.slack import excess_lengths, solve_with_slack
+
+    found = solve_with_slack(model, pose, slack_excess(model.robot, slack))
+    return _held(found, {"excess": excess_lengths(found)}, as_json)
+
+
+def _all_slack_sets(model: Model, pose: list[float], as_json: bool) -> int:
+    from cablewright.errors import Status
+    from cablewright.solvers.slack import slack_sets
+
+    found = slack_sets(model, pose)
+    status = Status.OK if found else Status.INFEASIBLE
+    if as_json:
+        print_json({"status": status.word, "robot": model.robot.name, "pose": pose, "sets": _sets(found)})
+    else:
+        typer.echo(f"{model.robot.name}: {status.word}")
+        for each in found:
+            span = f"{each.excess_low:.3f} to {each.excess_high:.3f} m"
+            typer.echo(f"slack {', '.join(each.slack)}: too long by {span}, ended by {each.ended_by}")
+            for line, tension in zip(model.robot.lines, each.tensions, strict=True):
+                typer.echo(f"  {line.name:<14} {tension:>13.3f} N" + ("  slack" if line.name in each.slack else ""))
+    if not found:
+        tell(
+            f"cablewright: no {model.n} of the {model.m} lines hold this pose within their limits with the others slack"
+        )
+    return 0 if found else NO
+
+
+def _sets(found: Sequence[SlackSet]) -> list[dict[str, Any]]:
+    return [
+        {
+            "taut": each.taut,
+            "slack": each.slack,
+            "status": each.equilibrium.status.word,
+            "excess_low": each.excess_low,
+            "excess_high": each.excess_high,
+            "ended_by": each.ended_by,
+            "tensions": each.tensions,
+            "lengths": each.equilibrium.lengths,
+        }
+        for each in found
+    ]
 
 
 def forward(
@@ -131,6 +202,8 @@ def _answer(found: Equilibrium, values: dict[str, Any], yes: bool, sentence: str
         columns = (found.lengths, found.tensions, found.platform_tensions, found.winch_tensions)
         for line, length, tension, platform, winch in zip(found.model.robot.lines, *columns, strict=True):
             typer.echo(f"{line.name:<14} {length:>13.6f} {tension:>13.3f} {platform:>13.3f} {winch:>13.3f}")
+        if "excess" in values:
+            typer.echo("excess    " + "  ".join(f"{each:.6f}" for each in values["excess"]) + "  m")
         typer.echo(f"residual  {float(found.residual_norm()):.1e} m, {float(found.unbalanced_force()):.1e} N")
     if not yes:
         tell(f"cablewright: {sentence}")

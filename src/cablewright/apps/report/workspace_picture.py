@@ -65,7 +65,9 @@ def workspace(study: Study) -> Figure | None:
         handles, names = part.get_legend_handles_labels()
         if handles:
             drawn.legend(handles, names, loc=at, ncols=columns, columnspacing=1.2, handletextpad=0.2)
-    drawn.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 0.95))  # axes of a fixed shape leave no room for their titles
+    drawn.set_layout_engine(
+        "constrained", rect=(0.0, 0.0, 1.0, 0.95)
+    )  # axes of a fixed shape leave no room for their titles
     return drawn
 
 

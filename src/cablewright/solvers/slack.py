@@ -1,0 +1,394 @@
+"""Slack lines: how much too long a line is, who carries the load meanwhile, and what the hanging line looks like.
+
+The **excess** of a line is its unstrained length minus the length that it would have drawn taut at the same pose: the
+massless tangent from winch to platform over the same sheave, the length of ``cable="rigid"`` (a lever stands there as
+if it weighed nothing). A line without weight is slack where its excess is positive, and carries nothing. One that sags
+has no sharp border: it always pulls, and the more it is let out the less, until its own weight hangs on the platform.
+So slack means here that an excess >= 0 is given, and that no lowest tension is asked of the line.
+
+Source: Merlet and Papegay, ICRA 2023, section II.C; `docs/slack.md`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from cablewright.errors import InputError
+from cablewright.kernels import layout, sweep
+from cablewright.kernels.equilibrium import judge
+from cablewright.kernels.inverse import inverse_workspace, stays
+from cablewright.kernels.layout import Code, Packed
+from cablewright.kernels.line import extremes
+from cablewright.kernels.sheave import straight, whole_length
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.solvers.batch import as_poses, as_rows, run
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.one_line import (
+    TAUT,
+    UNDER,
+    LineKey,
+    end_wrench,
+    hang,
+    last_fine,
+    line_index,
+    most_excess,
+    one_pose,
+    planes_and_arms,
+    taut_lengths,
+)
+
+__all__ = [
+    "Excess",
+    "SlackSet",
+    "angle_from_excess",
+    "excess_from_angle",
+    "excess_lengths",
+    "let_out",
+    "slack_sets",
+    "solve_with_slack",
+    "tangent_angle",
+]
+
+Array = NDArray[np.float64]
+Excess = Mapping[str, float] | Mapping[int, float] | Mapping[LineKey, float]
+"""How much too long lines are, m, by line: its name, or its place in the robot's lines, from 0."""
+
+MOST_SETS = 2000  # more sets of taut lines than this are refused
+SAMPLES = 32  # excesses at which a set of taut lines is looked at
+FIRST_SAMPLE = 1e-4  # m: the smallest of them over zero
+ANGLES = 100  # excesses at which an angle is looked at
+
+
+def excess_lengths(equilibrium: Equilibrium) -> Array:
+    """Excess of each line, m: (m,), or (N, m) of a batch. Negative of a line that is stretched more than it sags.
+
+    NaN where there is no answer, or no tangent: the platform point is inside the sheave.
+    """
+    single = equilibrium.code.ndim == 0
+    rows = equilibrium[None] if single else equilibrium
+    planes, _ = planes_and_arms(rows.packed.lines, rows.pose)
+    lines = np.broadcast_to(rows.packed.lines, (len(planes), *rows.packed.lines.shape[1:]))
+    taut = np.array([taut_lengths(np.array(row), plane) for row, plane in zip(lines, planes, strict=True)])
+    excess = rows.lengths - taut.reshape(rows.lengths.shape)
+    return np.asarray(excess[0] if single else excess)
+
+
+def solve_with_slack(model: Model, poses: ArrayLike, excess: Excess) -> Equilibrium:
+    """What holds *poses*, (n,) or (N, n) in m and rad, while some lines are too long by their *excess*, m.
+
+    *excess* names slack lines, by name or place from 0, each with its excess >= 0. They hang at the pose at their
+    length; the others are taut, their tensions those of least norm within the limits (with n taut lines there is no
+    choice). A slack line keeps its highest tension and breaking load, but needs no lowest tension: in the answer's
+    model that is 0, so that its margin and sentence speak of limits that hold. Statuses are those of the inverse
+    problem, the stability of a rigid body that of all lines.
+
+    Massless slack lines carry nothing; on a lever they carry its weight while that draws them straight. Raises
+    `InputError` for a line that is not there or named twice, an excess that is negative or not finite, and where fewer
+    taut lines than freedoms would remain.
+    """
+    by = _checked(model, excess)
+    pose, single = as_poses(model, poses, "pose")
+    batch = _solve(model, pose, list(by), np.tile(np.array(list(by.values())), (len(pose), 1)))
+    return batch[0] if single else batch
+
+
+def _checked(model: Model, excess: Excess) -> dict[int, float]:
+    """Excess by place of the line. Raises `InputError`."""
+    by: dict[int, float] = {}
+    for line, value in excess.items():
+        index = line_index(model, line)
+        name = model.robot.lines[index].name
+        if index in by:
+            raise InputError(f"line {name!r} is named twice among the slack ones")
+        try:
+            by[index] = float(value)
+        except (TypeError, ValueError):
+            raise InputError(f"excess of line {name!r} = {value!r}: a number is wanted, m") from None
+        if not 0.0 <= by[index] < math.inf:
+            raise InputError(f"excess of line {name!r} = {by[index]:g} m: a slack line's is finite and not negative")
+    _check_taut(model, len(by))
+    return by
+
+
+def _check_taut(model: Model, slack: int) -> None:
+    """Refuse more slack lines than the platform can do without."""
+    m, n = model.m, model.n
+    if m - slack < n:
+        spare = f"at most {m - n} can be" if m > n else "none can be"
+        raise InputError(f"slack lines: {n} taut ones hold {model.robot.name!r}, which has {m}: {spare} slack")
+
+
+def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibrium:
+    """A batch: the lines *slack* with their excess *by* (N, k) at *pose* (N, n)."""
+    rows, loose = len(pose), _loosened(model, slack)
+    lines = loose.packed.lines
+    planes, arms = planes_and_arms(lines, pose)
+    states, lengths = np.zeros((rows, model.m, layout.STATE)), np.zeros((rows, model.m))
+    wrenches = np.zeros((rows, 6))
+    hung = np.zeros(rows, dtype=np.int64)
+    for j in range(rows):
+        lengths[j, slack] = taut_lengths(lines[slack], planes[j, slack]) + by[j]
+        for i in slack:
+            code = hang(lines[i], planes[j, i], lengths[j, i], states[j, i])
+            hung[j] = hung[j] or code
+            if code == Code.OK:
+                wrenches[j] += end_wrench(lines[i], planes[j, i], arms[j, i], states[j, i])
+    codes, violations = _hold(loose, pose, slack, wrenches, states, lengths)
+    codes = np.where(hung == 0, codes, hung)
+    states[(hung != 0) | np.isnan(states).any(axis=(1, 2))] = np.nan
+    lengths[np.isnan(states).any(axis=(1, 2))] = np.nan
+    violations[hung != 0] = 0.0
+    _judge(loose.packed, pose, planes, states, slack, codes, violations)
+    return Equilibrium(loose, loose.rows(), pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
+
+
+def _loosened(model: Model, slack: list[int]) -> Model:
+    """The model whose *slack* lines may have any tension up to their highest."""
+    lines = []
+    for i, line in enumerate(model.robot.lines):
+        least, most = model.tension_limits or line.tension_limits
+        lines.append(line.model_copy(update={"tension_limits": (0.0 if i in slack else least, most)}))
+    return Model(model.robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
+
+
+def _hold(
+    model: Model, pose: Array, slack: list[int], wrenches: Array, states: Array, lengths: Array
+) -> tuple[NDArray[np.int64], Array]:
+    """The inverse problem of the taut lines under the slack ones' *wrenches* (N, 6): codes and violations (N,).
+
+    Writes the taut lines' part of *states* and *lengths*.
+    """
+    rows, packed = len(pose), model.packed
+    taut = [i for i in range(model.m) if i not in slack]
+    lines = np.repeat(packed.lines[None, taut], rows, axis=0)
+    platform = np.repeat(packed.platform[None], rows, axis=0)
+    platform[:, layout.WRENCH : layout.WRENCH + model.n] += wrenches[:, : model.n]
+    found, paid = np.zeros((rows, len(taut), layout.STATE)), np.zeros((rows, len(taut)))
+    codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
+    arrays = (Packed(model.n, lines, platform), pose, found, paid, codes, violations)
+    run(sweep.inverse_rows, sweep.inverse_sweep, rows, *arrays, False)
+    states[:, taut], lengths[:, taut] = found, paid
+    return codes, violations
+
+
+def _judge(
+    packed: Packed,
+    pose: Array,
+    planes: Array,
+    states: Array,
+    slack: list[int],
+    codes: NDArray[np.int64],
+    violations: Array,
+) -> None:
+    """Judge the whole machine where the taut lines hold it, in place: slack lines too have limits, and stiffness."""
+    work = inverse_workspace(packed)
+    for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
+        if np.isnan(states[j]).any():
+            continue
+        codes[j] = judge(packed, states[j], planes[j])
+        if codes[j] != Code.OK:
+            continue
+        over = [extremes(packed.lines[i], states[j, i])[1] - packed.lines[i, layout.TENSION_MAX] for i in slack]
+        if max(over, default=0.0) > 0.0:
+            codes[j], violations[j] = Code.INFEASIBLE, max(over)
+        elif packed.freedoms == 6:
+            codes[j] = stays(packed, pose[j], states[j], work)
+
+
+@dataclass(frozen=True, eq=False)
+class SlackSet:
+    """Taut lines that hold a pose alone, and how far the others may be too long meanwhile.
+
+    The others share one excess, from `excess_low` to `excess_high` (m); `equilibrium` is the one at `excess_low`.
+    `ended_by` says what ends the range: ``limits`` (beyond it the pose cannot be held so), ``floor`` (a slack line's
+    free span would hang below the frame or, where that is lower, the platform points), ``sheave`` (a slack line would
+    pull so little that its dead span runs back over the sheave), ``capacity`` (a winch holds no more) or ``nothing``.
+    """
+
+    taut: tuple[str, ...]
+    slack: tuple[str, ...]
+    equilibrium: Equilibrium
+    excess_low: float
+    excess_high: float
+    ended_by: str
+
+    @property
+    def tensions(self) -> Array:
+        """Tension (m,) at each sheave, N, at the start of the range."""
+        return self.equilibrium.tensions
+
+
+def slack_sets(model: Model, pose: ArrayLike) -> tuple[SlackSet, ...]:
+    """Every set of n of the m lines that holds *pose* (n,), m and rad, alone while all others are slack.
+
+    The others share one excess; a set is admissible where some excess leaves all taut lines within their limits. Its
+    range begins at the smallest such excess and goes on as long as the status is OK. Found by 33 samples, 0 and then
+    evenly in the logarithm up to where floor or capacity end it, and bisection: what lies between two samples is not
+    seen, nor a second range beyond the first. In the order of the lines. Raises `InputError` if no line can be slack,
+    if *pose* is not one pose, or if there are over 2000 sets.
+    """
+    _check_taut(model, 1)
+    count = math.comb(model.m, model.n)
+    if count > MOST_SETS:
+        raise InputError(
+            f"{count} sets of {model.n} of {model.m} lines are too many; at most {MOST_SETS} are looked at"
+        )
+    at, _ = one_pose(model, pose)
+    found = []
+    for slack in combinations(range(model.m), model.m - model.n):
+        each = _slack_set(model, at, list(slack))
+        if each is not None:
+            found.append(each)
+    return tuple(found)
+
+
+def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:
+    """One candidate: its range, or None where no sample is admissible."""
+
+    def solved(excess: Array) -> Equilibrium:
+        by = np.repeat(excess[:, None], len(slack), axis=1)
+        return _solve(model, np.repeat(pose, len(excess), axis=0), slack, by)
+
+    def fine(excess: float) -> bool:
+        return bool(solved(np.array([excess])).ok[0])
+
+    most, ended_by = min((most_excess(model, pose, i) for i in slack), key=lambda end: end[0])
+    if not most > 0.0:
+        return None
+    top = min(most, 1e3)
+    samples = np.append(0.0, np.geomspace(min(FIRST_SAMPLE, 0.5 * top), top, SAMPLES))
+    good = solved(samples).ok
+    if not good.any():
+        return None
+    first = int(np.argmax(good))
+    last = first + int(np.argmin(np.append(good[first:], False))) - 1
+    low, high = samples[first], most
+    if first > 0:
+        low = last_fine(fine, samples[first], samples[first - 1])
+    if last < SAMPLES:
+        high, ended_by = last_fine(fine, samples[last], samples[last + 1]), "limits"
+    names = [line.name for line in model.robot.lines]
+    taut = tuple(name for i, name in enumerate(names) if i not in slack)
+    loose = tuple(names[i] for i in slack)
+    return SlackSet(taut, loose, solved(np.array([low]))[0], float(low), float(high), ended_by)
+
+
+def tangent_angle(equilibrium: Equilibrium, line: LineKey, distance: float) -> Array:
+    """Angle of a line's tangent above the horizontal, rad, *distance* from its platform point: () or (N,).
+
+    *distance* is counted along the unstrained cable, m. The tangent points from the sheave to the platform in the
+    line's plane: a line that falls to its platform point has a negative angle there, one that sags below it a positive
+    one. NaN where there is no answer, or a massless line is slack and has no shape. Raises `InputError` for a line that
+    is not there, and a distance that is negative or longer than the free span.
+    """
+    i = line_index(equilibrium.model, line)
+    states = equilibrium.states[..., i, :]
+    free, weight = states[..., layout.FREE], equilibrium.column(layout.WEIGHT)[..., i]
+    _check_distance(equilibrium.model, i, distance, float(np.nanmin(free)) if np.isfinite(free).any() else math.inf)
+    angle = _angle(states, weight, distance)
+    return np.where((weight == 0.0) & (equilibrium.tensions[..., i] == 0.0), np.nan, angle)
+
+
+def _check_distance(model: Model, i: int, distance: float, most: float) -> None:
+    if not 0.0 <= distance <= most:
+        name = model.robot.lines[i].name
+        raise InputError(f"distance = {distance:g} m: 0 to {most:g} m along line {name!r} is wanted")
+
+
+def _angle(states: Array, weight: Array | float, distance: float) -> Array:
+    """Angle (...) of the tangent of free spans with *states* (..., 6), rad."""
+    tension, phi = np.exp(states[..., layout.TAU]), states[..., layout.PHI]
+    end = tension * np.sin(phi) + weight * (states[..., layout.FREE] - distance)
+    return np.asarray(np.arctan2(end, tension * np.cos(phi)))
+
+
+def angle_from_excess(model: Model, pose: ArrayLike, line: LineKey, distance: float, excess: ArrayLike) -> Array:
+    """Angle as `tangent_angle` has it, rad, of a line that hangs at *pose* (n,) with *excess*, () or (k,) in m.
+
+    Of the one line alone: whether the platform is held there is not asked. NaN where the line cannot hang so. Raises
+    `InputError` as `excess_from_angle` does, but for the angle.
+    """
+    i, planes, taut = _hanging(model, pose, line, distance)
+    given, _ = as_rows(np.ravel(excess)[:, None], 1, "excess", "m")
+    if not (given >= 0.0).all():
+        raise InputError(f"excess: a slack line's is not negative; got {given.min():g} m")
+    angles = [_hung_angle(model.packed.lines[i], planes[i], taut, distance, value) for value in given[:, 0]]
+    return np.array(angles).reshape(np.shape(excess))
+
+
+def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: float, angle: float) -> float:
+    """Excess, m, of a line whose tangent has *angle* (rad), *distance* (m) from its platform point, at *pose* (n,).
+
+    Signs and ways to count are those of `tangent_angle`. What an inclinometer near the platform says of a line: there
+    the angle grows with the excess. Where it falls again, far from the platform on a steep line that is very slack, the
+    answer is the smaller excess. Raises `InputError` for massless cables, which have no shape, a line or pose that is
+    not there, a distance over half the taut free span, and an angle that no excess from 0 on gives.
+    """
+    i, planes, taut = _hanging(model, pose, line, distance)
+    if not math.isfinite(angle):
+        raise InputError(f"angle = {angle}: a finite number is wanted, rad")
+    at, _ = one_pose(model, pose)
+    row, plane, name = model.packed.lines[i], planes[i], model.robot.lines[i].name
+    most, _ended_by = most_excess(model, at, i)
+
+    def beyond(excess: float) -> float:
+        return _hung_angle(row, plane, taut, distance, excess) - angle
+
+    excess = np.append(0.0, np.geomspace(1e-6, max(most, 2e-6), ANGLES))
+    found = np.array([beyond(each) for each in excess])
+    last = int(np.argmin(np.append(np.diff(found) > 0.0, False)))
+    if not found[0] <= 0.0 <= found[last]:
+        bounds = f"{found[0] + angle:.4f} to {found[last] + angle:.4f} rad"
+        raise InputError(f"angle = {angle:g} rad: {bounds} is wanted, what line {name!r} has for an excess from 0 on")
+    over = max(1, int(np.argmax(found >= 0.0)))
+    return float(brentq(beyond, excess[over - 1], excess[over], xtol=1e-13, rtol=1e-13))
+
+
+def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> tuple[int, Array, float]:
+    """Place of a line with a shape, the planes (m, 4) at *pose* and its taut length, m. Raises `InputError`."""
+    i = line_index(model, line)
+    row, name = model.packed.lines[i], model.robot.lines[i].name
+    if row[layout.WEIGHT] == 0.0:
+        raise InputError(
+            f"cable = {model.fidelity.cable.value}: a slack line without weight has no shape; use catenary"
+        )
+    _, planes = one_pose(model, pose)
+    y = np.zeros(layout.STATE)
+    if planes[i, 2] <= UNDER or not straight(row, planes[i, 2], planes[i, 3], TAUT, y):
+        raise InputError(
+            f"pose: line {name!r} has no plane or no tangent there: under its exit point, or in its sheave"
+        )
+    _check_distance(model, i, distance, 0.5 * float(y[layout.FREE]))
+    return i, planes, float(whole_length(row, y))
+
+
+def _hung_angle(row: Array, plane: Array, taut: float, distance: float, excess: float) -> float:
+    y = np.zeros(layout.STATE)
+    if hang(row, plane, taut + excess, y) != Code.OK:
+        return math.nan
+    return float(_angle(y, row[layout.WEIGHT], distance))
+
+
+def let_out(model: Model, lengths: ArrayLike, line: LineKey, by: ArrayLike) -> Equilibrium:
+    """Where the platform hangs while one *line* is let out *by* (k,) m more than *lengths* (m,), m: a batch of k.
+
+    The others keep their lengths. The rows are a path: the first is found without a guess, each other from the one
+    before. Raises `InputError` as `forward` does and where *by* is empty, `AnswerError` where the first has no answer.
+    """
+    i = line_index(model, line)
+    paid, single = as_rows(lengths, model.m, "lengths", "m")
+    more, _ = as_rows(np.atleast_1d(np.asarray(by))[:, None], 1, "let out by", "m")
+    if not single or len(more) == 0:
+        what = "let out by: at least one number" if single else "lengths: one row"
+        raise InputError(f"{what} is wanted; got {len(more) if single else len(paid)}")
+    rows = np.repeat(paid, len(more), axis=0)
+    rows[:, i] += more[:, 0]
+    begin = solve_forward(model, rows[0]).checked()
+    return solve_forward(model, rows, guess=np.repeat(begin.pose[None], len(rows), axis=0), path=True)

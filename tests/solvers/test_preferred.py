@@ -1,0 +1,162 @@
+"""Inverse problem with preferred tensions: the nearest to them that balance the load within the limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import cases
+from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Robot, load
+from cablewright.solvers.inverse import inverse, solve_inverse
+
+SEED = 11
+PLAIN = Fidelity(CableLaw.RIGID, SheaveLaw.EYELET)
+HEAVY = 1e7  # what balance weighs against the distance in SciPy's least squares
+REDUNDANT = [robot for robot in cases.robots() if robot.m > robot.n]
+STRAIGHT = [model for model in cases.models(CableLaw.RIGID, CableLaw.ELASTIC) if model.robot in REDUNDANT]
+FULL = [Model(robot) for robot in REDUNDANT]
+
+
+def asked_for(model: Model, rows: int, seed: int = SEED) -> np.ndarray:
+    """Preferred tensions (rows, m): most of them within the limits."""
+    rng = np.random.default_rng(seed)
+    low, high = np.transpose([line.tension_limits for line in model.robot.lines])
+    return low + (high - low) * rng.uniform(-0.02, 0.3, (rows, model.m))
+
+
+def wrenches(found: Equilibrium) -> np.ndarray:
+    """Wrench (N, n, m) per tension of straight lines from eyelets."""
+    points = found.platform_points
+    towards = np.array([line.exit_point for line in found.model.robot.lines]) - points
+    towards /= np.linalg.norm(towards, axis=2, keepdims=True)
+    arms = points - found.pose[:, None, :3]
+    return np.concatenate([towards, np.cross(arms, towards)], axis=2).swapaxes(1, 2)[:, : found.model.n]
+
+
+@pytest.mark.parametrize("model", [*STRAIGHT, *FULL], ids=cases.name)
+def test_they_balance_the_load_within_the_limits(model: Model) -> None:
+    poses = cases.poses(model, 20).pose
+    found = solve_inverse(model, poses, preferred=asked_for(model, 20))
+    held = found[found.ok]
+    assert len(held.code) >= 18  # of a body, tensions preferred may not hold it upright
+    assert held.is_valid(1e-9)
+    assert (held.margin() >= -1e-6).all()
+    assert not held.violation.any()
+
+
+@pytest.mark.parametrize("robot", REDUNDANT, ids=lambda robot: robot.name)
+def test_of_straight_lines_they_are_scipys_projection(robot: Robot) -> None:
+    model = Model(robot, PLAIN)
+    wanted = asked_for(model, 8)
+    found = solve_inverse(model, cases.poses(model, 8).pose, preferred=wanted)
+    assert found.ok.all()
+    low, high = np.transpose([line.tension_limits for line in robot.lines])
+    for A, tensions, near in zip(wrenches(found), found.tensions, wanted, strict=True):
+        load_there = A @ tensions  # that it is the load's is for the test above
+        rows, right = np.vstack([HEAVY * A, np.eye(robot.m)]), np.append(HEAVY * load_there, near)
+        theirs = lsq_linear(rows, right, (low, high), method="bvls", tol=1e-15, max_iter=1000).x
+        np.testing.assert_allclose(tensions, theirs, rtol=1e-5, atol=1e-3)
+
+
+@pytest.mark.parametrize("robot", REDUNDANT, ids=lambda robot: robot.name)
+def test_of_straight_lines_they_meet_the_conditions_of_the_best(robot: Robot) -> None:
+    """Karush, Kuhn and Tucker: what is left to wish for pushes against limits alone."""
+    model = Model(robot, PLAIN)
+    wanted = asked_for(model, 40)
+    found = solve_inverse(model, cases.poses(model, 40).pose, preferred=wanted)
+    low, high = np.transpose([line.tension_limits for line in robot.lines])
+    turned_back = 0
+    for A, tensions, near in zip(wrenches(found), found.tensions, wanted, strict=True):
+        at_low, at_high = tensions < low + 1e-6, tensions > high - 1e-6
+        free = ~(at_low | at_high)
+        multipliers = np.linalg.lstsq(A[:, free].T, (tensions - near)[free], rcond=None)[0]
+        wish = near - tensions + A.T @ multipliers
+        scale = np.abs(near).max()
+        assert np.abs(wish[free]).max() < 1e-7 * scale
+        if free.sum() >= model.n:  # fewer leave the multipliers undecided
+            assert (wish[at_low] < 1e-7 * scale).all()
+            assert (wish[at_high] > -1e-7 * scale).all()
+        turned_back += int((~free).sum())
+    assert turned_back > 0
+
+
+@pytest.mark.parametrize("model", STRAIGHT, ids=cases.name)
+def test_what_balances_already_stays(model: Model) -> None:
+    """Preferred tensions that hold the pose are taken as they are: the least-norm ones, and any others found."""
+    poses = cases.poses(model, 10).pose
+    for first in (solve_inverse(model, poses), solve_inverse(model, poses, preferred=asked_for(model, 10))):
+        held = first[first.ok]
+        again = solve_inverse(model, held.pose, preferred=held.tensions)
+        np.testing.assert_allclose(again.tensions, held.tensions, rtol=1e-6, atol=1e-5)
+        np.testing.assert_allclose(again.lengths, held.lengths, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("model", FULL, ids=cases.name)
+def test_with_sag_they_stay_but_for_the_cables_weight(model: Model) -> None:
+    """Distances are told between pulls, mid-span: from the tension at the sheave that is up to the cable's weight."""
+    held = cases.poses(model, 10)
+    again = solve_inverse(model, held.pose, preferred=held.tensions)
+    weight = max(line.cable.linear_density for line in model.robot.lines) * model.robot.scene.gravity
+    assert np.abs(again.tensions - held.tensions).max() < 2.0 * weight * held.lengths.max()
+
+
+@pytest.mark.parametrize("model", FULL, ids=cases.name)
+def test_to_prefer_nothing_is_the_default_to_the_last_bit(model: Model) -> None:
+    poses = cases.random_poses(model, 30, SEED)
+    plain, zero = solve_inverse(model, poses), solve_inverse(model, poses, preferred=np.zeros(model.m))
+    np.testing.assert_array_equal(zero.code, plain.code)
+    np.testing.assert_array_equal(zero.lengths, plain.lengths)
+    np.testing.assert_array_equal(zero.states, plain.states)
+
+
+@pytest.mark.parametrize("model", FULL, ids=cases.name)
+def test_what_is_preferred_decides_no_feasibility(model: Model) -> None:
+    poses = cases.random_poses(model, 60, SEED)
+    plain, other = solve_inverse(model, poses), solve_inverse(model, poses, preferred=asked_for(model, 60))
+    assert plain.ok.any()
+    if model.n == 3:  # whether a body stays upright is a matter of its tensions
+        np.testing.assert_array_equal(other.ok, plain.ok)
+
+
+def test_a_batch_takes_one_row_for_all_or_one_for_each() -> None:
+    robot = load("house-printer")
+    poses = cases.poses(Model(robot), 70).pose
+    wanted = asked_for(Model(robot), 70)
+    each = inverse(robot, poses, preferred=wanted)
+    for row in (0, 33, 69):
+        np.testing.assert_array_equal(inverse(robot, poses[row], preferred=wanted[row]).tensions, each.tensions[row])
+    together = inverse(robot, poses, preferred=wanted[7])
+    np.testing.assert_array_equal(together.tensions[7], each.tensions[7])
+    np.testing.assert_array_equal(
+        together.lengths, inverse(robot, poses, preferred=np.tile(wanted[7], (70, 1))).lengths
+    )
+
+
+def test_more_is_preferred_more_is_had_until_a_limit_is_reached() -> None:
+    """Four lines can be tensed in one way: two that face each other more, the others less."""
+    robot = load("paty2021")
+    wanted = np.linspace(0.0, 4000.0, 9)[:, None] * np.ones(4)
+    held = inverse(robot, np.zeros((9, 3)), preferred=wanted)
+    np.testing.assert_allclose(held.tensions - held.tensions[0], 0.0, atol=1e-6)  # by symmetry there is no more to have
+    tilted = inverse(robot, np.zeros((9, 3)), preferred=wanted * [1.0, 0.0, 1.0, 0.0])
+    assert (np.diff(tilted.tensions[:, 0]) >= -1e-9).all()
+    assert tilted.tensions[-1, 0] > tilted.tensions[0, 0] + 80.0
+    assert tilted.tensions[:, 1].min() >= 510.0 - 1e-6
+
+
+def test_too_few_lines_leave_no_choice() -> None:
+    robot = load("grab-four-lines")
+    pose = [1.0, 0.3, -0.2, np.nan, np.nan, 0.0]
+    np.testing.assert_array_equal(inverse(robot, pose, preferred=[90.0] * 4).lengths, inverse(robot, pose).lengths)
+
+
+@pytest.mark.parametrize(
+    "wanted", [[1.0], [1.0] * 5, [[1.0] * 4] * 3, [1.0, 2.0, 3.0, np.nan], [np.inf] * 4, "abcd", 5.0, [[[1.0] * 4]]]
+)
+def test_what_are_no_tensions_is_refused(wanted: object) -> None:
+    with pytest.raises(InputError, match="preferred tensions"):
+        inverse(load("merlet2023"), [[0, 0, 1], [0, 0, 2]], preferred=wanted)
