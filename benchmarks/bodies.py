@@ -9,15 +9,16 @@ from moorpy.body import Body
 from moorpy.system import System
 from numpy.typing import NDArray
 
-from benchmarks.statics import solver
+from benchmarks.statics import PLAIN, solver
 from benchmarks.timing import Row, best, medians
 from cablewright.kernels import layout, sweep
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.rotation import angle_between, matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
-from cablewright.solvers.forward import Tracker, solve_forward
+from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.track import Tracker
 
 Array = NDArray[np.float64]
 ROWS = 3000
@@ -76,7 +77,7 @@ def python_call(model: Model, held: Equilibrium, lengths: Array) -> float:
     """Median time of `Tracker.step` to the neighbouring lengths and back, over the first poses, s."""
     steps = []
     for home, away in zip(held.lengths[:BESIDE], lengths[:BESIDE], strict=True):
-        steps += there_and_back(Tracker(model, home).step, home, away)
+        steps += there_and_back(Tracker(model, home, PLAIN).step, home, away)
     return float(np.median(medians(steps, 200)))
 
 

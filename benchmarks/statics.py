@@ -17,11 +17,13 @@ from cablewright.kernels.line import guess, settle
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
-from cablewright.solvers.forward import Tracker, solve_forward
+from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.track import Tracker, TrackerSettings
 
 Array = NDArray[np.float64]
 ROWS = 3000
+PLAIN = TrackerSettings(certify=False)
 
 
 def rows() -> Iterator[Row]:
@@ -50,7 +52,7 @@ def forward_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     per_solve = float(np.median(warm)) / 100
     yield Row("forward, warm (lengths off by 1 mm), in a batch", per_solve * 1e6, "us", "<= 10", per_solve <= 10e-6)
 
-    tracker = Tracker(model, held.lengths[0])
+    tracker = Tracker(model, held.lengths[0], PLAIN)
     steps = [held.lengths[0], held.lengths[0] + 1e-3]
     calls = [lambda: tracker.step(steps[0]), lambda: tracker.step(steps[1])]
     one = max(medians(calls, 2000))

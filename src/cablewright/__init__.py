@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.job import Job, load_job
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, of_moduli
-    from cablewright.solvers.forward import Tracker, forward
+    from cablewright.solvers.certify import Certificate, certify
+    from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
+    from cablewright.solvers.track import Tracker, TrackerSettings
     from cablewright.studies.accuracy import (
         accuracy_over,
         accuracy_over_job,
@@ -35,6 +37,7 @@ __all__ = [
     "AnswerError",
     "CableLaw",
     "CablewrightError",
+    "Certificate",
     "Check",
     "EnvironmentFault",
     "Equilibrium",
@@ -49,6 +52,7 @@ __all__ = [
     "SheaveLaw",
     "Status",
     "Tracker",
+    "TrackerSettings",
     "Vertices",
     "accuracy",
     "accuracy_at",
@@ -56,6 +60,7 @@ __all__ = [
     "accuracy_over_job",
     "accuracy_over_workspace",
     "along_helix",
+    "certify",
     "check",
     "forward",
     "inverse",
@@ -77,9 +82,11 @@ _HOMES = {
     "models.statics": ("Equilibrium", "Model"),
     "printing.job": ("Job", "load_job"),
     "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "of_moduli"),
-    "solvers.forward": ("Tracker", "forward"),
+    "solvers.certify": ("Certificate", "certify"),
+    "solvers.forward": ("forward",),
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
+    "solvers.track": ("Tracker", "TrackerSettings"),
     "studies.accuracy": (
         "accuracy_over",
         "accuracy_over_job",

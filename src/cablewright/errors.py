@@ -24,6 +24,9 @@ class Status(Enum):
     OVERSTRETCHED = "a line is over its breaking load"
     LEVER_UNSTABLE = "a lever stands on its head: an equilibrium, but an unstable one"
     UNSTABLE = "the platform stands on its head: an equilibrium, but an unstable one"
+    JUMPED = "the equilibrium that was followed ends or jumps between these lengths and the last"
+    FOLD = "the equilibrium that is followed is about to vanish: its stiffness is all but singular"
+    UNCERTIFIED = "the equilibrium was found, but that it is the only one there could not be proved"
     OUT_OF_LIMITS = "the pose balances, but is outside the machine's limits"  # no kernel's code
 
     @classmethod

@@ -9,8 +9,9 @@ from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.solvers.forward import Tracker, solve_forward
+from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.track import Tracker
 
 HOUSE = Model(load("house-printer"))
 START = np.full(4, 28.0)

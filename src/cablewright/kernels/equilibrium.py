@@ -1,6 +1,6 @@
 """All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
 
-from math import log, sqrt
+from math import cos, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,9 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     BREAKING,
     FREE,
+    PHI,
     PLATFORM_WEIGHT,
+    RADIUS,
     STATE,
     TAU,
     UNKNOWNS,
@@ -41,6 +43,9 @@ LEVER_UNSTABLE = int(Code.LEVER_UNSTABLE)
 BAD_WRAP = int(Code.BAD_WRAP)
 UNDER_EXIT = int(Code.UNDER_EXIT)
 UNSTABLE = int(Code.UNSTABLE)
+JUMPED = int(Code.JUMPED)
+FOLD = int(Code.FOLD)
+UNCERTIFIED = int(Code.UNCERTIFIED)
 
 
 class Work(NamedTuple):
@@ -170,7 +175,6 @@ def _unbalanced(wrench, reach):
 @jit
 def refine(packed, lengths, pose, states, work):
     """Newton from *pose* and *states* (both improved in place). Returns code, iterations, residual (m)."""
-    lines, n = packed.lines, packed.freedoms
     stalled = False
     worst = 0.0
     grain = 4e-16 * max(abs(pose[0]), abs(pose[1]), abs(pose[2]))  # what a coordinate can resolve
@@ -180,17 +184,27 @@ def refine(packed, lengths, pose, states, work):
             return NOT_FINITE, iteration, worst
         if (worst < LENGTH_TOLERANCE + grain and unbalanced < FORCE_TOLERANCE * scale) or stalled:
             return OK, iteration, worst
-        if not condense(packed, states, work):
+        possible, step, full = newton_step(packed, pose, states, work)
+        if not possible:
             return SINGULAR, iteration, worst
-        for k in range(n):
-            work.move[k, 0] = work.wrench[k]
-        if not solve(work.stiffness, work.move, n, 1):
-            return SINGULAR, iteration, worst
-        step, full = move_platform(pose, work)
-        for i in range(lines.shape[0]):
-            full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
         stalled = full and step < STALLED + grain and worst < STALLED + grain
     return NOT_CONVERGED, NEWTON_STEPS, worst
+
+
+@jit
+def newton_step(packed, pose, states, work):
+    """Take one step of the evaluated equations. Returns whether it could, its length (m) and whether it was whole."""
+    lines, n = packed.lines, packed.freedoms
+    if not condense(packed, states, work):
+        return False, 0.0, False
+    for k in range(n):
+        work.move[k, 0] = work.wrench[k]
+    if not solve(work.stiffness, work.move, n, 1):
+        return False, 0.0, False
+    step, full = move_platform(pose, work)
+    for i in range(lines.shape[0]):
+        full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
+    return True, step, full
 
 
 @jit
@@ -247,12 +261,24 @@ def judge(packed, states, planes):
 
 @jit
 def judge_stability(packed, states, work):
-    """Whether an evaluated equilibrium of a rigid body returns when pushed or turned: a status code."""
-    if packed.freedoms < 6:
+    """Whether an evaluated equilibrium returns when pushed or turned: a status code.
+
+    A point load does, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`.
+    """
+    if packed.freedoms < 6 and not _leaves_backwards(packed, states):
         return OK
     if not condense(packed, states, work):
         return SINGULAR
-    return judge_pivot(least_pivot(work.stiffness, 6))
+    return judge_pivot(least_pivot(work.stiffness, packed.freedoms))
+
+
+@jit
+def _leaves_backwards(packed, states):
+    """Whether any cable pulls its sheave away from the platform: the point is under the sheave, within its reach."""
+    for i in range(packed.lines.shape[0]):
+        if packed.lines[i, RADIUS] > 0.0 and cos(states[i, PHI]) < 0.0:
+            return True
+    return False
 
 
 @jit

@@ -35,8 +35,7 @@ def solve_warm(packed, lengths, pose, states, work):
         iterations, residual = 1, 0.0
         if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
             return NOT_CONVERGED, iterations, residual
-        if packed.freedoms == 6:  # for the stability of a body; a point load's is not in question
-            evaluate(packed, lengths, pose, states, work)
+        evaluate(packed, lengths, pose, states, work)  # for the stability
     else:
         code, iterations, residual = refine(packed, lengths, pose, states, work)
         if code != OK:

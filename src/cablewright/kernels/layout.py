@@ -21,6 +21,9 @@ class Code(IntEnum):
     OVERSTRETCHED = 8
     LEVER_UNSTABLE = 9
     UNSTABLE = 10
+    JUMPED = 11
+    FOLD = 12
+    UNCERTIFIED = 13
 
 
 # Columns of `Packed.lines`. Lengths in m, forces in N, weights in N/m, compliances 1/EA in 1/N.

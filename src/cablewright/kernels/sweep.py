@@ -3,6 +3,8 @@
 import numpy as np
 
 from cablewright.kernels import jit, prange
+from cablewright.kernels.branches import start_at
+from cablewright.kernels.certify import certificate_pool, certify, levers, unfold
 from cablewright.kernels.equilibrium import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, evaluate, workspace
 from cablewright.kernels.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.hanging import solve_hanging
@@ -20,6 +22,8 @@ __all__ = [
     "PARAMETERS",
     "SLACK_TENSION",
     "WARM",
+    "certify_rows",
+    "certify_sweep",
     "examine",
     "forward_rows",
     "forward_sweep",
@@ -29,6 +33,7 @@ __all__ = [
     "inverse_sweep",
     "linearise_rows",
     "linearise_sweep",
+    "start_rows",
 ]
 
 CHUNK = 64  # rows per task; results do not depend on how many threads share the tasks
@@ -185,6 +190,41 @@ def linearise_sweep(packed, lengths, poses, states, stiffness, motion, codes):
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, min(rows, first + CHUNK))
+
+
+@jit(allocates=True)
+def start_rows(packed, lengths, poses, heads, pull, states, started):
+    """Line states (N, m, 6) to start from at *poses*, levers of *heads* (N, m) on their head; see `start_at`."""
+    work = workspace(_one(packed, 0))
+    for j in range(lengths.shape[0]):
+        started[j] = start_at(_one(packed, j), lengths[j], poses[j], heads[j], pull, states[j], work)
+
+
+@jit(allocates=True)
+def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs, first, last):
+    """Certify rows *first* to *last*; see `certify_sweep`."""
+    own = _one(packed, first)
+    work = unfold(own, certificate_pool(own))
+    at = work.offsets[-1]
+    for j in range(first, last):
+        own = _one(packed, j)
+        codes[j] = certify(own, lengths[j], poses[j], states[j], tolerance, work)
+        signs[j] = levers(own, work)
+        bounds[j] = work.bound[at:]
+        boxes[j] = work.radius[at:]
+
+
+@jit(parallel=True)
+def certify_sweep(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs):
+    """Certificates of solved rows: codes and signs of levers (N,), bound and box of the pose (N, n).
+
+    *tolerance* (m, rad) is how near the pose has to be. See `certify.certify`.
+    """
+    rows = lengths.shape[0]
+    for chunk in prange((rows + CHUNK - 1) // CHUNK):
+        first = chunk * CHUNK
+        last = min(rows, first + CHUNK)
+        certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs, first, last)
 
 
 @jit(allocates=True)

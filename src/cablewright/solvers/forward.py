@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.errors import InputError, Status
-from cablewright.kernels import forward as kernel
+from cablewright.errors import InputError
 from cablewright.kernels import layout, sweep
-from cablewright.kernels.equilibrium import workspace
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model, rows_of
 from cablewright.robot import Robot
 from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
 
-__all__ = ["Tracker", "forward", "solve_again", "solve_forward"]
+__all__ = ["forward", "solve_again", "solve_forward"]
 
 
 def forward(
@@ -110,34 +108,3 @@ def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64]
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
     return given
-
-
-class Tracker:
-    """Forward solves one after another, each from the last: what a control loop holds.
-
-    Not for use by two threads at once. `pose` (n,) and `states` (m, 6) are the last solution, overwritten by each step.
-    """
-
-    def __init__(self, model: Model, lengths: ArrayLike) -> None:
-        """Begin at the equilibrium of *lengths* (m,), found cold. Raises `AnswerError` where there is none."""
-        begin = solve_forward(model, lengths).checked()
-        self.model = model
-        self.pose = begin.pose.copy()
-        self.states = begin.states.copy()
-        self._packed = model.packed
-        self._work = workspace(self._packed)
-
-    def step(self, lengths: ArrayLike) -> Status:
-        """Move to the equilibrium of *lengths* (m,), m. Unless the status is OK the pose stays as it was.
-
-        Raises `InputError` for lengths of the wrong count, not finite or not positive.
-        """
-        rows, single = as_rows(lengths, self.model.m, "lengths", "m")
-        if not single or not (rows > 0.0).all():
-            raise InputError(f"lengths: {self.model.m} numbers over zero are wanted, in m; got {rows.tolist()}")
-        pose, states = self.pose.copy(), self.states.copy()
-        code, _, _ = kernel.solve_warm(self._packed, rows[0], pose, states, self._work)
-        if code == layout.Code.OK:
-            self.pose, self.states = pose, states
-            return Status.OK
-        return Status.of(code)

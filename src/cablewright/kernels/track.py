@@ -1,0 +1,87 @@
+"""Following one equilibrium as lengths change: what a control loop calls every few milliseconds."""
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.certify import CERTIFIED, certify, unfold
+from cablewright.kernels.equilibrium import (
+    FOLD,
+    JUMPED,
+    OK,
+    SINGULAR,
+    UNCERTIFIED,
+    condense,
+    evaluate,
+    judge,
+    judge_pivot,
+    newton_step,
+    refine,
+)
+from cablewright.kernels.newton import largest, least_pivot
+from cablewright.kernels.rotation import compose
+
+SUBSTEPS = (1, 4, 16, 64)  # parts that a step is cut into where a single one strays
+
+
+@jit(allocates=True)
+def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, pool):
+    """Follow the equilibrium in *pose* and *states* from lengths *before* to *lengths*; both are improved in place.
+
+    Each part of the way goes by the linearisation and then Newton. Where that ends farther than *jump* (m, rad) from
+    what the linearisation said, the part is cut; JUMPED if none is small enough. FOLD where the least pivot of the
+    stiffness, as a share of its largest, is under *fold*. With a *tolerance* over 0 the end is certified to it, else
+    UNCERTIFIED. Returns code and least pivot.
+    """
+    start, shape = pose.copy(), states.copy()
+    between = np.empty_like(lengths)
+    code = JUMPED
+    for parts in SUBSTEPS:
+        pose[:], states[:, :] = start, shape
+        for part in range(1, parts + 1):
+            for i in range(lengths.shape[0]):
+                between[i] = before[i] + (lengths[i] - before[i]) * part / parts
+            code = _step(packed, lengths if part == parts else between, pose, states, jump, work)
+            if code != OK:
+                break
+        if code == OK:
+            break
+    if code != OK:
+        return code, 0.0
+    if not condense(packed, states, work):
+        return SINGULAR, 0.0
+    pivot = least_pivot(work.stiffness, packed.freedoms)
+    code = judge_pivot(pivot)
+    if code == OK:
+        code = judge(packed, states, work.planes)
+    if code == OK and pivot < fold:
+        code = FOLD
+    if (
+        code == OK
+        and tolerance > 0.0
+        and certify(packed, lengths, pose, states, tolerance, unfold(packed, pool)) != CERTIFIED
+    ):
+        code = UNCERTIFIED
+    return code, pivot
+
+
+@jit(allocates=True)
+def _step(packed, lengths, pose, states, jump, work):
+    """One part of the way. Leaves the equilibrium evaluated."""
+    evaluate(packed, lengths, pose, states, work)
+    possible, _, _ = newton_step(packed, pose, states, work)
+    if not possible:
+        return SINGULAR
+    expected = pose.copy()
+    code, _, _ = refine(packed, lengths, pose, states, work)
+    if code != OK:
+        return code
+    for k in range(3):
+        expected[k] = pose[k] - expected[k]
+    if packed.freedoms == 6:
+        x, y, z = -expected[3], -expected[4], -expected[5]
+        expected[3:] = pose[3:]
+        turned = expected[3:].copy()
+        turned[0], turned[1], turned[2] = x, y, z
+        compose(pose[3], pose[4], pose[5], turned)
+        expected[3], expected[4], expected[5] = turned[0], turned[1], turned[2]
+    return OK if largest(expected, packed.freedoms) <= jump else JUMPED

@@ -1,0 +1,81 @@
+"""Certificates: that exactly one equilibrium lies near a numerical one, as a theorem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels import certify as kernel
+from cablewright.kernels import sweep
+from cablewright.models.statics import Equilibrium
+from cablewright.solvers.batch import run
+
+__all__ = ["Certificate", "certify"]
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+"""How near the equilibrium has to be unless told otherwise, m and rad."""
+
+REASONS = {
+    kernel.CERTIFIED: "exactly one equilibrium lies in the box",
+    kernel.NOT_CONTRACTING: "not certified: no box around the solution contracts; it is singular there, or nearly",
+    kernel.UNBOUNDED: "not certified: the equations are not bounded in any box around the solution",
+    kernel.NO_INVERSE: "not certified: the Jacobian is singular",
+    kernel.SLACK: "not certified: a massless line hangs slack and has no shape",
+    kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What is proved of an equilibrium, or of each of a batch (a leading axis).
+
+    Where `certified`, the equations of the model, with its numbers taken as the doubles that they are, have exactly one
+    solution whose unknowns all lie in a box around the numerical one; its pose lies within `bound` of the equilibrium's
+    pose, m, and for a body within a rotation whose vector has components within `bound`, rad. `box` is how far the
+    pose may be from it in the box where there is no other.
+    """
+
+    code: NDArray[np.int64]  # ()
+    bound: Array  # (n,), NaN where not certified
+    box: Array  # (n,)
+    levers: NDArray[np.int64]  # () 1: every lever returns when pushed, surely; -1: one does not, surely; 0: not sure
+
+    @property
+    def certified(self) -> NDArray[np.bool_]:
+        """Whether it holds."""
+        return np.asarray(self.code == kernel.CERTIFIED)
+
+    def reason(self) -> str:
+        """Why a single one holds, or does not."""
+        return REASONS[int(self.code)]
+
+
+def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certificate:
+    """Prove that exactly one equilibrium is near a solved one, or near each of a batch, its pose within *tolerance*.
+
+    *tolerance*: m, and rad for a body. Statuses of the equilibrium do not matter, but that it was solved: an unstable
+    one is certified as what it is. Rows without an answer are not certified. Raises `InputError` for rigid cables or a
+    tolerance that is not positive.
+
+    Krawczyk's test in interval arithmetic; see `docs/theory/certificates.md`.
+    """
+    model = equilibrium.model
+    model.refuse_rigid()
+    if not tolerance > 0.0:
+        raise InputError(f"tolerance {tolerance:g}: over 0 is wanted, m")
+    single = equilibrium.code.ndim == 0
+    lengths, poses, states = equilibrium.solved_arrays()
+    rows = len(lengths)
+    codes, signs = np.full(rows, kernel.UNBOUNDED), np.zeros(rows, dtype=np.int64)
+    bounds, boxes = np.full((rows, model.n), np.nan), np.full((rows, model.n), np.nan)
+    arrays = (lengths, poses, states, float(tolerance), codes, bounds, boxes, signs)
+    run(sweep.certify_rows, sweep.certify_sweep, rows, equilibrium.packed, *arrays)
+    failed = codes != kernel.CERTIFIED
+    bounds[failed], boxes[failed], signs[failed] = np.nan, np.nan, 0
+    found = Certificate(codes, bounds, boxes, signs)
+    return Certificate(codes[0], bounds[0], boxes[0], signs[0]) if single else found
