@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.job import Job, load_job
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, of_moduli
+    from cablewright.solvers.branches import Equilibria, equilibria
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
@@ -40,6 +41,7 @@ __all__ = [
     "Certificate",
     "Check",
     "EnvironmentFault",
+    "Equilibria",
     "Equilibrium",
     "Fidelity",
     "FirstOrder",
@@ -62,6 +64,7 @@ __all__ = [
     "along_helix",
     "certify",
     "check",
+    "equilibria",
     "forward",
     "inverse",
     "library_names",
@@ -82,6 +85,7 @@ _HOMES = {
     "models.statics": ("Equilibrium", "Model"),
     "printing.job": ("Job", "load_job"),
     "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "of_moduli"),
+    "solvers.branches": ("Equilibria", "equilibria"),
     "solvers.certify": ("Certificate", "certify"),
     "solvers.forward": ("forward",),
     "solvers.inverse": ("inverse",),

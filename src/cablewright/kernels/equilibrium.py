@@ -244,7 +244,8 @@ def step_line(row, y, steps, arm, plane, move):
 
 @jit
 def judge(packed, states, planes):
-    """Whether a solved equilibrium is one that the machine can have: a status code."""
+    """Whether a solved equilibrium is one that the machine can have: a status code, overstretched last of all."""
+    code = OK
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
         if planes[i, 2] <= 1e-9:
@@ -255,8 +256,8 @@ def judge(packed, states, planes):
         if angle < 0.0 or angle > 6.283185307179586:
             return BAD_WRAP
         if extremes(row, y)[1] > row[BREAKING]:
-            return OVERSTRETCHED
-    return OK
+            code = OVERSTRETCHED
+    return code
 
 
 @jit

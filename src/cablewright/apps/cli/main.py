@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from cablewright.apps.cli import accuracy, check, modulus, robots, statics
+from cablewright.apps.cli import accuracy, check, equilibria, modulus, robots, statics
 from cablewright.errors import CablewrightError
 
 __all__ = ["app", "main"]
@@ -23,6 +23,7 @@ app = typer.Typer(
 )
 app.command("accuracy")(accuracy.accuracy)
 app.command("check")(check.check)
+app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
 app.command("inverse")(statics.inverse)
 app.command("modulus")(modulus.modulus)

@@ -1,0 +1,40 @@
+"""`equilibria` on the command line."""
+
+from __future__ import annotations
+
+import pytest
+
+
+def test_the_json_of_the_contract(cli) -> None:
+    found = cli("equilibria", "paty2021", "--lengths", "33,33,33,33", "--json").json
+    assert (len(found["solutions"]), found["complete"]) == (16, False)
+    first = found["solutions"][0]
+    assert (first["stable"], first["certified"], first["slack"]) == (True, True, [False] * 4)
+    assert first["status"] == "ok"
+    assert len(first["pose"]) == 3
+    assert len(first["tensions"]) == 4
+    assert not any(other["stable"] for other in found["solutions"][1:])
+
+
+def test_the_text(cli) -> None:
+    out = cli("equilibria", "merlet2023", "--lengths", "9.7,9.9,9.7,9.7", "--sheave", "eyelet").out
+    assert out.startswith("1 equilibrium, 1 stable\nok ")
+    assert "certified, slack: " in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--lengths", "33,33"), "4 numbers are wanted"),
+        (("--lengths", "33,33,33,33", "--box", "0,0,1,1,1,1"), "X0 < X1"),
+        (("--lengths", "33,33,33,33", "--starts", "0"), "starts = 0"),
+        (("--lengths", "33,33,33,33", "--retraction", "1"), "has no retraction"),
+    ],
+)
+def test_bad_input_is_one_line(cli, arguments: tuple[str, ...], told: str) -> None:
+    assert told in cli("equilibria", "paty2021", *arguments).refusal
+
+
+def test_nothing_found_is_a_no(cli) -> None:
+    answer = cli("equilibria", "paty2021", "--lengths", "33,33,33,33", "--box", "0,1,0,1,100,101")
+    assert answer.no.startswith("no equilibrium was found")
