@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cablewright.analyses.accuracy import Accuracy, accuracy
+    from cablewright.analyses.accuracy import accuracy
     from cablewright.analyses.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from cablewright.studies.place import accuracy_at
 
 __all__ = [
-    "Accuracy",
     "AnswerError",
     "CableLaw",
     "CablewrightError",
@@ -78,7 +77,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "analyses.accuracy": ("Accuracy", "accuracy"),
+    "analyses.accuracy": ("accuracy",),
     "analyses.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
     "errors": ("AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status"),
     "models.fidelity": ("CableLaw", "Fidelity", "SheaveLaw"),
