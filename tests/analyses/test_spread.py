@@ -11,8 +11,8 @@ from scipy.optimize import brentq, root
 from scipy.spatial import ConvexHull
 
 import cases
-from cablewright.analyses import spread as module
-from cablewright.analyses.spread import FirstOrder, MonteCarlo, Problem, Vertices, settled, signs_of_box
+from cablewright.analyses.corners import extreme_signs, signs_of_box, vertex_count
+from cablewright.analyses.spread import FirstOrder, MonteCarlo, Problem, Vertices, settled
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
@@ -193,8 +193,8 @@ def effects_of(shape: str, k: int) -> np.ndarray:
 def test_the_corners_chosen_hold_the_extremes_of_all(shape: str, k: int) -> None:
     effects = effects_of(shape, k)
     every = signs_of_box(k) @ effects.T
-    signs = module._extreme_signs(effects)
-    assert len(signs) == module._vertex_count(k)
+    signs = extreme_signs(effects)
+    assert len(signs) == vertex_count(k)
     assert (np.abs(signs) == 1.0).all()
     chosen = signs @ effects.T
     rng = np.random.default_rng(1)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from statistics import NormalDist
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.corners import ALL_VERTICES, extreme_signs, signs_of_box, vertex_count
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
@@ -41,11 +41,9 @@ Progress = Callable[[int, int], None]
 """Called with how many places are done and how many there are."""
 
 SOLVES = 32_768  # forward problems solved between two reports: bounds memory, and the wait for an interrupt
-ALL_VERTICES = 12  # numbers up to which all vertices of their box are looked at
 LIKELY = 0.95  # share of samples that stay within the likely error
 TRIED = 8  # corners that first order solves to tell how far it is off, beside the farthest
 QUANTILES = (np.arange(1001) + 0.5) / 1001.0  # of one number's distribution
-JITTER = 1e-9  # of a generator: tells apart what would be parallel
 
 
 def _silent(_done: int, _total: int) -> None:
@@ -132,7 +130,7 @@ class Vertices:
 
     def __call__(self, problem: Problem) -> Spread:
         """The spread over the corners."""
-        count = _vertex_count(len(problem.ranges))
+        count = vertex_count(len(problem.ranges))
         return _by_blocks(problem, count, self._block)
 
     @staticmethod
@@ -153,7 +151,7 @@ class FirstOrder:
 
     def __call__(self, problem: Problem) -> Spread:
         """The spread over the corners, as first order has them."""
-        count = _vertex_count(len(problem.ranges))
+        count = vertex_count(len(problem.ranges))
         return _by_blocks(problem, count, self._block)
 
     @staticmethod
@@ -297,10 +295,6 @@ class _Linear:
         return np.asarray(np.linalg.norm(turned + away[:, None], axis=2))
 
 
-def _vertex_count(k: int) -> int:
-    return 2**k if k <= ALL_VERTICES else 4 * k * (k - 1)
-
-
 def corner_values(problem: Problem) -> Array:
     """Values (S, k) of the corners of the box that `Vertices` looks at, of a problem of one place."""
     signs = _corners(_Linear.of(problem))
@@ -312,35 +306,7 @@ def corner_values(problem: Problem) -> Array:
 def _corners(linear: _Linear) -> Array:
     """Signs of the corners to look at: (S, k) for all, or (N, S, k) where first order has chosen."""
     k = linear.effects.shape[2]
-    return signs_of_box(k) if k <= ALL_VERTICES else np.stack([_extreme_signs(one) for one in linear.effects])
-
-
-def signs_of_box(k: int) -> Array:
-    """Signs (2^k, k) of a box's corners: the last number changes first."""
-    return np.asarray(1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)[::-1]) & 1))
-
-
-def _extreme_signs(effects: Array) -> Array:
-    """Signs (4 k (k - 1), k) of the corners that are vertices of the box's image under *effects* (3, k), a zonotope.
-
-    Any largest value of a convex function, as a distance is, is at one of them. Each vertex is a corner of a face, and
-    each face is spanned by two of the generators: the others' signs are those of their products with its normal.
-    """
-    k = effects.shape[1]
-    size = np.maximum(np.linalg.norm(effects, axis=0), 1e-300)
-    generators = effects / size + JITTER * np.random.default_rng(0).standard_normal((3, k))
-    pairs = np.array(list(combinations(range(k), 2)))
-    normals = np.cross(generators[:, pairs[:, 0]].T, generators[:, pairs[:, 1]].T)
-    signs = np.where(normals @ generators >= 0.0, 1.0, -1.0)
-    faces = np.concatenate([signs, -signs])
-    corners = []
-    both = np.concatenate([pairs, pairs])
-    at = np.arange(len(both))
-    for first, second in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        corner = faces.copy()
-        corner[at, both[:, 0]], corner[at, both[:, 1]] = first, second
-        corners.append(corner)
-    return np.concatenate(corners)
+    return signs_of_box(k) if k <= ALL_VERTICES else np.stack([extreme_signs(one) for one in linear.effects])
 
 
 def _sigmas(problem: Problem) -> Array:

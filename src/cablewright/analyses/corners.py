@@ -1,0 +1,48 @@
+"""Corners of a box of uncertain numbers: all of them, or those that can be extreme."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ALL_VERTICES", "extreme_signs", "signs_of_box", "vertex_count"]
+
+Array = NDArray[np.float64]
+
+ALL_VERTICES = 12  # numbers up to which all vertices of their box are looked at
+JITTER = 1e-9  # of a generator: tells apart what would be parallel
+
+
+def vertex_count(k: int) -> int:
+    """How many corners of a box of *k* numbers are looked at."""
+    return 2**k if k <= ALL_VERTICES else 4 * k * (k - 1)
+
+
+def signs_of_box(k: int) -> Array:
+    """Signs (2^k, k) of a box's corners: the last number changes first."""
+    return np.asarray(1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)[::-1]) & 1))
+
+
+def extreme_signs(effects: Array) -> Array:
+    """Signs (4 k (k - 1), k) of the corners that are vertices of the box's image under *effects* (3, k), a zonotope.
+
+    Any largest value of a convex function, as a distance is, is at one of them. Each vertex is a corner of a face, and
+    each face is spanned by two of the generators: the others' signs are those of their products with its normal.
+    """
+    k = effects.shape[1]
+    size = np.maximum(np.linalg.norm(effects, axis=0), 1e-300)
+    generators = effects / size + JITTER * np.random.default_rng(0).standard_normal((3, k))
+    pairs = np.array(list(combinations(range(k), 2)))
+    normals = np.cross(generators[:, pairs[:, 0]].T, generators[:, pairs[:, 1]].T)
+    signs = np.where(normals @ generators >= 0.0, 1.0, -1.0)
+    faces = np.concatenate([signs, -signs])
+    corners = []
+    both = np.concatenate([pairs, pairs])
+    at = np.arange(len(both))
+    for first, second in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
+        corner = faces.copy()
+        corner[at, both[:, 0]], corner[at, both[:, 1]] = first, second
+        corners.append(corner)
+    return np.concatenate(corners)
