@@ -151,7 +151,7 @@ def commanded(
 
 def _zeroing(full: Model, model: Model, home: ArrayLike) -> Array:
     """What a machine that was zeroed at *home* adds to the lengths of its *model*, (m,), m."""
-    true = solve_inverse(full, np.ravel(home))
+    true = solve_inverse(full, as_poses(full, home, "home")[0][0])
     if not true.ok:
         raise InputError(f"home: {true.sentence()}")
     return np.asarray(true.lengths - solve_inverse(model, true.pose).checked().lengths)

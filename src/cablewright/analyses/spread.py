@@ -184,6 +184,8 @@ class MonteCarlo:
         """Refuse too few samples to tell a standard deviation."""
         if not 100 <= self.samples <= 10_000_000:
             raise InputError(f"samples = {self.samples}: from 100 to 10 000 000 are allowed")
+        if self.seed < 0:
+            raise InputError(f"seed = {self.seed}: at least 0 is wanted")
 
     def __call__(self, problem: Problem) -> Spread:
         """The spread of the samples."""

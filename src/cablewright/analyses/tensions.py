@@ -42,7 +42,8 @@ class BestTensions:
     @property
     def gain(self) -> float:
         """Share by which the deviation falls: 0 none, 1 all."""
-        return 1.0 - self.max_deviation / self.least_norm_max_deviation
+        least = self.least_norm_max_deviation
+        return 1.0 - self.max_deviation / least if least > 0.0 else 0.0
 
 
 def best_tensions(model: Model, pose: Array, ranges: tuple[Range, ...], method: Method) -> BestTensions:

@@ -4,7 +4,8 @@ import numpy as np
 
 from cablewright.kernels import jit, prange
 from cablewright.kernels.branches import start_at
-from cablewright.kernels.certify import certificate_pool, certify, levers, unfold
+from cablewright.kernels.certify import certify, levers
+from cablewright.kernels.enclose_all import certificate_pool, unfold
 from cablewright.kernels.equilibrium import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, evaluate, workspace
 from cablewright.kernels.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.hanging import solve_hanging

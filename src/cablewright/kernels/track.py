@@ -1,12 +1,16 @@
 """Following one equilibrium as lengths change: what a control loop calls every few milliseconds."""
 
+from math import exp, sin
+
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.certify import CERTIFIED, certify, unfold
+from cablewright.kernels.certify import CERTIFIED, certify
+from cablewright.kernels.enclose_all import unfold
 from cablewright.kernels.equilibrium import (
     FOLD,
     JUMPED,
+    NOT_CONVERGED,
     OK,
     SINGULAR,
     UNCERTIFIED,
@@ -17,6 +21,7 @@ from cablewright.kernels.equilibrium import (
     newton_step,
     refine,
 )
+from cablewright.kernels.layout import DEAD, PSI, TAU, UNKNOWNS, WEIGHT
 from cablewright.kernels.newton import largest, least_pivot
 from cablewright.kernels.rotation import compose
 
@@ -28,9 +33,9 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
     """Follow the equilibrium in *pose* and *states* from lengths *before* to *lengths*; both are improved in place.
 
     Each part of the way goes by the linearisation and then Newton. Where that ends farther than *jump* (m, rad) from
-    what the linearisation said, the part is cut; JUMPED if none is small enough. FOLD where the least pivot of the
-    stiffness, as a share of its largest, is under *fold*. With a *tolerance* over 0 the end is certified to it, else
-    UNCERTIFIED. Returns code and least pivot.
+    what the linearisation said, or a dead span falls into a loop or out of one, the part is cut; JUMPED if none is
+    small enough, or Newton leads nowhere. FOLD where the least pivot of the stiffness, as a share of its largest, is
+    under *fold*. With a *tolerance* over 0 the end is certified to it, else UNCERTIFIED. Returns code and least pivot.
     """
     start, shape = pose.copy(), states.copy()
     between = np.empty_like(lengths)
@@ -46,7 +51,7 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
         if code == OK:
             break
     if code != OK:
-        return code, 0.0
+        return (JUMPED if code == NOT_CONVERGED else code), 0.0
     if not condense(packed, states, work):
         return SINGULAR, 0.0
     pivot = least_pivot(work.stiffness, packed.freedoms)
@@ -67,6 +72,7 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
 @jit(allocates=True)
 def _step(packed, lengths, pose, states, jump, work):
     """One part of the way. Leaves the equilibrium evaluated."""
+    shapes = states.copy()
     evaluate(packed, lengths, pose, states, work)
     possible, _, _ = newton_step(packed, pose, states, work)
     if not possible:
@@ -78,10 +84,29 @@ def _step(packed, lengths, pose, states, jump, work):
     for k in range(3):
         expected[k] = pose[k] - expected[k]
     if packed.freedoms == 6:
-        x, y, z = -expected[3], -expected[4], -expected[5]
-        expected[3:] = pose[3:]
-        turned = expected[3:].copy()
-        turned[0], turned[1], turned[2] = x, y, z
+        turned = -expected[3:]
         compose(pose[3], pose[4], pose[5], turned)
-        expected[3], expected[4], expected[5] = turned[0], turned[1], turned[2]
-    return OK if largest(expected, packed.freedoms) <= jump else JUMPED
+        expected[3:] = turned
+    strayed = largest(expected, packed.freedoms) > jump or _fell(packed, shapes, states, jump)
+    return JUMPED if strayed else OK
+
+
+@jit
+def _fell(packed, before, after, jump):
+    """Whether a dead span began or ceased to dip below its ends, and changed by more than *jump* (m) in length.
+
+    A slack line may hang with its dead span taut or in a loop: two equilibria, micrometres apart in pose.
+    """
+    for i in range(packed.lines.shape[0]):
+        row = packed.lines[i]
+        far = row[UNKNOWNS] > 3.0 and abs(after[i, DEAD] - before[i, DEAD]) > jump
+        if far and _dips(row, before[i]) != _dips(row, after[i]):
+            return True
+    return False
+
+
+@jit
+def _dips(row, y):
+    """Whether the dead span is lower somewhere than at both its ends."""
+    v = exp(y[TAU]) * sin(y[PSI])
+    return v * (v + row[WEIGHT] * y[DEAD]) < 0.0

@@ -13,7 +13,7 @@ from cablewright.kernels import layout, sweep
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.batch import as_rows, run
-from cablewright.solvers.certify import Certificate, certify
+from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
 
 __all__ = ["Equilibria", "equilibria"]
@@ -41,6 +41,7 @@ class Equilibria:
     certificates: Certificate
     slack: NDArray[np.bool_]  # (K, m) lines whose free span is longer, unstrained, than the way it spans
     starts: int  # solves begun
+    outside: int  # equilibria that were found outside the box, and left out
     complete: bool  # whether it is proved that there are no others
     why: str  # what proves it, or why nothing does
 
@@ -74,12 +75,18 @@ def equilibria(
     low, high = _box(model, box)
     poses, heads = _starts(model, low, high, STARTS[model.n] if starts is None else starts, seed)
     found = _solved(model, given[0], poses, heads)
-    inside = ((found.pose[:, :3] >= low) & (found.pose[:, :3] <= high)).all(axis=1)
-    kept = _distinct(found[np.flatnonzero(inside & np.isin(found.code, FOUND))])
+    every = _distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
+    inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
+    kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
     if not len(kept.code):
-        raise AnswerError(f"no equilibrium was found for these lengths from {len(poses)} starts")
-    complete, why = _completeness(model)
-    return Equilibria(kept, certify(kept), _slack(kept), len(poses), complete, why)
+        elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
+        raise AnswerError(f"no equilibrium was found for these lengths from {len(found.code)} starts{elsewhere}")
+    complete, why = _completeness(model, kept)
+    return Equilibria(kept, certify(kept), _slack(kept), len(found.code), outside, complete, why)
+
+
+def _place(pose: Array) -> str:
+    return ", ".join(f"{x:.3f}" for x in pose[:3])
 
 
 def _box(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
@@ -100,6 +107,8 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
     """Poses (S, n) and levers on their head (S, m) to start from."""
     if not 1 <= count <= 100_000:
         raise InputError(f"starts = {count}: from 1 to 100 000 are allowed")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: at least 0 is wanted")
     rng = np.random.default_rng(seed)
     patterns = _patterns(model, rng)
     rows = count * len(patterns)
@@ -178,14 +187,15 @@ def _slack(found: Equilibrium) -> NDArray[np.bool_]:
     return np.asarray(found.states[..., layout.FREE] > chord)
 
 
-def _completeness(model: Model) -> tuple[bool, str]:
+def _completeness(model: Model, found: Equilibrium) -> tuple[bool, str]:
     """Whether a theorem says that one equilibrium is all there is, and which; see `docs/theory/uniqueness.md`."""
     lines = model.packed.lines
-    plain = (lines[:, layout.UNKNOWNS] == 3) & (lines[:, layout.RADIUS] == 0.0)
-    if model.n == 3 and plain.all():
+    if is_only_one(found):
         return True, "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
     if model.n == 6:
         return False, "a body may have more than were found: nothing bounds their number"
+    if (lines[:, layout.RADIUS] == 0.0).all():
+        return False, "one is all there is with taut dead spans; loops in them may give others"
     if (lines[:, layout.UNKNOWNS] == 6).any():
         return False, "levers may stand on their head: nothing proves that these are all"
     return False, "one is all there is with taut dead spans and cables that leave their sheaves forwards; others may be"

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.kernels import certify as kernel
-from cablewright.kernels import sweep
+from cablewright.kernels import layout, sweep
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.batch import run
 
-__all__ = ["Certificate", "certify"]
+__all__ = ["Certificate", "certify", "is_only_one"]
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Certificate:
     """
 
     code: NDArray[np.int64]  # ()
-    bound: Array  # (n,), NaN where not certified
+    bound: Array  # (n,), NaN where nothing is proved; known too where only the tolerance is not met
     box: Array  # (n,)
     levers: NDArray[np.int64]  # () 1: every lever returns when pushed, surely; -1: one does not, surely; 0: not sure
 
@@ -75,7 +75,19 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     bounds, boxes = np.full((rows, model.n), np.nan), np.full((rows, model.n), np.nan)
     arrays = (lengths, poses, states, float(tolerance), codes, bounds, boxes, signs)
     run(sweep.certify_rows, sweep.certify_sweep, rows, equilibrium.packed, *arrays)
-    failed = codes != kernel.CERTIFIED
+    failed = (codes != kernel.CERTIFIED) & (codes != kernel.IMPRECISE)
     bounds[failed], boxes[failed], signs[failed] = np.nan, np.nan, 0
     found = Certificate(codes, bounds, boxes, signs)
     return Certificate(codes[0], bounds[0], boxes[0], signs[0]) if single else found
+
+
+def is_only_one(equilibrium: Equilibrium) -> bool:
+    """Whether a theorem says that a model with these lengths, of one or all rows, has one equilibrium and no more.
+
+    Theorem 1 of `docs/theory/uniqueness.md`: a point load on eyelets, no dead span modelled, cables that weigh and
+    stretch.
+    """
+    free = equilibrium.lengths - equilibrium.column(layout.DEAD_LENGTH)
+    plain = (equilibrium.column(layout.UNKNOWNS) == 3) & (equilibrium.column(layout.RADIUS) == 0.0)
+    real = (equilibrium.column(layout.WEIGHT) > 0.0) & (equilibrium.column(layout.FREE_COMPLIANCE) > 0.0)
+    return bool(equilibrium.model.n == 3 and plain.all() and real.all() and (free > 0.0).all())

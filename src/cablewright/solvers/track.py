@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError, Status
 from cablewright.kernels import forward as kernel
 from cablewright.kernels import layout, track
-from cablewright.kernels.certify import CERTIFIED, certificate_pool, certify, unfold
+from cablewright.kernels.certify import CERTIFIED, certify
+from cablewright.kernels.enclose_all import certificate_pool, unfold
 from cablewright.kernels.equilibrium import workspace
 from cablewright.models.statics import Model
 from cablewright.solvers.batch import as_rows
@@ -42,9 +43,12 @@ class TrackerSettings:
 class Tracker:
     """One equilibrium, followed from lengths to lengths, each step by the linearisation and then Newton.
 
-    It never changes to another equilibrium without saying so: a step that cannot be followed is `Status.JUMPED`, one
-    that comes near a fold `Status.FOLD`, one that cannot be certified `Status.UNCERTIFIED`. Not for use by two threads
-    at once. `pose` (n,) and `states` (m, 6) are the last sound solution; `margin` its least pivot, see `settings.fold`.
+    A step is held to be on the same equilibrium while its end is near what the linearisation says and no dead span
+    falls into a loop; else it is cut in parts, and `Status.JUMPED` where that does not help. `Status.FOLD` comes near a
+    fold, `Status.UNCERTIFIED` where the end cannot be certified; the certificate is of the end, not of the way. With
+    massless lines (elastic cables) a step is only solved: nothing guards against another equilibrium. Not for use by
+    two threads at once. `pose` (n,) and `states` (m, 6) are the last sound solution; `margin` its least pivot, see
+    `settings.fold`.
     """
 
     def __init__(self, model: Model, lengths: ArrayLike, settings: TrackerSettings | None = None) -> None:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.accuracy import COMPENSATIONS, Accuracy, accuracy
+from cablewright.analyses.accuracy import COMPENSATIONS, Accuracy, Progress, accuracy
+from cablewright.analyses.corners import ALL_VERTICES
 from cablewright.analyses.region import Region, region
-from cablewright.analyses.spread import Method, Problem, Vertices, corner_values
+from cablewright.analyses.spread import FirstOrder, Method, Problem, Vertices, corner_values
 from cablewright.analyses.tensions import GRID, BestTensions, best_tensions
-from cablewright.errors import Status
+from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -32,7 +35,7 @@ class Place:
 
     accuracy: Accuracy  # one row
     region: Region  # of the corners of the ranges
-    remains: dict[str, Accuracy]  # by compensation, each one row
+    remains: dict[str, Accuracy]  # by compensation, each one row; those whose lengths lead somewhere
     best: BestTensions | None  # None where tensions cannot be chosen, or there are too many ways to
 
     def summary(self) -> dict[str, object]:
@@ -115,6 +118,7 @@ def accuracy_at(
     tension_limits: tuple[float, float] | None = None,
     home: ArrayLike | None = None,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Place:
     """All about the accuracy at one *pose* (n,), m and rad; see `accuracy` for the rest.
 
@@ -122,16 +126,27 @@ def accuracy_at(
     """
     known = tuple(of_moduli(robot) if ranges is None else ranges)
     one = np.ravel(np.asarray(pose, dtype=np.float64))
-    remains = {
-        name: accuracy(robot, one, known, compensation=name, method=method, tension_limits=tension_limits, home=home)
-        for name in dict.fromkeys((compensation, *COMPENSATIONS))
+    if seed < 0:
+        raise InputError(f"seed = {seed}: at least 0 is wanted")
+    options: dict[str, Any] = {
+        "method": method,
+        "tension_limits": tension_limits,
+        "home": home,
+        "progress": progress,
     }
-    found = remains[compensation]
+    found = accuracy(robot, one, known, compensation=compensation, **options)
+    if not np.isfinite(found.spread.max_error).any():
+        raise AnswerError(f"robot {robot.name}: the uncertain numbers leave no equilibrium here")
+    remains = {compensation: found}
+    for name in COMPENSATIONS:
+        if name != compensation:
+            with suppress(AnswerError):  # a controller may have no lengths here that lead anywhere
+                remains[name] = accuracy(robot, one, known, compensation=name, **options)
     model = Model(robot, Fidelity(), tension_limits)
     nominal = solve_forward(model, found.commanded, guess=found.nominal)
     problem = Problem(nominal, found.commanded, found.wanted, known)
     corners = region(problem, corner_values(problem), inner=INNER, seed=seed)
     best = None
     if robot.m - robot.n in GRID:
-        best = best_tensions(model, found.wanted[0], known, method or Vertices())
-    return Place(found, corners, {name: remains[name] for name in COMPENSATIONS}, best)
+        best = best_tensions(model, found.wanted[0], known, Vertices() if len(known) <= ALL_VERTICES else FirstOrder())
+    return Place(found, corners, {name: remains[name] for name in COMPENSATIONS if name in remains}, best)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -59,7 +60,7 @@ def accuracy(
         Path | None, typer.Option("--uncertainty", metavar="TOML", help="What is uncertain, and how much.")
     ] = None,
     method: Annotated[str, typer.Option("--method", help="vertices, first-order or monte-carlo.")] = "vertices",
-    samples: Annotated[int, typer.Option("--samples", help="Samples of monte-carlo.")] = 100_000,
+    samples: Annotated[int | None, typer.Option("--samples", help="Samples of monte-carlo; 100000.")] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of what is random.")] = 0,
     compensation: Annotated[
         str, typer.Option("--compensation", help="Lengths from: none (rigid cables), elastic, eyelets or full.")
@@ -128,9 +129,11 @@ class _Asked:
         """How the spread is found. Raises `UnknownName`."""
         from cablewright.analyses.spread import FirstOrder, MonteCarlo, Vertices
 
-        name = self.given["method"]
+        name, samples = self.given["method"], self.given["samples"]
         if name == "monte-carlo":
-            return MonteCarlo(self.given["samples"], self.given["seed"])
+            return MonteCarlo(100_000 if samples is None else samples, self.given["seed"])
+        if samples is not None:
+            raise InputError("--samples goes with --method monte-carlo")
         methods: dict[str, Method] = {"vertices": Vertices(), "first-order": FirstOrder()}
         if name not in methods:
             raise UnknownName("method", name, (*methods, "monte-carlo"))
@@ -151,11 +154,14 @@ class _Asked:
         from cablewright.studies.place import accuracy_at
 
         pose = numbers(self.given["at"], "--at", free=True) or []
-        found = accuracy_at(self.robot, pose, seed=self.given["seed"], **self.options())
-        summary = found.summary()
-        report = None if self.out is None else self._write(self.out, lambda folder: _write_place(found, folder))
+        with self._folder(self.out) as part, progress() as show:
+            found = accuracy_at(self.robot, pose, seed=self.given["seed"], progress=show, **self.options())
+            if part is not None:
+                self._write_inputs(part)
+                _write_place(found, part)
+        report = None if self.out is None else str(self.out / "report.html")
         if self.as_json:
-            print_json(summary | {"report": report})
+            print_json(found.summary() | {"report": report})
         else:
             print_place(found, report)
         warn(found.accuracy)
@@ -166,9 +172,12 @@ class _Asked:
         from cablewright.studies import store
 
         folder = self.out or Path("runs") / store.folder_name("accuracy", self.robot.name, self.shape)
-        with progress() as show:
+        with self._folder(folder) as part, progress() as show:
+            assert part is not None
             found = self._studied(show)
-            report = self._write(folder, lambda part: _write_study(found, part))
+            self._write_inputs(part)
+            _write_study(found, part)
+        report = str(folder / "report.html")
         if self.as_json:
             print_json({"status": "ok"} | found.summary() | {"report": report})
         else:
@@ -206,18 +215,27 @@ class _Asked:
         scene = self.robot.scene
         return max(high - low for low, high in zip(scene.frame_min, scene.frame_max, strict=True)) / STEPS
 
-    def _write(self, folder: Path, write: Callable[[Path], None]) -> str:
-        """A run folder with the manifest; returns the report's path."""
+    @contextmanager
+    def _folder(self, folder: Path | None) -> Iterator[Path | None]:
+        """The run folder, refused before the work where it cannot be had; None where none is asked for."""
         from cablewright.studies import store
 
-        inputs = {"robot": store.robot_hash(self.name)}
-        inputs |= {
-            key: store.file_hash(self.given[key]) for key in ("uncertainty", "path") if self.given[key] is not None
-        }
+        if folder is None:
+            yield None
+            return
         with store.run_folder(folder) as part:
-            write(part)
-            store.write_manifest(part, "accuracy", inputs, self.given)
-        return str(folder / "report.html")
+            yield part
+
+    def _write_inputs(self, part: Path) -> None:
+        """Write the manifest."""
+        from cablewright.printing.job import load_job
+        from cablewright.studies import store
+
+        files = {key: self.given[key] for key in ("uncertainty", "path") if self.given[key] is not None}
+        if "path" in files:
+            files["gcode"] = load_job(files["path"]).gcode
+        inputs = {"robot": store.robot_hash(self.name)} | {key: store.file_hash(file) for key, file in files.items()}
+        store.write_manifest(part, "accuracy", inputs, self.given)
 
 
 def _write_place(found: Place, folder: Path) -> None:

@@ -109,10 +109,17 @@ def warn(found: Accuracy) -> None:
     """Say on stderr what a reader has to know before trusting the figures."""
     import numpy as np
 
+    from cablewright.analyses.corners import ALL_VERTICES
+
     spread = found.spread
     worst = float(np.nanmax(spread.nonlinearity))
-    if found.method == "first-order" and worst > DOUBT:
-        tell(f"cablewright: first order is up to {100 * worst:.0f} % of the spread off here; --method vertices is not")
+    if worst > DOUBT and found.method == "first-order":
+        tell(f"cablewright: first order is up to {100 * worst:.0f} % of the spread off here; --method vertices is less")
+    if worst > DOUBT and found.method == "vertices" and len(found.ranges) > ALL_VERTICES:
+        tell(f"cablewright: first order, which chose the corners, is up to {100 * worst:.0f} % of the spread off here")
+    for each in found.ranges:
+        if not each.low <= each.nominal <= each.high:
+            tell(f"cablewright: {each.parameter.label}: the robot file's {each.nominal:g} is outside its range")
     if spread.unsolved.any():
         lost = int(spread.unsolved.sum())
         tell(

@@ -8,6 +8,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, LoadName, Retracted, RobotName, Sheave, Wrench, described
 from cablewright.apps.cli.output import numbers, print_json
+from cablewright.errors import AnswerError
 
 if TYPE_CHECKING:
     from cablewright.solvers.branches import Equilibria
@@ -42,9 +43,14 @@ def equilibria(
         machine = machine.retracted(retraction)
     model = Model(machine, Fidelity.of("catenary", sheave))
     given = numbers(lengths, "--lengths") or []
-    found = find(model, given, box=numbers(box, "--box"), starts=starts, seed=seed)
+    try:
+        found = find(model, given, box=numbers(box, "--box"), starts=starts, seed=seed)
+    except AnswerError as reason:
+        if as_json:
+            print_json({"status": "refused", "reason": str(reason)})
+        raise
     if as_json:
-        print_json(_values(found))
+        print_json({"status": "ok"} | _values(found))
     else:
         _print(found)
     return 0
@@ -78,6 +84,7 @@ def _values(found: Equilibria) -> dict[str, object]:
         "complete": found.complete,
         "why": found.why,
         "starts": found.starts,
+        "outside": found.outside,
     }
 
 
@@ -92,4 +99,6 @@ def _print(found: Equilibria) -> None:
         loose = ", ".join(name for name, slack in zip(names, found.slack[row], strict=True) if slack) or "none"
         proved = "certified" if found.certificates.certified[row] else "not certified"
         typer.echo(f"{one.status.word:<15} {pose}  {proved}, slack: {loose}")
+    if found.outside:
+        typer.echo(f"and {found.outside} outside the box: --box widens it")
     typer.echo(f"{'complete' if found.complete else 'not proved complete'}: {found.why}")

@@ -141,6 +141,9 @@ def forward(
     retraction: Retracted = None,
     load: LoadName = None,
     wrench: Wrench = None,
+    certify: Annotated[
+        bool, typer.Option("--certify", help="Prove that exactly one equilibrium is there, and how near.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """The pose in which the platform hangs when the winches have paid out given lengths."""
@@ -158,7 +161,41 @@ def forward(
         retraction=retraction,
     )
     values = {"status": found.status.word} | _values(found)
-    return _answer(found, values, found.status is Status.OK, found.sentence(), as_json)
+    yes, sentence = found.status is Status.OK, found.sentence()
+    if certify:
+        values |= _certified(found)
+        if yes and not values["certified"]:
+            yes, sentence = False, values["certificate"]["reason"]
+    return _answer(found, values, yes, sentence, as_json)
+
+
+def _certified(found: Equilibrium) -> dict[str, Any]:
+    """Whether an equilibrium is certified, and what its certificate says."""
+    from cablewright.kernels.layout import UNKNOWNS
+    from cablewright.solvers.certify import certify, is_only_one
+
+    proof = certify(found)
+    certified = bool(proof.certified)
+    levers = {1: "stable", -1: "unstable", 0: "not sure"}[int(proof.levers)]
+    certificate = {
+        "bound": proof.bound,
+        "box": proof.box,
+        "levers": levers if (found.column(UNKNOWNS) == 6).any() else None,
+        "unique": ("globally" if is_only_one(found) else "locally") if certified else None,
+        "reason": proof.reason(),
+    }
+    return {"certified": certified, "certificate": certificate}
+
+
+def _proof(values: dict[str, Any]) -> str:
+    """The certificate of a single equilibrium in one line."""
+    certificate = values["certificate"]
+    if not values["certified"]:
+        return str(certificate["reason"])
+    turned = f", {max(certificate['bound'][3:]):.1e} rad" if len(certificate["bound"]) > 3 else ""
+    only = "the only one there is" if certificate["unique"] == "globally" else "the only one near"
+    levers = "" if certificate["levers"] is None else f"; levers {certificate['levers']}"
+    return f"certified: an equilibrium within {max(certificate['bound'][:3]):.1e} m{turned}, {only}{levers}"
 
 
 def _values(found: Equilibrium) -> dict[str, Any]:
@@ -204,6 +241,8 @@ def _answer(found: Equilibrium, values: dict[str, Any], yes: bool, sentence: str
             typer.echo(f"{line.name:<14} {length:>13.6f} {tension:>13.3f} {platform:>13.3f} {winch:>13.3f}")
         if "excess" in values:
             typer.echo("excess    " + "  ".join(f"{each:.6f}" for each in values["excess"]) + "  m")
+        if "certificate" in values:
+            typer.echo(_proof(values))
         typer.echo(f"residual  {float(found.residual_norm()):.1e} m, {float(found.unbalanced_force()):.1e} N")
     if not yes:
         tell(f"cablewright: {sentence}")
