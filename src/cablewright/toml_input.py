@@ -20,14 +20,14 @@ __all__ = ["MAX_BYTES", "MAX_DEPTH", "one_line", "parse_table", "read_table", "r
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
 
-# Strings and comments, so that a bracket inside one is not taken for nesting. Possessive and closed by the end of the
-# text too, hence linear in time whatever the file holds.
+# Strings and comments, so that a bracket inside one is not taken for nesting. Closed by the end of the text too, so
+# that no match fails and goes back: linear in time whatever the file holds. Not possessive: Python 3.11.2 errs there.
 _STRING_OR_COMMENT = re.compile(
-    r'"""(?:\\.|"{1,2}(?!")|[^"\\])*+(?:"{3,5}|\\?\Z)'
-    r"|'''(?:'{1,2}(?!')|[^'])*+(?:'{3,5}|\Z)"
-    r'|"(?:\\[^\n]|[^"\\\n])*+["\\]?'
-    r"|'[^'\n]*+'?"
-    r"|\#[^\n]*+",
+    r'"""(?:\\.|"{1,2}(?!")|[^"\\])*(?:"{3,5}|\\?\Z)'
+    r"|'''(?:'{1,2}(?!')|[^'])*(?:'{3,5}|\Z)"
+    r'|"(?:\\[^\n]|[^"\\\n])*["\\]?'
+    r"|'[^'\n]*'?"
+    r"|\#[^\n]*",
     re.DOTALL,
 )
 _KEY_END = re.compile(r"[=\[\]{},\n]")

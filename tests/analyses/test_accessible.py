@@ -97,8 +97,12 @@ def test_edges_sum_up_the_ends(reached: tuple[Model, Accessible]) -> None:
         assert edge.ends == len(own)
         assert edge.lowest[2] == own[:, 2].min()
         assert edge.highest[2] == own[:, 2].max()
-    cell = np.prod([axis[1] - axis[0] for axis in found.axes])
-    assert found.volume == pytest.approx(found.inside.sum() * cell, rel=1e-12)
+    widths = [axis[1] - axis[0] for axis in found.axes]
+    node = [np.where((axis == axis[0]) | (axis == axis[-1]), 0.5, 1.0) for axis in found.axes]  # half a cell at a side
+    share = node[0][:, None, None] * node[1][:, None] * node[2]
+    assert found.volume == pytest.approx(share[found.inside].sum() * np.prod(widths), rel=1e-12)
+    sides = [axis[-1] - axis[0] for axis in found.axes]
+    assert share.sum() * np.prod(widths) == pytest.approx(np.prod(sides), rel=1e-12)
 
 
 def test_every_way_out_along_the_grid_has_its_end(reached: tuple[Model, Accessible]) -> None:

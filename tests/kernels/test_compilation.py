@@ -59,7 +59,7 @@ def test_an_edited_callee_is_not_answered_by_a_stale_caller(tmp_path) -> None:
     def answer(value: float) -> str:
         (package / "callee.py").write_text(f"from trap import jit\n@jit\ndef f():\n    return {value}\n")
         code = "from trap.caller import g; print(g())"
-        run = [sys.executable, "-c", code]
+        run = [sys.executable, "-B", "-c", code]  # Python's own cache tells files apart by size and second
         return subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.strip()
 
     assert answer(1.0) == "1.0"

@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp, mpf
 
 import cases
-from cablewright.kernels import certify, layout
+from cablewright.kernels import enclose_all, layout
 from cablewright.kernels import line as kernel
 from cablewright.kernels.enclose import enclose_jacobian, enclose_residual
 from cablewright.models.fidelity import CableLaw
@@ -146,7 +146,8 @@ def test_thin_boxes_are_near_what_the_solver_computes(model: Model) -> None:
     rng = np.random.default_rng(13)
     for row, y, length in some_lines(model, rng, slack=True):
         count = int(row[layout.UNKNOWNS])
-        jacobian, residual = np.full((6, 6), np.nan), np.full(6, np.nan)
+        jacobian, columns = np.full((6, 6), np.nan), np.full((6, 3), np.nan)
+        residual = columns[:, 0]  # as solvers pass it: one compiled signature
         h, v = kernel.system(row, y, 2.0, -1.0, length, jacobian, residual)
         out = np.full((count, 2), np.nan)
         ends = enclose_residual(row, y, (2.0, 2.0), (-1.0, -1.0), (length, length), out)
@@ -163,7 +164,7 @@ def test_the_rotation_is_in_its_enclosure(size: float) -> None:
     for axis in (*np.eye(3), *rng.normal(size=(10, 3))):
         vector = size * axis / np.linalg.norm(axis)
         out = np.full((3, 3, 2), np.nan)
-        certify._enclose_rotation(np.concatenate([np.zeros(3), vector]), out)
+        enclose_all._enclose_rotation(np.concatenate([np.zeros(3), vector]), out)
         with mp.workdps(60):
             exact = exponential([mpf(float(value)) for value in vector])
             for i in range(3):
@@ -174,7 +175,7 @@ def test_the_rotation_is_in_its_enclosure(size: float) -> None:
 
 def test_a_rotation_that_is_not_finite_is_anything() -> None:
     out = np.zeros((3, 3, 2))
-    certify._enclose_rotation(np.array([0.0, 0.0, 0.0, np.nan, 0.0, 0.0]), out)
+    enclose_all._enclose_rotation(np.array([0.0, 0.0, 0.0, np.nan, 0.0, 0.0]), out)
     assert not np.isfinite(out[1, 1]).any()
 
 
@@ -185,15 +186,15 @@ def test_a_turned_body_is_turned_as_the_chart_says() -> None:
         for _ in range(10):
             pose, point = np.concatenate([np.zeros(3), rng.normal(size=3)]), rng.normal(size=3)
             rotation, arm, moved = np.zeros((3, 3, 2)), np.zeros((3, 2)), np.zeros((3, 2))
-            certify._enclose_rotation(pose, rotation)
-            certify._turn(*point, omega, rotation, arm)
+            enclose_all._enclose_rotation(pose, rotation)
+            enclose_all._turn(*point, omega, rotation, arm)
             increment = rng.dirichlet(np.ones(3)) * omega * rng.choice([-1.0, 1.0], 3)
             with mp.workdps(60):
                 place = exponential([mpf(float(value)) for value in pose[3:]]) * mp.matrix(list(map(mpf, point)))
                 given = [mpf(float(value)) for value in increment]
                 held(arm, exponential(given) * place)
                 for k in range(3):
-                    certify._along(3 + k, omega, arm, moved)
+                    enclose_all._along(3 + k, omega, arm, moved)
                     step = mpf(10) ** -20
                     more, less = ([a + s * step * (j == k) for j, a in enumerate(given)] for s in (1, -1))
                     held(moved, (exponential(more) - exponential(less)) * place / (2 * step))

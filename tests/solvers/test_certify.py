@@ -263,9 +263,7 @@ def test_the_tolerance_decides_not_the_box() -> None:
     assert 0.9e-7 < near.bound[at].max() < 2e-7
     far = certify(wrong[at], 1e-8)
     assert not far.certified
-    assert np.isnan(far.bound).all()
-    assert np.isnan(far.box).all()
-    assert far.levers == 0
+    np.testing.assert_allclose(far.bound, near.bound[at], rtol=1e-6)  # how near it is stays known
 
 
 # --- Levers on their head
