@@ -147,3 +147,29 @@ def test_an_unknown_parameter_names_the_nearest(cli, tmp_path: Path) -> None:
     line = cli(*HOUSE, "--at", "0,0,0", "--uncertainty", str(file)).refusal
     assert "did you mean 'modulus'" in line
     assert "known.toml" in line
+
+
+def test_the_report_says_what_was_asked_for(cli, tmp_path: Path) -> None:
+    cli(*HOUSE, "--at", "3,2,1", "--home", "0,0,1", "--tension-limits", "50,5000", "--out", str(tmp_path / "run"))
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "<td>zeroed at</td><td>0,0,1</td>" in page
+    assert "<td>50,5000</td>" in page
+
+
+def test_without_an_equilibrium_at_any_corner_there_is_no_answer(cli, tmp_path: Path) -> None:
+    file = tmp_path / "heavy.toml"
+    file.write_text('schema = 1\n[[parameters]]\nname = "mass"\nrange = ["50 t", "60 t"]\n')
+    answer = cli(*HOUSE, "--at", "3,2,1", "--uncertainty", str(file), "--json")
+    assert answer.json["status"] == "refused"
+    assert "leave no equilibrium" in answer.no
+
+
+def test_another_controllers_failure_is_not_the_answer(cli) -> None:
+    """At this pose the lengths of a model without sheaves break a line; those asked for do not."""
+    found = cli("accuracy", "wang2021", "--at", "0,0,1", "--json").json
+    assert [each["compensation"] for each in found["remains"]] == ["none", "elastic", "full"]
+
+
+@pytest.mark.parametrize("arguments", [("--seed", "-1"), ("--samples", "1000"), ("--home", "0,0")])
+def test_more_bad_input(cli, arguments: tuple[str, ...]) -> None:
+    assert arguments[0].lstrip("-") in cli(*HOUSE, "--at", "0,0,1", *arguments).refusal

@@ -158,7 +158,7 @@ class _Asked:
             found = accuracy_at(self.robot, pose, seed=self.given["seed"], progress=show, **self.options())
             if part is not None:
                 self._write_inputs(part)
-                _write_place(found, part)
+                _write_place(found, part, self.given)
         report = None if self.out is None else str(self.out / "report.html")
         if self.as_json:
             print_json(found.summary() | {"report": report})
@@ -176,7 +176,7 @@ class _Asked:
             assert part is not None
             found = self._studied(show)
             self._write_inputs(part)
-            _write_study(found, part)
+            _write_study(found, part, self.given)
         report = str(folder / "report.html")
         if self.as_json:
             print_json({"status": "ok"} | found.summary() | {"report": report})
@@ -238,15 +238,15 @@ class _Asked:
         store.write_manifest(part, "accuracy", inputs, self.given)
 
 
-def _write_place(found: Place, folder: Path) -> None:
+def _write_place(found: Place, folder: Path, given: Mapping[str, Any]) -> None:
     from cablewright.apps.report import accuracy as report
 
-    report.write_place(found.accuracy, found.region, found.summary(), folder)
+    report.write_place(found.accuracy, found.region, found.summary(), folder, given)
 
 
-def _write_study(found: Study, folder: Path) -> None:
+def _write_study(found: Study, folder: Path, given: Mapping[str, Any]) -> None:
     from cablewright.apps.report import accuracy as report
     from cablewright.studies import store
 
     store.write_places(found, folder)
-    report.write(found, folder)
+    report.write(found, folder, given)

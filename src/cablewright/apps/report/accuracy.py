@@ -33,18 +33,24 @@ _SHAPES: Final = {
 }
 
 
-def write(study: Study, folder: Path) -> Path:
+def write(study: Study, folder: Path, options: Mapping[str, Any] | None = None) -> Path:
     """Write ``report.html`` of a study and its pictures into ``folder``, which exists; return the report's path.
 
-    The page holds its pictures and asks nothing of any other place. The same study gives the same bytes. Raises
-    `OSError` where the folder cannot be written.
+    *options* are those of the command; the page names what changed its figures. It holds its pictures and asks nothing
+    of any other place. The same study gives the same bytes. Raises `OSError` where the folder cannot be written.
     """
     drawn = _pictures(study) if _answered(study.accuracy) else {}
     title = f"Accuracy of {study.accuracy.robot.name} {_SHAPES[study.places.shape]}"
-    return _written(folder, title, drawn, lambda pictures: _study_body(study, title, pictures))
+    return _written(folder, title, drawn, lambda pictures: _study_body(study, title, pictures, options or {}))
 
 
-def write_place(accuracy: Accuracy, region: Region | None, tables: Mapping[str, Any], folder: Path) -> Path:
+def write_place(
+    accuracy: Accuracy,
+    region: Region | None,
+    tables: Mapping[str, Any],
+    folder: Path,
+    options: Mapping[str, Any] | None = None,
+) -> Path:
     """Write ``report.html`` of one place, as `write` does. *tables* are the figures of the command's JSON, SI."""
     drawn = {}
     if _answered(accuracy):
@@ -53,7 +59,9 @@ def write_place(accuracy: Accuracy, region: Region | None, tables: Mapping[str, 
             if region is not None and len(region.points):
                 drawn["region"] = style.png(region_picture(region))
     title = f"Accuracy of {accuracy.robot.name} at one place"
-    return _written(folder, title, drawn, lambda pictures: _place_body(accuracy, region, tables, title, pictures))
+    return _written(
+        folder, title, drawn, lambda pictures: _place_body(accuracy, region, tables, title, pictures, options or {})
+    )
 
 
 def _written(folder: Path, title: str, drawn: Pictures, body: Callable[[Pictures], Iterator[Html]]) -> Path:
@@ -82,7 +90,7 @@ def _answered(accuracy: Accuracy) -> bool:
     return bool(np.isfinite(accuracy.spread.max_error).any())
 
 
-def _study_body(study: Study, title: str, pictures: Pictures) -> Iterator[Html]:
+def _study_body(study: Study, title: str, pictures: Pictures, options: Mapping[str, Any]) -> Iterator[Html]:
     """Yield the page of a shape."""
     found = study.accuracy
     yield element("h1", title)
@@ -97,7 +105,7 @@ def _study_body(study: Study, title: str, pictures: Pictures) -> Iterator[Html]:
         yield section("What ends the workspace", tell.ends_table(study))
     if pictures:
         yield section("What each uncertain number does", *_contributions(found, pictures))
-    yield from _ending(found, f"{count(len(found.codes))} {_SHAPES[study.places.shape]}")
+    yield from _ending(found, f"{count(len(found.codes))} {_SHAPES[study.places.shape]}", options)
 
 
 def _study_verdict(study: Study) -> Html:
@@ -191,14 +199,19 @@ def _contributions(accuracy: Accuracy, pictures: Pictures) -> Iterator[Html]:
     yield tell.contributions_table(accuracy)
 
 
-def _ending(accuracy: Accuracy, places: str) -> Iterator[Html]:
-    yield section("What went in", tell.inputs_table(accuracy, places))
+def _ending(accuracy: Accuracy, places: str, options: Mapping[str, Any]) -> Iterator[Html]:
+    yield section("What went in", tell.inputs_table(accuracy, places, options))
     yield section("What the figures mean", list_of(tell.meanings(accuracy.robot.n)))
     yield section("What is assumed", list_of(assumptions(accuracy.robot)))
 
 
 def _place_body(
-    accuracy: Accuracy, region: Region | None, tables: Mapping[str, Any], title: str, pictures: Pictures
+    accuracy: Accuracy,
+    region: Region | None,
+    tables: Mapping[str, Any],
+    title: str,
+    pictures: Pictures,
+    options: Mapping[str, Any],
 ) -> Iterator[Html]:
     """Yield the page of one place."""
     yield element("h1", title)
@@ -214,7 +227,8 @@ def _place_body(
         yield section("Tensions that let the numbers do least", *_best(accuracy, tables["best_tension"]))
     if pictures:
         yield section("What each uncertain number does", *_contributions(accuracy, pictures))
-    yield from _ending(accuracy, f"pose {tell.plain(accuracy.wanted[0])}, m" + (" and rad" * (accuracy.robot.n == 6)))
+    where = f"pose {tell.plain(accuracy.wanted[0])}, m" + (" and rad" * (accuracy.robot.n == 6))
+    yield from _ending(accuracy, where, options)
 
 
 def _place_verdict(accuracy: Accuracy, tables: Mapping[str, Any]) -> Html:

@@ -158,8 +158,8 @@ def remains_table(remains: Sequence[Mapping[str, Any]]) -> Html:
     return table(("lengths commanded", "nominal error", "max error", "max deviation"), rows, numbers=(1, 2, 3))
 
 
-def inputs_table(accuracy: Accuracy, where: str) -> Html:
-    """Return robot, commanded lengths, places and program."""
+def inputs_table(accuracy: Accuracy, where: str, options: Mapping[str, Any]) -> Html:
+    """Return robot, commanded lengths, places, method, what else was asked for, and program."""
     robot = accuracy.robot
     body = "point mass" if robot.n == 3 else "rigid body"
     rows = [
@@ -170,9 +170,24 @@ def inputs_table(accuracy: Accuracy, where: str) -> Html:
         ("lengths commanded", COMMANDED.get(accuracy.compensation, accuracy.compensation)),
         ("places", where),
         ("uncertain numbers", count(len(accuracy.ranges))),
+        ("method", accuracy.method),
+        *((told, str(options[key])) for key, told in _ASKED.items() if options.get(key) is not None),
         ("program", f"cablewright {_version()}"),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
+
+
+_ASKED: Final = {
+    "uncertainty": "uncertainty file",
+    "home": "zeroed at",
+    "tension_limits": "tension limits of every line, N",
+    "retraction": "retraction, m",
+    "load": "load",
+    "wrench": "wrench, N and N m",
+    "samples": "samples",
+    "seed": "seed",
+}
+"""Options of the command that change the figures, as the page names them."""
 
 
 def meanings(robot_freedoms: int) -> list[str]:
