@@ -88,7 +88,7 @@ def box(row: np.ndarray, y: np.ndarray, size: float) -> np.ndarray:
 
 def jacobian_of(row: np.ndarray, y: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple]:
     count = int(row[layout.UNKNOWNS])
-    low, high = np.full((count, count), np.nan), np.full((count, count), np.nan)
+    low, high = np.full((2, count, count + 1), np.nan)[:, :, :count]  # parts of larger arrays, as the kernels pass them
     ends = enclose_jacobian(row, y, radius, low, high)
     return low, high, ends
 

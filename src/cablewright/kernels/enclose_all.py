@@ -124,7 +124,7 @@ def residual_of_all(packed, lengths, pose, states, work):
         h, v = enclose_residual(row, states[i], reach, z, point(lengths[i]), work.residual[start:end])
         v = add(v, mul(point(row[WEIGHT]), point(states[i, FREE])))
         _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(v))
-        _add_wrench(work.residual[:, :1], work.residual[:, 1:], first, 0, n, work.arm, work.force)
+        _add_balance(work.residual, first, n, work.arm, work.force)
 
 
 @jit
@@ -208,6 +208,15 @@ def _add_wrench(low, high, first, column, n, arm, force):
 
 
 @jit
+def _add_balance(residual, first, n, arm, force):
+    """Add a force at *arm* to the platform's rows of the residual."""
+    for k in range(n):
+        at = first + k
+        value = _part(force, k) if k < 3 else _cross(arm, force, k - 3)
+        residual[at, 0], residual[at, 1] = add(_part(residual, at), value)
+
+
+@jit
 def _add_unknown(first, column, n, work, dh, dv, ex, ey):
     """Set the platform's rows of a line's unknown, by which the end tension changes by (dh, dv)."""
     for k in range(n):
@@ -272,7 +281,7 @@ def _begin_residual(packed, work):
     _set(work.force, ZERO, ZERO, point(-platform[PLATFORM_WEIGHT]))
     if n == 6:
         _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], 0.0, work.rotation, work.arm)
-    _add_wrench(work.residual[:, :1], work.residual[:, 1:], first, 0, n, work.arm, work.force)
+    _add_balance(work.residual, first, n, work.arm, work.force)
 
 
 @jit
