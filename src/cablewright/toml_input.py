@@ -15,7 +15,16 @@ from pydantic import BaseModel, ValidationError
 
 from cablewright.errors import InputError, suggestion
 
-__all__ = ["MAX_BYTES", "MAX_DEPTH", "one_line", "parse_table", "read_table", "require_schema", "validated"]
+__all__ = [
+    "MAX_BYTES",
+    "MAX_DEPTH",
+    "one_line",
+    "parse_table",
+    "read_bytes",
+    "read_table",
+    "require_schema",
+    "validated",
+]
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
@@ -35,6 +44,26 @@ _KEY_END = re.compile(r"[=\[\]{},\n]")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
+def read_bytes(path: Path, most: int, what: str) -> bytes:
+    """Read the regular file at ``path`` if it holds at most ``most`` bytes; ``what`` it should be is for the message.
+
+    Raises `InputError` where it cannot be read, is no regular file or holds more.
+    """
+    try:
+        if not path.exists():
+            raise InputError(f"{path}: no such file")
+        if not path.is_file():
+            raise InputError(f"{path}: not a regular file")
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+    if len(data) > most:
+        raise InputError(f"{path}: larger than {most} bytes, the most a {what} may hold")
+    return data
+
+
 def read_table(path: str | Path) -> tuple[dict[str, Any], str]:
     """Read the TOML file at ``path``: its table, and its text as written.
 
@@ -42,18 +71,7 @@ def read_table(path: str | Path) -> tuple[dict[str, Any], str]:
     than `MAX_DEPTH` or is not TOML.
     """
     path = Path(path)
-    try:
-        if not path.exists():
-            raise InputError(f"{path}: no such file")
-        if not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"{path}: cannot be read: {reason}") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{path}: larger than {MAX_BYTES} bytes, the most a TOML file may hold")
+    data = read_bytes(path, MAX_BYTES, "TOML file")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

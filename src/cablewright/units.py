@@ -38,7 +38,6 @@ __all__ = [
     "Positive",
     "Pressure",
     "Speed",
-    "TemperatureDifference",
     "ThermalExpansion",
     "Torque",
     "Torque3",
@@ -178,7 +177,6 @@ Acceleration = Annotated[float, ACCELERATION]
 Torque = Annotated[float, TORQUE]
 Inertia = Annotated[float, INERTIA]
 Duration = Annotated[float, DURATION]
-TemperatureDifference = Annotated[float, TEMPERATURE_DIFFERENCE]
 ThermalExpansion = Annotated[float, THERMAL_EXPANSION]
 
 Vec3 = tuple[Length, Length, Length]

@@ -23,7 +23,7 @@ from cablewright.solvers.batch import as_poses, of_rows
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["COMPENSATIONS", "Accuracy", "accuracy", "around", "commanded"]
+__all__ = ["COMPENSATIONS", "Accuracy", "accuracy", "around", "commanded", "silent"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -186,7 +186,7 @@ def around(
     nominal[ok] = solved.pose[solved.ok]
     if not ok.any():
         raise AnswerError(_refusal(held, codes))
-    report = progress or _silent
+    report = progress or silent
     problem = Problem(
         solved[solved.ok], lengths[ok], held.pose[ok], ranges, lambda done, total: report("solving", done, total)
     )
@@ -202,8 +202,8 @@ def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
     return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
 
-def _silent(_stage: str, _done: int, _total: int) -> None:
-    pass
+def silent(_stage: str, _done: int, _total: int) -> None:
+    """The progress of whoever asked for none."""
 
 
 def _scattered(spread: Spread, ok: NDArray[np.bool_]) -> Spread:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, suggestion
+from cablewright.toml_input import read_bytes
 from cablewright.units import FORCE, LENGTH, Dimension
 
 __all__ = ["MAX_BYTES", "MAX_ROWS", "MIN_POINTS", "TensileTest", "read_test"]
@@ -106,25 +107,9 @@ class _Table(NamedTuple):
     columns: dict[str, tuple[int, float]]
 
 
-def _content(path: Path) -> bytes:
-    try:
-        if not path.exists():
-            raise InputError(f"{path}: no such file")
-        if not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"{path}: cannot be read: {reason}") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{path}: larger than {MAX_BYTES} bytes, the most a test may hold")
-    return data
-
-
 def _rows(path: Path) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line that is neither empty nor a comment."""
-    for number, raw in enumerate(io.BytesIO(_content(path)), 1):
+    for number, raw in enumerate(io.BytesIO(read_bytes(path, MAX_BYTES, "test")), 1):
         if len(raw) > _LONGEST_LINE:
             raise InputError(f"{path}, line {number}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
         try:

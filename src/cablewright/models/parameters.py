@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.robot import Robot
-from cablewright.robot.parameters import Parameter
+from cablewright.robot.parameters import AXES, Parameter
 
 __all__ = ["lines_of", "varied"]
 
 Array = NDArray[np.float64]
-AXES = "xyz"
 
 
 def varied(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
@@ -12,7 +13,6 @@ from pydantic import Field, Strict, StrictBool, ValidationError, model_validator
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.description import Description, refusal
 from cablewright.robot.faults import explain
-from cablewright.robot.line import Line
 from cablewright.robot.parameters import AXES, KINDS, Kind, Parameter, misuse, nominal, parameters_of, why_not
 from cablewright.robot.robot import MOST_LINES, Robot
 from cablewright.robot.sheave import Eyelet, UniversalJoint
@@ -251,36 +251,29 @@ def _unphysical(robot: Robot, parameter: Parameter, low: float, high: float) -> 
     kind = KINDS[parameter.kind]
     if not kind.allows(low):
         return f"it must {_bound(kind)}"
-    lines = (line for line in robot.lines if parameter.line in (None, line.name))
-    return next((why for line in lines if (why := _past_a_part(line, kind, low, high)) is not None), None)
+    return next((why for least, most, why in _walls(robot, parameter) if low <= least or high >= most), None)
 
 
-def _past_a_part(line: Line, kind: Kind, low: float, high: float) -> str | None:
-    """Return which other part of the line is in the way of a value from ``low`` to ``high``, or None."""
-    sheave = line.sheave
-    if kind.name == "sheave_radius" and isinstance(sheave, UniversalJoint) and high > sheave.lever:
-        return f"the lever of {line.name!r} is shorter, {sheave.lever:g} m"
-    if kind.name == "exit_point.z" and line.winch_exit is not None and not isinstance(sheave, Eyelet):
-        height = line.winch_exit[2]  # stays: a winch exit does not follow in height
-        if low <= height if sheave.wrap == "over" else high >= height:
-            return f"it reaches the winch exit of {line.name!r}, at {height:g} m"
-    return None
+def _walls(robot: Robot, parameter: Parameter) -> Iterator[tuple[float, float, str]]:
+    """Yield what other parts of its lines keep a parameter above, and below, and which part it is."""
+    for line in robot.lines:
+        sheave = line.sheave
+        if parameter.line not in (None, line.name) or isinstance(sheave, Eyelet):
+            continue
+        if parameter.kind == "sheave_radius" and isinstance(sheave, UniversalJoint):
+            why = f"the lever of {line.name!r} is shorter, {sheave.lever:g} m"
+            yield -math.inf, math.nextafter(sheave.lever, math.inf), why  # as long as the lever is allowed
+        if parameter.kind == "exit_point.z" and line.winch_exit is not None:
+            height = line.winch_exit[2]  # stays: a winch exit does not follow in height
+            why = f"it reaches the winch exit of {line.name!r}, at {height:g} m"
+            yield (height, math.inf, why) if sheave.wrap == "over" else (-math.inf, height, why)
 
 
 def _bounds(robot: Robot, parameter: Parameter) -> tuple[float, float]:
     """Return what no robot's value is at or below, and at or above: what `_unphysical` refuses."""
-    least, most = KINDS[parameter.kind].least, math.inf
-    for line in robot.lines:
-        if parameter.line not in (None, line.name) or isinstance(line.sheave, Eyelet):
-            continue
-        if parameter.kind == "sheave_radius" and isinstance(line.sheave, UniversalJoint):
-            most = min(most, line.sheave.lever)
-        if parameter.kind == "exit_point.z" and line.winch_exit is not None:
-            if line.sheave.wrap == "over":
-                least = max(least, line.winch_exit[2])
-            else:
-                most = min(most, line.winch_exit[2])
-    return least, most
+    walls = list(_walls(robot, parameter))
+    least = max([KINDS[parameter.kind].least, *(wall[0] for wall in walls)])
+    return least, min([math.inf, *(wall[1] for wall in walls)])
 
 
 def _bound(kind: Kind) -> str:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import layout
-from cablewright.models.parameters import AXES, lines_of
+from cablewright.models.parameters import lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
-from cablewright.robot.parameters import Parameter
+from cablewright.robot.parameters import AXES, Parameter
 from cablewright.solvers.linearise import Linearisation, linearise
 
 __all__ = ["at_nozzle", "departures", "nozzle_response", "response"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accessible import Accessible, Rule, accessible, sheave_rules
-from cablewright.analyses.accuracy import Accuracy, accuracy
+from cablewright.analyses.accuracy import Accuracy, Progress, accuracy, silent
 from cablewright.analyses.spread import Method
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
@@ -31,7 +31,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 Shape = Literal["helix", "path", "plane", "workspace"]
 
 MOST_PLACES = 5_000_000
@@ -197,7 +196,7 @@ def accuracy_over_job(
     robot: Robot, job: Job, ranges: Sequence[Range] | None = None, *, progress: Progress | None = None, **options: Any
 ) -> Study:
     """`accuracy_over`, with its *options*, of the samples of a job's path, held as its schedule has it."""
-    report = progress or _silent
+    report = progress or silent
     samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
     poses, retraction = along(robot, job, samples)
     places = Places("path", samples.positions, samples.distance)
@@ -216,17 +215,13 @@ def accuracy_over_workspace(
     model = Model(robot, Fidelity(), options.get("tension_limits"))
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
-    report = progress or _silent
+    report = progress or silent
     reach = accessible(model, step, lambda done, total: report("finding the workspace", done, total))
     if not reach.inside.any():
         raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
     places = Places("workspace", reach.nodes[reach.inside.ravel()], axes=reach.axes)
     found = accuracy_over(robot, places, ranges, poses=None, progress=progress, **options)
     return replace(found, accessible=reach)
-
-
-def _silent(_stage: str, _done: int, _total: int) -> None:
-    pass
 
 
 def _counted(number: float) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from cablewright.analyses.accuracy import Accuracy
 from cablewright.apps.report.accuracy_pictures import effects
 from cablewright.apps.report.page import Html, element, table
+from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
 from cablewright.errors import Status
 from cablewright.studies.accuracy import Study
@@ -172,7 +172,7 @@ def inputs_table(accuracy: Accuracy, where: str, options: Mapping[str, Any]) -> 
         ("uncertain numbers", count(len(accuracy.ranges))),
         ("method", accuracy.method),
         *((told, str(options[key])) for key, told in _ASKED.items() if options.get(key) is not None),
-        ("program", f"cablewright {_version()}"),
+        ("program", program()),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
 
@@ -254,10 +254,3 @@ def _notice(text: str) -> Html:
 
 def _largest(values: Array) -> float:
     return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
-
-
-def _version() -> str:
-    try:
-        return version("cablewright")
-    except PackageNotFoundError:  # run from its sources
-        return f"{NOT_KNOWN}: not installed"

@@ -34,7 +34,7 @@ def inputs_table(digest: Digest) -> Html:
         ("speeds", _speeds(digest)),
         ("samples", f"{count(len(check.samples))}, at most every {quantity(job.sampling.step, 'm')}"),
         ("G-code words without effect", ", ".join(f"{word} ({times}×)" for word, times in check.unknown.items())),
-        ("program", f"cablewright {_version()}"),
+        ("program", program()),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
 
@@ -150,8 +150,9 @@ def _point(point: tuple[float, float, float]) -> str:
     return "(" + ", ".join(f"{v:g}" for v in point) + ")"
 
 
-def _version() -> str:
+def program() -> str:
+    """Name and version of what wrote the page."""
     try:
-        return version("cablewright")
+        return f"cablewright {version('cablewright')}"
     except PackageNotFoundError:  # run from its sources
-        return f"{NOT_KNOWN}: not installed"
+        return f"cablewright {NOT_KNOWN}: not installed"
