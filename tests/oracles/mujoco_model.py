@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scipy.linalg import eigh
 
 from cablewright.robot import Eyelet, Line, Robot, UniversalJoint
 
@@ -59,6 +60,20 @@ def rest(robot: Robot, lengths: Sequence[float], start: Sequence[float]) -> Rest
     if left > LEFT_OVER:
         raise ArithmeticError(f"MuJoCo's robot does not come to rest: {left:.3g} N or N m are left")
     return Rest(body.pose(q), body.tensions(), left)
+
+
+def frequencies(robot: Robot, lengths: Sequence[float], start: Sequence[float]) -> np.ndarray:
+    """Return the natural frequencies (n,), Hz, ascending, where the robot rests: MuJoCo's masses, forces by differences.
+
+    Through eyelets alone: sheaves have masses of their own here.
+    """
+    body = _Body(robot, lengths)
+    q = body.turned(body.at(rest(robot, lengths, start).pose), np.zeros(body.model.nv))
+    body.force(q)
+    M, K = np.zeros((body.model.nv,) * 2), body.stiffness(q)
+    mujoco.mj_fullM(body.model, M, body.data.qM)
+    squares = eigh((K + K.T) / 2, M, eigvals_only=True)
+    return np.asarray(np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * math.pi))
 
 
 class _Body:
@@ -115,7 +130,7 @@ class _Body:
 
     def downhill(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return Newton's step (nv,), turned round in directions in which the robot is not stable."""
-        J, step = self._stiffness(q), np.zeros(self.model.nv)
+        J, step = self.stiffness(q), np.zeros(self.model.nv)
         values, vectors = np.linalg.eigh((J + J.T) / 2)
         if values[0] > 1e-9 * values[-1]:
             step[self.free] = np.linalg.solve(J, force[self.free])
@@ -145,7 +160,7 @@ class _Body:
         """Return where line i's platform point is from its exit point (3), m, world, as last placed."""
         return self.data.site(f"B{i}").xpos - line.exit_point
 
-    def _stiffness(self, q: np.ndarray) -> np.ndarray:
+    def stiffness(self, q: np.ndarray) -> np.ndarray:
         """Return minus the derivative of `force` wrt the free coordinates, by central differences."""
         columns = []
         for unit in np.eye(self.model.nv)[self.free] * 1e-6:
@@ -159,7 +174,10 @@ def xml(robot: Robot, lengths: Sequence[float]) -> str:
     rigid = robot.n == 6
     slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     centre = _text(robot.platform.centre_of_mass) if rigid else "0 0 0"
-    inertial = f'<inertial pos="{centre}" mass="{robot.platform.mass!r}" diaginertia="1 1 1"/>'
+    inertia = 'diaginertia="1 1 1"'
+    if rigid and robot.platform.inertia is not None:
+        inertia = f'fullinertia="{_text((*robot.platform.inertia, *robot.platform.inertia_products))}"'
+    inertial = f'<inertial pos="{centre}" mass="{robot.platform.mass!r}" {inertia}/>'
     items = list(enumerate(zip(robot.lines, lengths, strict=True)))
     sites = "".join(f'<site name="B{i}" pos="{_text(line.platform_point)}"/>' for i, (line, _) in items)
     return f"""<mujoco>

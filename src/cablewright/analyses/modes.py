@@ -1,0 +1,139 @@
+"""How the platform vibrates on its lines: natural frequencies and modes of the linearised robot, lengths held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.kernels import layout
+from cablewright.models.inertia import mass_root
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.stiffness import Stiffness, stiffness
+from cablewright.solvers.inverse import solve_inverse
+
+__all__ = ["FREEDOMS", "Modes", "modes", "modes_at"]
+
+Array = NDArray[np.float64]
+
+FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
+"""Names of the freedoms: translations along the world's axes, rotations about them."""
+
+ROUNDING = 1e-13
+"""Eigenvalues below this share of the largest are zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes of the platform at an equilibrium; a leading axis for a batch, with NaN where a row does not balance.
+
+    `frequencies` (n,): Hz, ascending. A negative one is that of an unstable direction: the platform leaves the
+    equilibrium as exp(2 pi |f| t). `shapes` (n, n): columns are motions of the platform's origin and rotations in space,
+    of unit modal mass (columns^T M columns = 1), the entry of the dominant freedom positive. `participation` (n, n):
+    columns are shares of each mode's kinetic energy, seen at the centre of mass, by freedom (see `FREEDOMS`); each
+    sums to 1. Energy in products of inertia is shared out by the symmetric root of the inertia tensor.
+
+    The stiffness is symmetrised, which changes no frequency to first order. `asymmetry` () is the largest part of it
+    that this leaves out, between any two modes and relative to theirs: 0 unless an external moment or the papers' rigid
+    arc (`docs/theory/statics.md`) has a say.
+    """
+
+    equilibrium: Equilibrium
+    stiffness: Stiffness
+    geometric: bool  # whether the geometric part was counted
+    frequencies: Array
+    shapes: Array
+    participation: Array
+    asymmetry: Array
+
+    @property
+    def lowest(self) -> Array:
+        """The lowest frequency, Hz: () for a single equilibrium, (N,) for a batch."""
+        return np.asarray(self.frequencies[..., 0])
+
+    @property
+    def dominant(self) -> NDArray[np.int64]:
+        """(n,) the freedom that has most of each mode's energy: an index into `FREEDOMS`."""
+        return np.asarray(np.nan_to_num(self.participation).argmax(axis=-2))
+
+    @property
+    def line_frequencies(self) -> Array:
+        """(m,) lowest sideways frequency of each free span between fixed ends, Hz; NaN for a cable without weight.
+
+        That of a taut string, sqrt(T / mu) / 2 l, at the tension of mid-span. The modes do not contain it: lines
+        are springs without mass. Where one is not far above the platform's, they vibrate together.
+        """
+        states = self.equilibrium.states
+        tensions, phi, free = self.equilibrium.tensions, states[..., layout.PHI], states[..., layout.FREE]
+        densities = np.array([line.cable.linear_density for line in self.equilibrium.model.robot.lines])
+        weight = self.equilibrium.column(layout.WEIGHT)
+        middle = np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + 0.5 * weight * free)
+        length = free * (1.0 + middle * self.equilibrium.column(layout.FREE_COMPLIANCE))
+        weighing = np.where(densities > 0.0, densities, np.nan)
+        return np.asarray(np.sqrt(middle / weighing) / (2.0 * length))
+
+
+def modes(equilibrium: Equilibrium, *, geometric: bool = True) -> Modes:
+    """Natural frequencies and modes of the platform at an equilibrium, or at each of a batch.
+
+    With *geometric* False the elastic part of the stiffness alone counts, as in Jung 2020, Eq. 16: a pendulum does not
+    swing then. Lines are springs without mass, winches stand still, nothing damps. An unstable equilibrium has
+    negative frequencies. A batch's rows that do not balance are NaN; a single one raises `AnswerError`. Raises
+    `InputError` for a body whose inertia is not known.
+    """
+    root = mass_root(equilibrium.model.robot, equilibrium.pose)
+    parts = stiffness(equilibrium)
+    whole = parts.total if geometric else parts.elastic
+    good = np.isfinite(whole).all(axis=(-2, -1))
+    back = np.linalg.inv(np.where(good[..., None, None], root, np.eye(root.shape[-1])))
+    scaled = np.swapaxes(back, -1, -2) @ np.where(good[..., None, None], whole, 0.0) @ back  # (rad/s)^2
+    mirrored = np.swapaxes(scaled, -1, -2)
+    values, vectors = np.linalg.eigh(0.5 * (scaled + mirrored))
+    values = np.where(np.abs(values) <= ROUNDING * np.abs(values).max(axis=-1, keepdims=True), 0.0, values)
+    vectors = _pointed(vectors)
+    arrays = (
+        np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi),
+        back @ vectors,
+        vectors * vectors,
+        _left_out(0.5 * (scaled - mirrored), values, vectors),
+    )
+    return Modes(equilibrium, parts, geometric, *(_only(good, array) for array in arrays))
+
+
+def modes_at(
+    model: Model,
+    poses: ArrayLike,
+    *,
+    geometric: bool = True,
+    retraction: ArrayLike | None = None,
+    preferred: ArrayLike | None = None,
+) -> Modes:
+    """Modes at *poses*, (n,) or (N, n) m and rad, held by the tensions that `solve_inverse` finds.
+
+    For places along the boundary of a workspace: `lowest` and `dominant` of the result have a row for each, and
+    `equilibrium.code` says which could be held. *preferred* tensions, (m,) or (N, m) N, are taken as they are where
+    they balance within the limits, so that any distribution may be given. *retraction*: as in `solve_inverse`.
+    """
+    return modes(solve_inverse(model, poses, retraction=retraction, preferred=preferred), geometric=geometric)
+
+
+def _pointed(vectors: Array) -> Array:
+    """Eigenvectors (..., n, n) with the largest entry of each column positive."""
+    largest = np.abs(vectors).argmax(axis=-2)[..., None, :]
+    signs = np.sign(np.take_along_axis(vectors, largest, axis=-2))
+    return np.asarray(vectors * np.where(signs == 0.0, 1.0, signs))
+
+
+def _left_out(skew: Array, values: Array, vectors: Array) -> Array:
+    """Largest entry of the skew part between two modes, relative to the mean of their eigenvalues."""
+    between = np.abs(np.swapaxes(vectors, -1, -2) @ skew @ vectors)
+    means = 0.5 * (np.abs(values)[..., :, None] + np.abs(values)[..., None, :])
+    none = between <= ROUNDING * np.abs(values).max(axis=-1)[..., None, None]
+    shares = np.where(none, 0.0, between / np.where(none | (means == 0.0), 1.0, means))
+    return np.asarray(np.where(~none & (means == 0.0), np.inf, shares).max(axis=(-2, -1)))
+
+
+def _only(good: NDArray[np.bool_], array: Array) -> Array:
+    """*array* with NaN in the rows that are not *good*."""
+    return np.where(good.reshape(good.shape + (1,) * (array.ndim - good.ndim)), array, np.nan)

@@ -1,0 +1,52 @@
+"""What resists acceleration: the mass matrix of the platform at a pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.models.rotation import matrices
+from cablewright.robot import RigidPlatform, Robot
+
+__all__ = ["mass_matrix", "mass_root"]
+
+Array = NDArray[np.float64]
+
+
+def mass_matrix(robot: Robot, poses: Array) -> Array:
+    """Mass matrix M (..., n, n) of the platform at *poses* (..., n): kg, kg m and kg m^2 by blocks.
+
+    It is that of motions of the platform's origin and rotations in space, like the stiffness: v^T M v / 2 is the kinetic
+    energy. Cables and what turns in the machine count nothing. Raises `InputError` for a body of unknown inertia.
+    """
+    root = mass_root(robot, poses)
+    return np.asarray(np.swapaxes(root, -1, -2) @ root)
+
+
+def mass_root(robot: Robot, poses: Array) -> Array:
+    """S (..., n, n) with M = S^T S: it takes motions of the origin to those of the centre of mass, times root of mass.
+
+    The first three rows are the square root of the mass times the velocity of the centre of mass, the last three the
+    symmetric root of the inertia tensor, in the world, times the rotation. Raises `InputError` as `mass_matrix` does.
+    """
+    platform, n = robot.platform, robot.n
+    root = np.zeros((*poses.shape[:-1], n, n))
+    root[..., range(3), range(3)] = np.sqrt(platform.mass)
+    if isinstance(platform, RigidPlatform):
+        turn = matrices(poses[..., 3:])
+        x, y, z = np.moveaxis(turn @ np.asarray(platform.centre_of_mass), -1, 0)  # from the origin, world
+        zero = np.zeros_like(x)
+        cross = np.stack([zero, z, -y, -z, zero, x, y, -x, zero], axis=-1).reshape(*x.shape, 3, 3)
+        root[..., :3, 3:] = np.sqrt(platform.mass) * cross
+        root[..., 3:, 3:] = turn @ _inertia_root(robot.name, platform) @ np.swapaxes(turn, -1, -2)
+    return root
+
+
+def _inertia_root(name: str, platform: RigidPlatform) -> Array:
+    """The symmetric root (3, 3) of the inertia tensor about the centre of mass, platform frame."""
+    if platform.inertia is None:
+        raise InputError(f"robot {name!r}: platform has no inertia: a body's modes need it, like [1.0, 1.0, 1.0] kg m^2")
+    (xx, yy, zz), (xy, xz, yz) = platform.inertia, platform.inertia_products
+    values, vectors = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.asarray((vectors * np.sqrt(values)) @ vectors.T)

@@ -1,0 +1,112 @@
+"""The tangent stiffness at an equilibrium in two parts: what the lines resist along themselves, and the rest.
+
+Each line holds its platform point by a stiffness K_i (3, 3), N/m, with the length that its winch has paid out held.
+With c_i the unit vector along the chord of its free span, from where the cable leaves the sheave to the platform point:
+
+* **elastic**: the sum of k_i w_i w_i^T, with k_i = c_i^T K_i c_i the line's stiffness along its chord and w_i the wrench
+  of a unit force along it. Directions are held and tensions change. For a straight cable k_i is EA over the
+  unstrained length of all that stretches, so that this is the well-known A^T diag(EA / l) A. A sagging cable also gives
+  way by straightening: k_i is then that of stretch and sag in series (Ernst), below EA / l.
+* **geometric**: all else, which is what tension and load do as lines, arms and the centre of mass turn: T / l across a
+  straight line. It is what is missing from the elastic part, so that both always sum to the tangent stiffness.
+
+Pott 2018, section 3.5; Behzadipour and Khajepour 2006. Definitions and limits: `docs/modes.md`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import AnswerError
+from cablewright.kernels import layout
+from cablewright.kernels.layout import Packed
+from cablewright.kernels.stiffness import stiffness_rows
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Equilibrium, Model
+
+__all__ = ["Stiffness", "balanced", "stiffness"]
+
+Array = NDArray[np.float64]
+
+UNBALANCED = 1e-6
+"""Largest unbalanced force, relative to weight and tensions, of what counts as an equilibrium."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """The parts of the tangent stiffness with lengths held; a leading axis for a batch.
+
+    `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation in space, N/m
+    and N m/rad; `elastic` is symmetric and has no negative direction. `axial` (m,): each line's stiffness along its
+    chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
+    """
+
+    elastic: Array
+    geometric: Array
+    axial: Array
+    chords: Array
+
+    @property
+    def total(self) -> Array:
+        """(n, n) the tangent stiffness: the sum of both parts; that of `linearise` where cables stretch."""
+        return self.elastic + self.geometric
+
+
+def stiffness(equilibrium: Equilibrium) -> Stiffness:
+    """Split the tangent stiffness of an equilibrium, or of each of a batch.
+
+    Rigid cables are taken as elastic ones that carry the same tensions in the same place. Rows of a batch that do not
+    balance are NaN; a single one raises `AnswerError`. One that balances and is unstable, or out of its tension limits,
+    has a stiffness like any other.
+    """
+    single = equilibrium.code.ndim == 0
+    good = balanced(equilibrium)
+    if single and not good:
+        raise AnswerError(equilibrium.sentence())
+    held = _stretching(equilibrium) if equilibrium.model.fidelity.cable is CableLaw.RIGID else equilibrium
+    rows, m, n = equilibrium.code.size, equilibrium.model.m, equilibrium.model.n
+    tangent, chords, axial = np.zeros((rows, n, n)), np.zeros((rows, m, 3)), np.zeros((rows, m))
+    codes = np.zeros(rows, dtype=np.int64)
+    stiffness_rows(held.packed, *held.solved_arrays()[1:], tangent, chords, axial, codes)
+    bad = ~np.atleast_1d(good) | (codes != 0)
+    for array in (tangent, chords, axial):
+        array[bad] = np.nan
+    if single:
+        tangent, chords, axial = tangent[0], chords[0], axial[0]
+    elastic = _along(equilibrium, chords, axial)
+    return Stiffness(elastic, tangent - elastic, axial, chords)
+
+
+def balanced(equilibrium: Equilibrium) -> NDArray[np.bool_]:
+    """Which rows are equilibria, stable or not, within their limits or not; () for a single one."""
+    finite = np.isfinite(equilibrium.states).all(axis=(-2, -1)) & np.isfinite(equilibrium.pose).all(axis=-1)
+    forces = equilibrium.packed.platform[:, layout.PLATFORM_WEIGHT] + equilibrium.tensions.sum(axis=-1)
+    if equilibrium.code.ndim == 0:
+        forces = forces[0]
+    return np.asarray(finite & (equilibrium.unbalanced_force() <= UNBALANCED * forces))
+
+
+def _along(equilibrium: Equilibrium, chords: Array, axial: Array) -> Array:
+    """Sum of k w w^T (..., n, n) over the lines."""
+    wrenches = chords
+    if equilibrium.model.n == 6:
+        arms = equilibrium.platform_points - equilibrium.pose[..., None, :3]
+        wrenches = np.concatenate([chords, np.cross(arms, chords)], axis=-1)  # (..., m, n)
+    return np.asarray(np.einsum("...m,...mi,...mj->...ij", axial, wrenches, wrenches))
+
+
+def _stretching(equilibrium: Equilibrium) -> Equilibrium:
+    """Rigid lines as elastic ones of the file's moduli, with the same tensions in the same place."""
+    fidelity = Fidelity(CableLaw.ELASTIC, equilibrium.model.fidelity.sheave)
+    model = Model(equilibrium.model.robot, fidelity, equilibrium.model.tension_limits)
+    compliances = model.packed.lines[:, layout.COMPLIANCES]  # (m, 3)
+    lines = equilibrium.packed.lines.copy()
+    lines[:, :, layout.COMPLIANCES] = compliances
+    packed = Packed(equilibrium.packed.freedoms, lines, equilibrium.packed.platform)
+    states, tensions = equilibrium.states.copy(), np.exp(equilibrium.states[..., layout.TAU])
+    for span, compliance in ((layout.FREE, layout.FREE_COMPLIANCE), (layout.DEAD, layout.DEAD_COMPLIANCE)):
+        states[..., span] /= 1.0 + tensions * model.packed.lines[:, compliance]
+    return replace(equilibrium, model=model, packed=packed, states=states)
