@@ -1,7 +1,7 @@
 """Oracle: stiffness of straight elastic lines through eyelets, by complex steps of the wrench on the platform.
 
-A step of 1e-30 i leaves no rounding of differences: derivatives are exact to the last digits. Nothing is shared with the
-package but the description.
+A step of 1e-30 i leaves no rounding of differences: derivatives are exact to the last digits. Nothing is shared
+with the package but the description.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ STEP = 1e-30
 
 
 def parts(robot: Robot, lengths: Sequence[float], pose: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the elastic and the geometric stiffness (n, n): tensions change and nothing turns, and the other way round.
+    """Return the elastic and the geometric stiffness (n, n): tensions change and nothing turns, and the reverse.
 
     Motions are those of the platform's origin and rotations in space; ``lengths`` (m,) are unstrained.
     """
@@ -33,7 +33,9 @@ def parts(robot: Robot, lengths: Sequence[float], pose: Sequence[float]) -> tupl
     return derivative(pulled, robot.n), derivative(turned, robot.n)
 
 
-def whole(robot: Robot, lengths: Sequence[float], pose: Sequence[float], about: Sequence[float] = (0, 0, 0)) -> np.ndarray:
+def whole(
+    robot: Robot, lengths: Sequence[float], pose: Sequence[float], about: Sequence[float] = (0, 0, 0)
+) -> np.ndarray:
     """Return the tangent stiffness (n, n) for motions of a point of the platform, ``about``, world, from its origin."""
 
     def moved(motion: np.ndarray) -> np.ndarray:

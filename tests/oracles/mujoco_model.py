@@ -63,7 +63,7 @@ def rest(robot: Robot, lengths: Sequence[float], start: Sequence[float]) -> Rest
 
 
 def frequencies(robot: Robot, lengths: Sequence[float], start: Sequence[float]) -> np.ndarray:
-    """Return the natural frequencies (n,), Hz, ascending, where the robot rests: MuJoCo's masses, forces by differences.
+    """Return the natural frequencies (n,), Hz, ascending, at rest: MuJoCo's masses, its forces by differences.
 
     Through eyelets alone: sheaves have masses of their own here.
     """
@@ -71,7 +71,8 @@ def frequencies(robot: Robot, lengths: Sequence[float], start: Sequence[float]) 
     q = body.turned(body.at(rest(robot, lengths, start).pose), np.zeros(body.model.nv))
     body.force(q)
     M, K = np.zeros((body.model.nv,) * 2), body.stiffness(q)
-    mujoco.mj_fullM(body.model, M, body.data.qM)
+    for column, unit in zip(M, np.eye(body.model.nv), strict=True):
+        mujoco.mj_mulM(body.model, body.data, column, unit)
     squares = eigh((K + K.T) / 2, M, eigvals_only=True)
     return np.asarray(np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * math.pi))
 

@@ -29,10 +29,10 @@ class Modes:
     """Modes of the platform at an equilibrium; a leading axis for a batch, with NaN where a row does not balance.
 
     `frequencies` (n,): Hz, ascending. A negative one is that of an unstable direction: the platform leaves the
-    equilibrium as exp(2 pi |f| t). `shapes` (n, n): columns are motions of the platform's origin and rotations in space,
-    of unit modal mass (columns^T M columns = 1), the entry of the dominant freedom positive. `participation` (n, n):
-    columns are shares of each mode's kinetic energy, seen at the centre of mass, by freedom (see `FREEDOMS`); each
-    sums to 1. Energy in products of inertia is shared out by the symmetric root of the inertia tensor.
+    equilibrium as exp(2 pi |f| t). `shapes` (n, n): columns are motions of the platform's origin and rotations in
+    space, of unit modal mass: columns^T M columns = 1. `participation` (n, n): columns are shares of each mode's
+    kinetic energy, seen at the centre of mass, by freedom (see `FREEDOMS`); each sums to 1. Energy in products of
+    inertia is shared out by the symmetric root of the inertia tensor.
 
     The stiffness is symmetrised, which changes no frequency to first order. `asymmetry` () is the largest part of it
     that this leaves out, between any two modes and relative to theirs: 0 unless an external moment or the papers' rigid
@@ -85,7 +85,7 @@ def modes(equilibrium: Equilibrium, *, geometric: bool = True) -> Modes:
     root = mass_root(equilibrium.model.robot, equilibrium.pose)
     parts = stiffness(equilibrium)
     whole = parts.total if geometric else parts.elastic
-    good = np.isfinite(whole).all(axis=(-2, -1))
+    good = np.asarray(np.isfinite(whole).all(axis=(-2, -1)))
     back = np.linalg.inv(np.where(good[..., None, None], root, np.eye(root.shape[-1])))
     scaled = np.swapaxes(back, -1, -2) @ np.where(good[..., None, None], whole, 0.0) @ back  # (rad/s)^2
     mirrored = np.swapaxes(scaled, -1, -2)

@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 def mass_matrix(robot: Robot, poses: Array) -> Array:
     """Mass matrix M (..., n, n) of the platform at *poses* (..., n): kg, kg m and kg m^2 by blocks.
 
-    It is that of motions of the platform's origin and rotations in space, like the stiffness: v^T M v / 2 is the kinetic
-    energy. Cables and what turns in the machine count nothing. Raises `InputError` for a body of unknown inertia.
+    It is that of motions of the platform's origin and rotations in space, like the stiffness: v^T M v / 2 is the
+    kinetic energy. Cables and what turns in the machine count nothing. Raises `InputError` for a body of unknown inertia.
     """
     root = mass_root(robot, poses)
     return np.asarray(np.swapaxes(root, -1, -2) @ root)
@@ -46,7 +46,7 @@ def mass_root(robot: Robot, poses: Array) -> Array:
 def _inertia_root(name: str, platform: RigidPlatform) -> Array:
     """The symmetric root (3, 3) of the inertia tensor about the centre of mass, platform frame."""
     if platform.inertia is None:
-        raise InputError(f"robot {name!r}: platform has no inertia: a body's modes need it, like [1.0, 1.0, 1.0] kg m^2")
+        raise InputError(f"robot {name!r}: platform has no inertia, which a body's modes need: [Ixx, Iyy, Izz], kg m^2")
     (xx, yy, zz), (xy, xz, yz) = platform.inertia, platform.inertia_products
     values, vectors = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return np.asarray((vectors * np.sqrt(values)) @ vectors.T)

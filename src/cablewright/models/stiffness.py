@@ -3,14 +3,15 @@
 Each line holds its platform point by a stiffness K_i (3, 3), N/m, with the length that its winch has paid out held.
 With c_i the unit vector along the chord of its free span, from where the cable leaves the sheave to the platform point:
 
-* **elastic**: the sum of k_i w_i w_i^T, with k_i = c_i^T K_i c_i the line's stiffness along its chord and w_i the wrench
-  of a unit force along it. Directions are held and tensions change. For a straight cable k_i is EA over the
+* **elastic**: the sum of k_i w_i w_i^T, with k_i = c_i^T K_i c_i the line's stiffness along its chord and w_i the
+  wrench of a unit force along it. Directions are held and tensions change. For a straight cable k_i is EA over the
   unstrained length of all that stretches, so that this is the well-known A^T diag(EA / l) A. A sagging cable also gives
-  way by straightening: k_i is then that of stretch and sag in series (Ernst), below EA / l.
+  way by straightening, and the lever of a universal joint by swinging: k_i is then that of all of these in series,
+  below EA / l (Ernst 1965).
 * **geometric**: all else, which is what tension and load do as lines, arms and the centre of mass turn: T / l across a
   straight line. It is what is missing from the elastic part, so that both always sum to the tangent stiffness.
 
-Pott 2018, section 3.5; Behzadipour and Khajepour 2006. Definitions and limits: `docs/modes.md`.
+Behzadipour and Khajepour 2006 for straight lines. Examples and limits: `docs/modes.md`.
 """
 
 from __future__ import annotations

@@ -1,0 +1,132 @@
+"""`modes`: the contract's JSON, the table for people, and what becomes of a pose that cannot be held."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cablewright.analyses.modes import FREEDOMS, modes_at
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import library_text, load
+
+KEYS = {
+    "schema",
+    "status",
+    "robot",
+    "cable",
+    "sheave",
+    "pose",
+    "lengths",
+    "tensions",
+    "counts_geometric",
+    "frequencies",
+    "dominant",
+    "participation",
+    "shapes",
+    "stiffness",
+    "elastic",
+    "geometric",
+    "axial_stiffness",
+    "line_frequencies",
+    "asymmetry",
+}
+AT = ("--at", "0.2,0.1,0.9")
+
+
+@pytest.mark.parametrize("cable", ["rigid", "elastic", "catenary"])
+@pytest.mark.parametrize("option", [(), ("--no-geometric",)])
+def test_modes_prints_what_the_analysis_finds(cli, cable: str, option: tuple[str, ...]) -> None:
+    answer = cli("modes", "jung2020", *AT, "--cable", cable, *option, "--json")
+    assert (answer.code, answer.err) == (0, "")
+    found = answer.json
+    assert found.keys() == KEYS
+    assert found["status"] == "ok"
+    assert found["counts_geometric"] == (option == ())
+    solved = modes_at(Model(load("jung2020"), Fidelity.of(cable)), [0.2, 0.1, 0.9], geometric=option == ())
+    assert found["frequencies"] == solved.frequencies.tolist()
+    assert found["dominant"] == [FREEDOMS[k] for k in solved.dominant]
+    assert found["participation"] == solved.participation.T.tolist()  # a row for each mode
+    assert found["shapes"] == solved.shapes.T.tolist()
+    assert found["tensions"] == solved.equilibrium.tensions.tolist()
+    np.testing.assert_allclose(np.add(found["elastic"], found["geometric"]), found["stiffness"], rtol=1e-12)
+    assert found["axial_stiffness"] == solved.stiffness.axial.tolist()
+    assert found["line_frequencies"] == solved.line_frequencies.tolist()
+
+
+def test_tension_stiffens_the_beam_against_turning_about_z(cli) -> None:
+    whole = cli("modes", "jung2020", *AT, "--json").json
+    paper = cli("modes", "jung2020", *AT, "--no-geometric", "--json").json
+    assert whole["dominant"][0] == paper["dominant"][0] == "rz"
+    assert whole["frequencies"][0] > 2 * paper["frequencies"][0]
+    assert whole["stiffness"] == paper["stiffness"]
+
+
+def test_options_reach_the_solver(cli) -> None:
+    plain = cli("modes", "jung2020", *AT, "--json").json["frequencies"]
+    for option in (
+        ("--retraction", "1.4"),
+        ("--wrench", "0,0,-50"),
+        ("--tension-limits", "50,200"),
+    ):
+        other = cli("modes", "jung2020", *AT, *option, "--json").json["frequencies"]
+        assert other[0] != pytest.approx(plain[0], rel=1e-3)
+
+
+def test_people_get_a_table(cli) -> None:
+    answer = cli("modes", "jung2020", *AT)
+    assert (answer.code, answer.err) == (0, "")
+    rows = answer.out.splitlines()
+    assert rows[0] == "jung2020: ok"
+    assert [row.split()[0] for row in rows[3:9]] == list("123456")
+    assert rows[3].split()[2] == "rz"
+    assert sum(int(share) for share in rows[3].split()[3:]) == pytest.approx(100, abs=3)
+    assert "from 18.65 Hz on" in rows[-1]
+    assert "without geometric stiffness" in cli("modes", "jung2020", *AT, "--no-geometric").out
+
+
+def test_a_pose_out_of_its_limits_has_modes_and_is_a_no(cli) -> None:
+    answer = cli("modes", "house-printer", "--at", "0,0,14.9", "--json")
+    assert "over its most, 5150 N" in answer.no
+    assert answer.json["status"] == "infeasible"
+    assert len(answer.json["frequencies"]) == 3
+
+
+def test_a_pose_that_nothing_balances_has_none(cli) -> None:
+    answer = cli("modes", "house-printer", "--at", "0,0,20", "--json")
+    assert "a line would have to push" in answer.no
+    assert answer.json.keys() == KEYS
+    assert answer.json["frequencies"] is None
+    assert cli("modes", "house-printer", "--at", "0,0,20").out.startswith("house-printer: infeasible\n")
+
+
+def test_a_platform_on_its_head_is_a_no_with_a_negative_frequency(cli, tmp_path) -> None:
+    text = library_text("cogiro").replace("centre_of_mass = [-0.034, -0.013, 0.264]", "centre_of_mass = [0, 0, 150.0]")
+    (tmp_path / "tall.toml").write_text(text)
+    answer = cli("modes", tmp_path / "tall.toml", "--at", "0,0,1", "--json")
+    assert answer.json["status"] == "unstable"
+    assert answer.json["frequencies"][0] < 0
+    assert "stands on its head" in answer.no
+    assert "  unstable" in cli("modes", tmp_path / "tall.toml", "--at", "0,0,1").out
+
+
+@pytest.mark.parametrize("at", ["0,0,1", "0,0,20"])
+def test_a_body_of_unknown_inertia_is_refused(cli, tmp_path, at: str) -> None:
+    lines = library_text("cogiro").splitlines()
+    (tmp_path / "bare.toml").write_text("\n".join(line for line in lines if not line.startswith("inertia")))
+    assert "platform has no inertia" in cli("modes", tmp_path / "bare.toml", "--at", at).refusal
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--at", "1,2"], "6 numbers are wanted"),
+        (["--at", "here"], "numbers with commas"),
+        ([*AT, "--cable", "rope"], "unknown cable law 'rope'"),
+        ([*AT, "--sheave", "swivel"], "has only a sheave of kind eyelet"),
+        ([*AT, "--retraction", "3"], "goes from 1.2 to 2 m"),
+        ([*AT, "--tension-limits", "20,10"], "0 <= lowest < highest"),
+    ],
+)
+def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+    assert says in cli("modes", "jung2020", *arguments).refusal
