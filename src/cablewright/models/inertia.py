@@ -18,7 +18,8 @@ def mass_matrix(robot: Robot, poses: Array) -> Array:
     """Mass matrix M (..., n, n) of the platform at *poses* (..., n): kg, kg m and kg m^2 by blocks.
 
     It is that of motions of the platform's origin and rotations in space, like the stiffness: v^T M v / 2 is the
-    kinetic energy. Cables and what turns in the machine count nothing. Raises `InputError` for a body of unknown inertia.
+    kinetic energy. Cables and what turns in the machine count nothing. Raises `InputError` for a body of unknown
+    inertia.
     """
     root = mass_root(robot, poses)
     return np.asarray(np.swapaxes(root, -1, -2) @ root)

@@ -30,6 +30,7 @@ KEYS = {
     "axial_stiffness",
     "line_frequencies",
     "asymmetry",
+    "plot",
 }
 AT = ("--at", "0.2,0.1,0.9")
 
@@ -110,6 +111,19 @@ def test_a_platform_on_its_head_is_a_no_with_a_negative_frequency(cli, tmp_path)
     assert "  unstable" in cli("modes", tmp_path / "tall.toml", "--at", "0,0,1").out
 
 
+@pytest.mark.parametrize(("robot", "at"), [("jung2020", "0.2,0.1,0.9"), ("house-printer", "0,0,1")])
+def test_a_picture_is_written(cli, tmp_path, robot: str, at: str) -> None:
+    file = tmp_path / "modes.png"
+    answer = cli("modes", robot, "--at", at, "--plot", file, "--json")
+    assert (answer.code, answer.json["plot"]) == (0, str(file))
+    assert file.read_bytes().startswith(b"\x89PNG")
+    assert [each.name for each in tmp_path.iterdir()] == ["modes.png"]
+    nowhere = cli("modes", robot, "--at", at, "--plot", tmp_path / "no" / "modes.png")
+    assert nowhere.code == 3
+    assert cli("modes", robot, "--at", "0,0,90", "--plot", tmp_path / "b.png", "--json").json["plot"] is None
+    assert not (tmp_path / "b.png").exists()
+
+
 @pytest.mark.parametrize("at", ["0,0,1", "0,0,20"])
 def test_a_body_of_unknown_inertia_is_refused(cli, tmp_path, at: str) -> None:
     lines = library_text("cogiro").splitlines()
@@ -126,6 +140,7 @@ def test_a_body_of_unknown_inertia_is_refused(cli, tmp_path, at: str) -> None:
         ([*AT, "--sheave", "swivel"], "has only a sheave of kind eyelet"),
         ([*AT, "--retraction", "3"], "goes from 1.2 to 2 m"),
         ([*AT, "--tension-limits", "20,10"], "0 <= lowest < highest"),
+        ([*AT, "--plot", "modes.pdf"], "a name that ends in .png"),
     ],
 )
 def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:

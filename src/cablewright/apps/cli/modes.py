@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,13 +12,15 @@ from cablewright.apps.cli.options import (
     Cable,
     Limits,
     LoadName,
+    Plot,
     Retracted,
     RobotName,
     Sheave,
     Wrench,
+    check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, tell
+from cablewright.apps.cli.output import limits, numbers, print_json, tell, write_whole
 
 if TYPE_CHECKING:
     from cablewright.analyses.modes import Modes
@@ -45,6 +48,7 @@ def modes(
     retraction: Retracted = None,
     load: LoadName = None,
     wrench: Wrench = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> int:
     """The natural frequencies of the platform on its lines, with the stiffness that they come from."""
@@ -56,17 +60,30 @@ def modes(
     from cablewright.models.stiffness import balanced
     from cablewright.solvers.inverse import solve_inverse
 
+    check_plot(plot)
     model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave), limits(tension_limits))
     held = solve_inverse(model, numbers(at, "--at", free=True) or [], retraction=retraction)
     mass_matrix(model.robot, held.pose)  # a body of unknown inertia is bad input, whatever the pose
     found = vibrate(held, geometric=geometric) if balanced(held) else None
+    if plot is not None and found is not None:
+        _draw(found, plot)
     if as_json:
-        print_json(_values(held, found, geometric))
+        written = None if plot is None or found is None else str(plot)
+        print_json(_values(held, found, geometric) | {"plot": written})
     else:
         _print(held, found)
     if held.status is not Status.OK:
         tell(f"cablewright: {held.sentence()}")
     return 0 if held.status is Status.OK else NO
+
+
+def _draw(found: Modes, file: Path) -> None:
+    from cablewright.apps.report import style
+    from cablewright.apps.report.modes_picture import modes_picture
+
+    with style.drawing():
+        picture = style.png(modes_picture(found))
+    write_whole(file, picture)
 
 
 def _values(held: Equilibrium, found: Modes | None, geometric: bool) -> dict[str, Any]:

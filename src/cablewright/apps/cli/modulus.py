@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-import shutil
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from cablewright.apps.cli.options import AsJson
-from cablewright.apps.cli.output import numbers, print_json, tell
-from cablewright.errors import EnvironmentFault, InputError, UnknownName
+from cablewright.apps.cli.options import AsJson, Plot, check_plot
+from cablewright.apps.cli.output import numbers, print_json, tell, write_whole
+from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.calibration.tensile import TensileResult, TensileTest
@@ -42,14 +40,13 @@ def modulus(
     band: Annotated[
         str, typer.Option("--band", metavar="LOW,HIGH", help="Shares of the breaking load that the modulus spans.")
     ] = "0.05,0.5",
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")] = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> int:
     """Young's modulus of a cable from a tensile test, how far it varies, and its hysteresis."""
     from cablewright.calibration.tensile import read_test, young_modulus
 
-    if plot is not None and plot.suffix.lower() != ".png":
-        raise InputError(f"--plot = {str(plot)!r}: a name that ends in .png is wanted")
+    check_plot(plot)
     length = _length(initial_length)
     cable = _specimen(section, diameter, breaking_load, robot, line)
     low, high = _band(band)
@@ -148,21 +145,12 @@ def _band(text: str) -> tuple[float, float]:
 
 
 def _draw(test: TensileTest, found: TensileResult, file: Path) -> None:
-    """Write the picture beside its place and rename it, so that it is there whole or not at all."""
     from cablewright.apps.report import style
     from cablewright.apps.report.tensile_picture import tensile_picture
 
     with style.drawing():
         picture = style.png(tensile_picture(test, found))
-    try:
-        aside = Path(mkdtemp(prefix=f".{file.name}-", dir=file.absolute().parent))
-        try:
-            (aside / "picture").write_bytes(picture)
-            (aside / "picture").replace(file)
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
-    except OSError as reason:
-        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror or reason}") from None
+    write_whole(file, picture)
 
 
 def _print_json(found: TensileResult, plot: Path | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,11 +18,13 @@ __all__ = [
     "Cable",
     "Limits",
     "LoadName",
+    "Plot",
     "Retracted",
     "RobotName",
     "Sheave",
     "Slack",
     "Wrench",
+    "check_plot",
     "described",
     "slack_excess",
 ]
@@ -50,6 +53,7 @@ Slack = Annotated[
         help="Lines that are too long by so much, m; a line by its name, or its number counted from 1.",
     ),
 ]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")]
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
 
 
@@ -68,6 +72,12 @@ def described(name: str, load: str | None = None, wrench: str | None = None) -> 
     x, y, z, *moment = values
     a, b, c = moment or (0.0, 0.0, 0.0)
     return robot.under_wrench((x, y, z), (a, b, c))
+
+
+def check_plot(plot: Path | None) -> None:
+    """Raise `InputError` unless --plot names a PNG, or nothing."""
+    if plot is not None and plot.suffix.lower() != ".png":
+        raise InputError(f"--plot = {str(plot)!r}: a name that ends in .png is wanted")
 
 
 def slack_excess(robot: Robot, text: str) -> dict[str, float]:

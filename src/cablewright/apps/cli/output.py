@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any
 
 import typer
 
-from cablewright.errors import InputError
+from cablewright.errors import EnvironmentFault, InputError
 
-__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell"]
+__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_whole"]
 
 SCHEMA = 1
 """Version of the JSON that commands print."""
@@ -76,6 +79,22 @@ def limits(text: str | None) -> tuple[float, float] | None:
     if len(values) != 2:
         raise InputError(f"--tension-limits = {text!r}: two numbers are wanted, lowest,highest in N")
     return values[0], values[1]
+
+
+def write_whole(file: Path, content: bytes) -> None:
+    """Write a file beside its place and rename it, so that it is there whole or not at all.
+
+    Raises `EnvironmentFault` where it cannot be written.
+    """
+    try:
+        aside = Path(mkdtemp(prefix=f".{file.name}-", dir=file.absolute().parent))
+        try:
+            (aside / "content").write_bytes(content)
+            (aside / "content").replace(file)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
+    except OSError as reason:
+        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror or reason}") from None
 
 
 class _Plain:
