@@ -16,6 +16,7 @@ import cases
 from cablewright import kernels
 from cablewright.kernels import catenary, sweep
 from cablewright.models.statics import Model
+from cablewright.models.stiffness import stiffness
 from cablewright.robot import library_names, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -32,6 +33,7 @@ def test_every_kernel_has_one_compiled_signature() -> None:
         for rows in (1, 100):
             found = solve_inverse(model, np.repeat(asked, rows, axis=0))
             solve_forward(model, found.lengths, guess=found.pose, path=True)
+            stiffness(found)
             linearise(solve_forward(model, found.lengths, modulus_factors=np.ones(model.m)).checked())
             assert found.is_valid()
     for module in MODULES:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,7 @@ def test_a_straight_line_resists_by_its_modulus_over_its_length(model: Model) ->
         stretching[:, i] += held.states[:, i, layout.DEAD] if line.dead_elastic else 0.0
         if line.arc_elastic:
             pytest.skip("the cable on the sheave stretches too")
+    np.testing.assert_allclose(stiffness(held).chords[..., 2], np.sin(held.states[..., layout.PHI]), atol=1e-9)
     moduli = np.array([line.cable.stiffness for line in model.robot.lines])
     if (held.packed.lines[..., layout.UNKNOWNS] == 6).any():
         assert (stiffness(held).axial < moduli / stretching).all()
@@ -153,6 +156,16 @@ def test_rows_are_those_of_single_ones_and_those_without_balance_are_nan() -> No
         np.testing.assert_array_equal(stiffness(held[row]).elastic, found.elastic[row])
     with pytest.raises(AnswerError, match="no tensions within the limits"):
         stiffness(held[1])
+
+
+def test_what_was_moved_apart_is_no_equilibrium() -> None:
+    """Lengths of another place, or tensions that leave a force, are refused."""
+    held = inverse(load("cogiro"), [[0.2, -0.1, 1.0]] * 3)
+    lengths, states = held.lengths.copy(), held.states.copy()
+    lengths[1] += 1e-3
+    states[2, :, layout.TAU] += 0.01
+    found = stiffness(replace(held, lengths=lengths, states=states))
+    assert np.isfinite(found.total).all(axis=(1, 2)).tolist() == [True, False, False]
 
 
 def test_retraction_moves_the_arms() -> None:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.errors import AnswerError
+from cablewright.errors import AnswerError, Status
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.stiffness import stiffness_rows
@@ -33,7 +33,10 @@ __all__ = ["Stiffness", "balanced", "stiffness"]
 Array = NDArray[np.float64]
 
 UNBALANCED = 1e-6
-"""Largest unbalanced force, relative to weight and tensions, of what counts as an equilibrium."""
+"""Largest unbalanced force of what counts as an equilibrium, relative to weight and tensions."""
+
+ASUNDER = 1e-6
+"""Largest residual of its lines' geometry, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,8 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
     tangent, chords, axial = np.zeros((rows, n, n)), np.zeros((rows, m, 3)), np.zeros((rows, m))
     codes = np.zeros(rows, dtype=np.int64)
     stiffness_rows(held.packed, *held.solved_arrays()[1:], tangent, chords, axial, codes)
+    if single and codes[0]:
+        raise AnswerError(Status.of(int(codes[0])).value)
     bad = ~np.atleast_1d(good) | (codes != 0)
     for array in (tangent, chords, axial):
         array[bad] = np.nan
@@ -87,7 +92,8 @@ def balanced(equilibrium: Equilibrium) -> NDArray[np.bool_]:
     forces = equilibrium.packed.platform[:, layout.PLATFORM_WEIGHT] + equilibrium.tensions.sum(axis=-1)
     if equilibrium.code.ndim == 0:
         forces = forces[0]
-    return np.asarray(finite & (equilibrium.unbalanced_force() <= UNBALANCED * forces))
+    fits = (equilibrium.residual_norm() <= ASUNDER) & (equilibrium.unbalanced_force() <= UNBALANCED * forces)
+    return np.asarray(finite & fits)
 
 
 def _along(equilibrium: Equilibrium, chords: Array, axial: Array) -> Array:
