@@ -19,11 +19,12 @@ from cablewright.kernels.structure import OK, Structure, reduce, structure_at, s
 from cablewright.kernels.tension import SOFT, distribute
 
 CLOSED, IMPROVED, LEAST, WIDEST, CLOSURE = 0, 1, 2, 3, 4
-CHUNK = 256  # rows per task, worth the scratch that each makes
+CHUNK = 256  # rows per task: worth the scratch that each makes
 NOT_CONVERGED = int(Code.NOT_CONVERGED)
 SINGULAR = int(Code.SINGULAR)
 INFEASIBLE = int(Code.INFEASIBLE)
 HELD = 1e-12  # share of a line's tension that the other lines leave to choice: less is none
+CLOSED_BY = 1e-9  # of the mean tension: what rounding may make of a null vector that only touches zero
 UNBOUNDED = 1e3  # of the mean tension: where closure lets a null vector's entries end
 
 
@@ -62,53 +63,11 @@ def distributing_scratch(n, m):
 
 
 @jit
-def distribute_at(packed, pose, method, curvature, bias, tensions, work):
-    """Write *tensions* (m,) at *pose* (n,) by *method*; returns a status code and the margin, N.
-
-    The margin is how far within their limits the tensions are, least of all lines; negative: how far outside; -inf:
-    no tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
-    the null vector of mean 1 whose least entry is largest, which is its margin.
-    """
-    m, n, structure = packed.lines.shape[0], packed.freedoms, work.structure
-    for i in range(m):
-        tensions[i] = np.nan
-    code = structure_at(packed, pose, structure)
-    if code != OK:
-        return code, -np.inf
-    if method == CLOSURE:
-        return _closure(n, m, tensions, work)
-    if method == LEAST:
-        return _least(packed, curvature, bias, tensions, work)
-    rank, balanced = reduce(structure.table, structure.scale, structure.order, n, False)
-    if not balanced:
-        return INFEASIBLE, -np.inf
-    middle, half, shift = work.exchange.middle, work.exchange.half, work.exchange.shift
-    _order_limits(packed.lines, structure.order, middle, half)
-    if method == WIDEST:
-        margin, sure = widest(structure.table, rank, m, work.exchange)
-        if not sure:
-            return NOT_CONVERGED, np.nan
-    else:
-        _nearest(structure.table, rank, middle, shift, work.gram)
-        if method == IMPROVED and least_slack(half, shift, m) < 0.0:
-            _improve(structure.table, rank, half, shift, work.gram, work.basis, work.fixed)
-        margin = least_slack(half, shift, m)
-    _reorder(structure.order, middle, shift, tensions)
-    return (OK if margin >= 0.0 else INFEASIBLE), margin
-
-
-@jit
 def _order_limits(lines, order, middle, half):
     """Middle and half width of the limits in the order of the reduced structure."""
     for i in range(order.shape[0]):
         low, high = lines[order[i], TENSION_MIN], lines[order[i], TENSION_MAX]
         middle[i], half[i] = 0.5 * (high + low), 0.5 * (high - low)
-
-
-@jit
-def _reorder(order, middle, shift, tensions):
-    for i in range(order.shape[0]):
-        tensions[order[i]] = middle[i] + shift[i]
 
 
 @jit
@@ -253,8 +212,16 @@ def _least(packed, curvature, bias, tensions, work):
         work.multipliers[k] = 0.0
         for i in range(m):
             work.matrix[k, i] = structure.table[i, k]
+    rank, balanced = reduce(structure.table, structure.scale, structure.order, n, False)
+    if not balanced:
+        tensions[:] = np.nan
+        return INFEASIBLE, -np.inf
+    _order_limits(packed.lines, structure.order, work.exchange.middle, work.exchange.half)
+    room, sure = widest(structure.table, rank, m, work.exchange)
     answer, solved = 0, 0
     for give in (0.0, SOFT):
+        if give == 0.0 and sure and room < 0.0:
+            continue
         solved = distribute(
             work.matrix,
             work.load,
@@ -286,7 +253,7 @@ def _least(packed, curvature, bias, tensions, work):
 
 
 @jit
-def _closure(n, m, tensions, work):
+def _closure(n, m, work):
     """Wrench closure: full rank, and a null vector with all entries positive."""
     structure, exchange = work.structure, work.exchange
     for k in range(n):
@@ -302,8 +269,7 @@ def _closure(n, m, tensions, work):
     margin, sure = widest(structure.table, rank, m, exchange)
     if not sure:
         return NOT_CONVERGED, np.nan
-    _reorder(structure.order, exchange.middle, exchange.shift, tensions)
-    return (OK if margin > 0.0 else INFEASIBLE), margin
+    return (OK if margin > CLOSED_BY else INFEASIBLE), margin
 
 
 @jit(allocates=True)
@@ -315,16 +281,50 @@ def distribute_rows(packed, poses, method, curvature, bias, tensions, margins, c
 
 @jit
 def _distribute_each(packed, poses, method, curvature, bias, tensions, margins, codes, first, last, work):
+    """The loop of `distribute_rows`. It stands whole: to hand the scratch on would cost more than the arithmetic."""
+    n, m, structure = packed.freedoms, packed.lines.shape[1], work.structure
+    table, scale, order = structure.table, structure.scale, structure.order
+    middle, half, shift = work.exchange.middle, work.exchange.half, work.exchange.shift
     for j in range(first, last):
         own = robot_of(packed, j)
-        codes[j], margins[j] = distribute_at(own, poses[j], method, curvature, bias, tensions[j], work)
+        margin = -np.inf
+        code = structure_at(own, poses[j], structure)
+        if code == OK and method == LEAST:
+            codes[j], margins[j] = _least(own, curvature, bias, tensions[j], work)
+            continue
+        if code == OK and method == CLOSURE:
+            code, margin = _closure(n, m, work)
+        elif code == OK:
+            rank, balanced = reduce(table, scale, order, n, False)
+            code = INFEASIBLE
+            if balanced:
+                _order_limits(own.lines, order, middle, half)
+                sure = True
+                if method == WIDEST:
+                    margin, sure = widest(table, rank, m, work.exchange)
+                else:
+                    _nearest(table, rank, middle, shift, work.gram)
+                    margin = least_slack(half, shift, m)
+                    if method == IMPROVED and margin < 0.0:
+                        _improve(table, rank, half, shift, work.gram, work.basis, work.fixed)
+                        margin = least_slack(half, shift, m)
+                if margin >= 0.0:
+                    code = OK
+                if not sure:
+                    code, margin = NOT_CONVERGED, np.nan
+        codes[j], margins[j] = code, margin
+        for i in range(m):
+            tensions[j, order[i]] = middle[i] + shift[i] if margin > -np.inf else np.nan
 
 
 @jit(parallel=True)
 def distribute_sweep(packed, poses, method, curvature, bias, tensions, margins, codes):
-    """A batch of poses (N, n): tensions (N, m), margins and codes (N,) are written; see `distribute_at`.
+    """A batch of poses (N, n): tensions (N, m), margins (N,) and codes (N,) by *method* are written.
 
-    Lines and platform of *packed* have one row or N each.
+    A margin is how far within their limits the tensions are, N, least of all lines; negative: how far outside; -inf:
+    no tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
+    the null vector of mean 1 whose least entry is largest, which is its margin. Lines and platform of *packed* have
+    one row or N each.
     """
     rows = poses.shape[0]
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
@@ -354,7 +354,7 @@ def _structure_each(packed, poses, structures, wrenches, codes, work):
 
 @jit
 def robot_of(packed, j):
-    """The robot of problem *j*."""
+    """The robot of problem *j*; only for kernels that count no references, like this one."""
     line = j if packed.lines.shape[0] > 1 else 0
     platform = j if packed.platform.shape[0] > 1 else 0
     return Packed(packed.freedoms, packed.lines[line], packed.platform[platform])

@@ -71,7 +71,10 @@ def widest(table, rank, m, work):
         for j in range(rank, m):
             shift -= table[j, i] * work.middle[j]
         work.shift[i] = shift
-    if free == 0:
+    if rank == 0:
+        for i in range(m):
+            work.shift[i] = 0.0
+    if free == 0 or rank == 0:
         return least_slack(work.half, work.shift, m), True
     work.half[m] = least
     bound = _begin(table, rank, m, work)

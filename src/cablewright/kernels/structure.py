@@ -67,7 +67,7 @@ def structure_scratch(m):
     return Structure(
         np.zeros((m + 1 + WIDTH, WIDTH)),
         np.ones(WIDTH),
-        np.zeros(m, np.int64),
+        np.arange(m),
         np.eye(3),
         np.zeros(3),
         np.zeros(4),
