@@ -34,7 +34,7 @@ def rows() -> Iterator[Row]:
     packed = model.rows()
     speeds = {}
     for name, method in METHODS.items():
-        _, margins, seconds = distributed(packed, poses, method, best)
+        _, seconds = distributed(packed, poses, method, best)
         speed = speeds[name] = len(poses) / seconds
         aim = AIMS.get(name)
         told = "" if aim is None else f">= {aim:,.0f}"
@@ -55,13 +55,13 @@ def random_poses(model: Model, count: int) -> Array:
 
 def distributed(
     packed: Packed, poses: Array, method: int, clock: Callable[[Callable[[], object]], float]
-) -> tuple[Array, Array, float]:
-    """Tensions, margins, and the time on one thread, s."""
+) -> tuple[Array, float]:
+    """Margins, and the time on one thread, s."""
     count, m = len(poses), packed.lines.shape[1]
     tensions, margins, codes = np.zeros((count, m)), np.zeros(count), np.zeros(count, np.int64)
     arrays = (packed, poses, method, np.ones(m), np.zeros(m), tensions, margins, codes)
     seconds = clock(lambda: distribution.distribute_rows(*arrays, 0, count))
-    return tensions, margins, seconds
+    return margins, seconds
 
 
 def capacity_time(packed: Packed, poses: Array) -> float:
@@ -78,7 +78,7 @@ def peer_rows(model: Model, speed: float) -> Iterator[Row]:
     A, w = structures(model, poses)
     packed = model.rows()
     low, high = np.ascontiguousarray(packed.lines[0, :, [layout.TENSION_MIN, layout.TENSION_MAX]])
-    _, margins, _ = distributed(packed, poses, METHODS["exact"], best)
+    margins, _ = distributed(packed, poses, METHODS["exact"], best)
     sure = np.abs(margins) > SURE * high.max()
     for peer, solve in (("daqp", by_daqp), ("scipy HiGHS", by_highs)):
         begin = time.perf_counter()
