@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import daqp
 import numpy as np
@@ -19,8 +18,10 @@ from cablewright.robot import load
 from cablewright.solvers.tension import METHODS, structures
 
 Array = NDArray[np.float64]
-POSES = 50_000
+POSES = 5_000  # a few milliseconds: some repeats run undisturbed
+REPEATS = 50
 COMPARED = 2000
+TIMED = 20  # of them, so that here too some repeats run undisturbed
 AIMS = {"closed-form": 2.5e6, "improved-closed-form": 1.5e6, "exact": 1e6}  # poses/s
 CAPACITY_AIM = 9e4
 SURE = 1e-9  # of the limits: a margin under this is no disagreement
@@ -34,7 +35,7 @@ def rows() -> Iterator[Row]:
     packed = model.rows()
     speeds = {}
     for name, method in METHODS.items():
-        _, seconds = distributed(packed, poses, method, best)
+        _, seconds = distributed(packed, poses, method)
         speed = speeds[name] = len(poses) / seconds
         aim = AIMS.get(name)
         told = "" if aim is None else f">= {aim:,.0f}"
@@ -53,14 +54,12 @@ def random_poses(model: Model, count: int) -> Array:
     return np.column_stack([places, np.zeros((count, 3))])
 
 
-def distributed(
-    packed: Packed, poses: Array, method: int, clock: Callable[[Callable[[], object]], float]
-) -> tuple[Array, float]:
+def distributed(packed: Packed, poses: Array, method: int) -> tuple[Array, float]:
     """Margins, and the time on one thread, s."""
     count, m = len(poses), packed.lines.shape[1]
     tensions, margins, codes = np.zeros((count, m)), np.zeros(count), np.zeros(count, np.int64)
     arrays = (packed, poses, method, np.ones(m), np.zeros(m), tensions, margins, codes)
-    seconds = clock(lambda: distribution.distribute_rows(*arrays, 0, count))
+    seconds = best(lambda: distribution.distribute_rows(*arrays, 0, count), REPEATS)
     return margins, seconds
 
 
@@ -69,7 +68,7 @@ def capacity_time(packed: Packed, poses: Array) -> float:
     count = len(poses)
     margins, ranks, codes = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
     arrays = (packed, poses, np.zeros(packed.freedoms), 1.0, margins, ranks, codes)
-    return best(lambda: zonotope.capacity_rows(*arrays, 0, count))
+    return best(lambda: zonotope.capacity_rows(*arrays, 0, count), REPEATS)
 
 
 def peer_rows(model: Model, speed: float) -> Iterator[Row]:
@@ -78,14 +77,13 @@ def peer_rows(model: Model, speed: float) -> Iterator[Row]:
     A, w = structures(model, poses)
     packed = model.rows()
     low, high = np.ascontiguousarray(packed.lines[0, :, [layout.TENSION_MIN, layout.TENSION_MAX]])
-    margins, _ = distributed(packed, poses, METHODS["exact"], best)
+    margins, _ = distributed(packed, poses, METHODS["exact"])
     sure = np.abs(margins) > SURE * high.max()
     for peer, solve in (("daqp", by_daqp), ("scipy HiGHS", by_highs)):
-        begin = time.perf_counter()
         said = np.array([solve(A[row], w[row], low, high) for row in range(len(poses))])
-        each = len(poses) / (time.perf_counter() - begin)
         wrong = int(((margins >= 0.0) != said)[sure].sum())
         if name == "jung2020":
+            each = TIMED / best(lambda f=solve: [f(A[row], w[row], low, high) for row in range(TIMED)], REPEATS)
             yield Row(f"{name}: exact", speed, "poses/s", peer=f"{peer}, {each:,.0f}/s", ratio=speed / each)
         known = peer != "daqp"
         aim, met = ("= 0", wrong == 0) if known else ("", None)
