@@ -92,7 +92,9 @@ def test_table_1_is_singular_at_every_upright_pose() -> None:
         assert (found.margin == -np.inf).all()
     aside = capacity(model, poses, wrench=twist, length=0.1)
     assert not aside.feasible.any()
-    poses[:, 5] = 0.1
+    assert distribute(model, poses).feasible.mean() > 0.5
+    poses[:, 3:] = np.random.default_rng(1).normal(0.0, 1e-3, (len(poses), 3))
+    assert distribute(model, poses).feasible.mean() < 0.1  # now some line has to resist a yaw, by a lever of nothing
     assert (capacity(model, poses).rank == 6).all()
 
 

@@ -98,7 +98,7 @@ class Distribution:
     `margin` (N) is how far within their limits the tensions are, least of all lines; negative is how far the worst is
     outside; -inf where no tensions of any size balance the load, or a line has no direction: `code` tells which. Of
     ``exact`` it is the largest that any tensions have. Of ``wrench-closure`` tensions and margin are shares of the
-    mean tension. Tensions are NaN where there are none.
+    mean tension. Tensions are NaN where there are none; so is the margin where a solve failed.
     """
 
     method: str
@@ -109,7 +109,7 @@ class Distribution:
 
     @property
     def feasible(self) -> NDArray[np.bool_]:
-        """Where the method says yes. Only ``exact`` means, by saying no, that there are no tensions within limits."""
+        """Where the method says yes. The closed forms may say no where there are tensions within the limits."""
         return np.asarray(self.code == 0)
 
 
