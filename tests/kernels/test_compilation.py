@@ -15,12 +15,14 @@ from numba.core.types import unliteral
 import cases
 from cablewright import kernels
 from cablewright.kernels import catenary, sweep
+from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import library_names, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
+from cablewright.solvers.tension import METHODS, capacity, distribute
 
 MODULES = [import_module(f"cablewright.kernels.{path.stem}") for path in Path(kernels.__file__).parent.glob("[!_]*.py")]
 
@@ -36,6 +38,9 @@ def test_every_kernel_has_one_compiled_signature() -> None:
             stiffness(found)
             linearise(solve_forward(model, found.lengths, modulus_factors=np.ones(model.m)).checked())
             assert found.is_valid()
+            for method in METHODS:
+                distribute(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
+            capacity(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose)
     for module in MODULES:
         for each in vars(module).values():
             if hasattr(each, "signatures"):

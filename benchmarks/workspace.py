@@ -1,0 +1,104 @@
+"""Tension distribution at random poses of jung2020, one thread; beside a QP and an LP solver on the same poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import daqp
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+
+from benchmarks.timing import Row, best
+from cablewright.kernels import distribution, layout, zonotope
+from cablewright.kernels.layout import Packed
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import load
+from cablewright.solvers.tension import METHODS, structures
+
+Array = NDArray[np.float64]
+POSES = 5_000  # a few milliseconds: some repeats run undisturbed
+REPEATS = 50
+COMPARED = 2000
+TIMED = 20  # of them, so that here too some repeats run undisturbed
+AIMS = {"closed-form": 2.5e6, "improved-closed-form": 1.5e6, "exact": 1e6}  # poses/s
+CAPACITY_AIM = 9e4
+SURE = 1e-9  # of the limits: a margin under this is no disagreement
+EQUAL = 5  # what daqp calls an equation
+
+
+def rows() -> Iterator[Row]:
+    """All rows of this file."""
+    model = Model(load("jung2020"), Fidelity(CableLaw.RIGID))
+    poses = random_poses(model, POSES)
+    packed = model.rows()
+    speeds = {}
+    for name, method in METHODS.items():
+        _, seconds = distributed(packed, poses, method)
+        speed = speeds[name] = len(poses) / seconds
+        aim = AIMS.get(name)
+        told = "" if aim is None else f">= {aim:,.0f}"
+        yield Row(f"jung2020: {name}", speed, "poses/s", told, None if aim is None else speed >= aim)
+    speed = len(poses) / capacity_time(packed, poses)
+    told = f">= {CAPACITY_AIM:,.0f}"
+    yield Row("jung2020: capacity margin by facets", speed, "poses/s", told, speed >= CAPACITY_AIM)
+    for name in ("jung2020", "jung2020-table1"):
+        yield from peer_rows(Model(load(name), Fidelity(CableLaw.RIGID)), speeds["exact"])
+
+
+def random_poses(model: Model, count: int) -> Array:
+    """Random places in the frame, unrotated: (count, 6)."""
+    scene = model.robot.scene
+    places = np.random.default_rng(20200824).uniform(scene.frame_min, scene.frame_max, (count, 3))
+    return np.column_stack([places, np.zeros((count, 3))])
+
+
+def distributed(packed: Packed, poses: Array, method: int) -> tuple[Array, float]:
+    """Margins, and the time on one thread, s."""
+    count, m = len(poses), packed.lines.shape[1]
+    tensions, margins, codes = np.zeros((count, m)), np.zeros(count), np.zeros(count, np.int64)
+    arrays = (packed, poses, method, np.ones(m), np.zeros(m), tensions, margins, codes)
+    seconds = best(lambda: distribution.distribute_rows(*arrays, 0, count), REPEATS)
+    return margins, seconds
+
+
+def capacity_time(packed: Packed, poses: Array) -> float:
+    """Time of the capacity margins on one thread, s."""
+    count = len(poses)
+    margins, ranks, codes = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    arrays = (packed, poses, np.zeros(packed.freedoms), 1.0, margins, ranks, codes)
+    return best(lambda: zonotope.capacity_rows(*arrays, 0, count), REPEATS)
+
+
+def peer_rows(model: Model, speed: float) -> Iterator[Row]:
+    """What is feasible according to daqp and HiGHS, which are given the structure matrices, and how long they take."""
+    name, poses = model.robot.name, random_poses(model, COMPARED)
+    A, w = structures(model, poses)
+    packed = model.rows()
+    low, high = np.ascontiguousarray(packed.lines[0, :, [layout.TENSION_MIN, layout.TENSION_MAX]])
+    margins, _ = distributed(packed, poses, METHODS["exact"])
+    sure = np.abs(margins) > SURE * high.max()
+    for peer, solve in (("daqp", by_daqp), ("scipy HiGHS", by_highs)):
+        said = np.array([solve(A[row], w[row], low, high) for row in range(len(poses))])
+        wrong = int(((margins >= 0.0) != said)[sure].sum())
+        if name == "jung2020":
+            each = TIMED / best(lambda f=solve: [f(A[row], w[row], low, high) for row in range(TIMED)], REPEATS)
+            yield Row(f"{name}: exact", speed, "poses/s", peer=f"{peer}, {each:,.0f}/s", ratio=speed / each)
+        known = peer != "daqp"
+        aim, met = ("= 0", wrong == 0) if known else ("", None)
+        yield Row(f"{name}: exact and {peer} disagree", wrong, f"of {len(poses)}", aim, met)
+
+
+def by_daqp(A: Array, w: Array, low: Array, high: Array) -> bool:
+    """Whether daqp finds the least-norm tensions."""
+    n, m = A.shape
+    sense = np.r_[np.zeros(m, np.int32), np.full(n, EQUAL, np.int32)]
+    _, _, flag, _ = daqp.solve(np.eye(m), np.zeros(m), A, np.r_[high, -w], np.r_[low, -w], sense)
+    return bool(flag > 0)
+
+
+def by_highs(A: Array, w: Array, low: Array, high: Array) -> bool:
+    """Whether HiGHS finds any tensions."""
+    found = linprog(np.zeros(A.shape[1]), A_eq=A, b_eq=-w, bounds=np.column_stack([low, high]), method="highs")
+    return bool(found.status == 0)

@@ -1,0 +1,317 @@
+"""Tension distribution: which tensions of straight, massless lines balance a load at a pose, and with what margin.
+
+The family answers for poses alone: no lengths, no sag, no stretch. It is what workspaces are made of. Lines over
+sheaves leave along the tangent that the model's sheaves give them; `inverse` has the full physics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError, UnknownName
+from cablewright.kernels import distribution, zonotope
+from cablewright.kernels.layout import TENSION_MAX, TENSION_MIN, WRENCH, Code, Packed
+from cablewright.models.fidelity import CableLaw
+from cablewright.models.statics import Model
+from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
+
+__all__ = [
+    "METHODS",
+    "Capacity",
+    "Distribution",
+    "Objective",
+    "Quadratic",
+    "capacity",
+    "distribute",
+    "structures",
+    "wrench_closure",
+]
+
+Array = NDArray[np.float64]
+Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
+METHODS = {
+    "closed-form": distribution.CLOSED,
+    "improved-closed-form": distribution.IMPROVED,
+    "least-norm": distribution.LEAST,
+    "exact": distribution.WIDEST,
+}
+ACCURACY = 1e-12  # of the objective's own size: where the search for a general one stops
+SEARCH_STEPS = 300
+
+
+class Objective(Protocol):
+    """A convex function of the tensions (m,), N, that a distribution is to make least."""
+
+    def value(self, tensions: Array) -> float:
+        """The function itself."""
+
+    def gradient(self, tensions: Array) -> Array:
+        """Its derivatives (m,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quadratic:
+    """1/2 t'Ht + g't. *hessian* H is (m, m), positive semidefinite, or (m,), the positive diagonal: compiled.
+
+    *linear* is g (m,), zero if None.
+    """
+
+    hessian: Array
+    linear: Array | None = None
+
+    def value(self, tensions: Array) -> float:
+        """Half the product, and the linear part."""
+        linear = 0.0 if self.linear is None else float(self.linear @ tensions)
+        return 0.5 * float(tensions @ self._times(tensions)) + linear
+
+    def gradient(self, tensions: Array) -> Array:
+        """H t + g."""
+        return self._times(tensions) + (0.0 if self.linear is None else self.linear)
+
+    def checked(self, m: int) -> Quadratic:
+        """The same in arrays for *m* lines. Raises `InputError` where it does not fit or is not convex."""
+        H = _finite(self.hessian, "hessian")
+        g = np.zeros(m) if self.linear is None else _finite(self.linear, "linear")
+        if H.shape not in ((m,), (m, m)) or g.shape != (m,):
+            raise InputError(f"objective: hessian ({m},) or ({m}, {m}) and linear ({m},) are wanted for {m} lines")
+        if H.ndim == 1 and not (H > 0.0).all():
+            raise InputError(f"objective: a diagonal hessian must be positive; got {H.min():g}")
+        if H.ndim == 2:
+            H = 0.5 * (H + H.T)
+            least, most = np.linalg.eigvalsh(H)[[0, -1]]
+            if least < -1e-12 * max(most, 0.0) or most < 0.0:
+                raise InputError(f"objective: the hessian must have no negative eigenvalue; it has {least:g}")
+        return Quadratic(H, g)
+
+    def _times(self, tensions: Array) -> Array:
+        return np.asarray(self.hessian * tensions if self.hessian.ndim == 1 else self.hessian @ tensions)
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """Tensions at poses by one method: a row of each, or a batch of rows.
+
+    `margin` (N) is how far within their limits the tensions are, least of all lines; negative is how far the worst is
+    outside; -inf where no tensions of any size balance the load, or a line has no direction: `code` tells which. Of
+    ``exact`` it is the largest that any tensions have. Of ``wrench-closure`` tensions and margin are shares of the
+    mean tension. Tensions are NaN where there are none; so is the margin where a solve failed.
+    """
+
+    method: str
+    poses: Array
+    tensions: Array
+    margin: Array
+    code: NDArray[np.int64]
+
+    @property
+    def feasible(self) -> NDArray[np.bool_]:
+        """Where the method says yes. The closed forms may say no where there are tensions within the limits."""
+        return np.asarray(self.code == 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Capacity:
+    """How far the wrenches asked for are from the boundary of those that the lines can make within their limits.
+
+    `margin` (N, moments divided by `length`, m) is the least distance from the planes of that set's facets, negative
+    outside. Where `rank` is under the pose's freedoms the set is flat: the margin is that within its plane, and a
+    wrench out of the plane is as far outside as it is from the plane. -inf where a line has no direction.
+    """
+
+    length: float
+    poses: Array
+    margin: Array
+    rank: NDArray[np.int64]
+    code: NDArray[np.int64]
+
+    @property
+    def feasible(self) -> NDArray[np.bool_]:
+        """Where every wrench asked for can be balanced."""
+        return np.asarray(self.code == 0)
+
+
+def distribute(
+    model: Model,
+    poses: ArrayLike,
+    method: str | Objective = "exact",
+    *,
+    wrench: ArrayLike | None = None,
+    retraction: ArrayLike | None = None,
+) -> Distribution:
+    """Tensions at *poses*, (n,) or (N, n) in m and rad, by *method*.
+
+    ``closed-form`` is Jung 2020, Eq. 8: the tensions nearest to the middle of the limits, feasible if they happen to
+    be within. ``improved-closed-form`` fixes at its limit the line that is furthest outside and repeats. ``least-norm``
+    is the least sum of squares within the limits. ``exact`` is the distribution furthest from the limits: its margin is
+    the largest s for which tensions from min + s to max - s exist, negative by how much limits would have to give. Or
+    an objective to make least within the limits: a `Quadratic`, compiled where its hessian is diagonal, or anything
+    convex with a value and a gradient, pose by pose and slowly.
+
+    *wrench* (n,) or (N, n), N and N m, world, acts besides the weight in place of the platform's own; *retraction* is
+    the platform's retraction length, m. Raises `InputError` for a method that there is not, numbers of the wrong count
+    or not finite, or cables with weight.
+    """
+    given, single = as_poses(model, poses, "pose")
+    packed = _packed(model, len(given), wrench, retraction)
+    curvature, bias = np.ones(model.m), np.zeros(model.m)
+    if isinstance(method, str):
+        if method not in METHODS:
+            raise UnknownName("tension distribution", method, METHODS)
+        name, chosen = method, METHODS[method]
+    else:
+        name, chosen = "objective", distribution.LEAST
+        if isinstance(method, Quadratic):
+            method = method.checked(model.m)
+        if not isinstance(method, Quadratic) or method.hessian.ndim == 2:
+            return _result(name, given, *_searched(packed, given, method), single)
+        assert method.linear is not None
+        curvature, bias = method.hessian, -method.linear
+    return _result(name, given, *_swept(packed, given, chosen, curvature, bias), single)
+
+
+def wrench_closure(model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = None) -> Distribution:
+    """Whether lines without an upper limit can balance any wrench at *poses*: full rank and a positive null vector.
+
+    Tensions are the null vector of mean 1 whose least entry is largest, and that entry is the margin: at most 1,
+    feasible if positive; -inf where the rank is not full or no null vector pulls more than it pushes.
+    """
+    given, single = as_poses(model, poses, "pose")
+    packed = _packed(model, len(given), None, retraction)
+    swept = _swept(packed, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
+    return _result("wrench-closure", given, *swept, single)
+
+
+def capacity(
+    model: Model,
+    poses: ArrayLike,
+    *,
+    wrench: ArrayLike | None = None,
+    box: tuple[ArrayLike, ArrayLike] | None = None,
+    length: float = 1.0,
+    retraction: ArrayLike | None = None,
+) -> Capacity:
+    """Capacity margin at *poses*: what *wrench*, or the worst wrench of a *box*, is from what the lines can make.
+
+    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `distribute`. A moment counts as
+    the force that makes it on an arm of *length* (m). Time grows as the number of choices of n - 1 of the m lines.
+    Raises `InputError`.
+    """
+    if not 0.0 < length < float("inf"):
+        raise InputError(f"length {length:g} m: a positive number is wanted, the arm on which a moment counts as force")
+    given, single = as_poses(model, poses, "pose")
+    half = np.zeros(model.n)
+    if box is not None:
+        if wrench is not None:
+            raise InputError("wrench and box: give one of them")
+        low, high = (as_rows(side, model.n, "box", "N and N m")[0][0] for side in box)
+        if (low > high).any():
+            worst = int(np.argmax(low - high))
+            raise InputError(f"box: lowest <= highest is wanted; number {worst + 1} is {low[worst]:g}, {high[worst]:g}")
+        wrench, half = 0.5 * (low + high), 0.5 * (high - low)
+    packed = _packed(model, len(given), wrench, retraction)
+    rows = len(given)
+    margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
+    arrays = (packed, given, half, float(length), margins, ranks, codes)
+    run(zonotope.capacity_rows, zonotope.capacity_sweep, rows, *arrays)
+    at: Any = 0 if single else slice(None)
+    return Capacity(
+        float(length), given[at], np.asarray(margins[at]), np.asarray(ranks[at]), np.asarray(codes[at], np.int64)
+    )
+
+
+def structures(
+    model: Model, poses: ArrayLike, *, wrench: ArrayLike | None = None, retraction: ArrayLike | None = None
+) -> tuple[Array, Array]:
+    """Structure matrices A (N, n, m) and wrenches w (N, n) at *poses* (N, n), of A t + w = 0; NaN without directions.
+
+    Column i is the wrench of line i about the platform's origin, per newton of its tension.
+    """
+    given, _ = as_poses(model, poses, "pose")
+    return _structures(_packed(model, len(given), wrench, retraction), given)
+
+
+def _structures(packed: Packed, poses: Array) -> tuple[Array, Array]:
+    rows, n, m = len(poses), packed.freedoms, packed.lines.shape[1]
+    A, w = np.zeros((rows, n, m)), np.zeros((rows, n))
+    distribution.structure_rows(packed, poses, A, w, np.zeros(rows, np.int64))
+    return A, w
+
+
+def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: ArrayLike | None) -> Packed:
+    """The arrays of the model, with a row of lines or of the platform for each pose where they differ."""
+    if model.fidelity.cable is CableLaw.CATENARY:
+        raise InputError("cable = catenary: tension distributions are of straight lines; use rigid or elastic")
+    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
+    if wrench is None:
+        return packed
+    given, single = as_rows(wrench, model.n, "wrench", "N and N m")
+    given = to_rows(given, 1 if single else rows, "wrench")
+    platform = np.repeat(packed.platform[:1], len(given), axis=0)
+    platform[:, WRENCH : WRENCH + model.n] = given
+    return Packed(packed.freedoms, packed.lines, platform)
+
+
+def _swept(packed: Packed, poses: Array, method: int, curvature: Array, bias: Array) -> Found:
+    rows, m = len(poses), packed.lines.shape[1]
+    tensions, margins, codes = np.zeros((rows, m)), np.zeros(rows), np.zeros(rows, np.int64)
+    arrays = (packed, poses, method, curvature, bias, tensions, margins, codes)
+    run(distribution.distribute_rows, distribution.distribute_sweep, rows, *arrays)
+    return tensions, margins, codes
+
+
+def _searched(packed: Packed, poses: Array, objective: Objective) -> Found:
+    """Least of a general objective, from the tensions furthest from the limits, in the null space of each pose."""
+    m = packed.lines.shape[1]
+    tensions, margins, codes = _swept(packed, poses, distribution.WIDEST, np.ones(m), np.zeros(m))
+    limits = np.broadcast_to(packed.lines[:, :, TENSION_MIN : TENSION_MAX + 1], (len(poses), m, 2))
+    A, _ = _structures(packed, poses)
+    for row in np.flatnonzero(codes == 0):
+        found = _search(objective, A[row], tensions[row], *limits[row].T)
+        if found is None:
+            tensions[row], margins[row], codes[row] = np.nan, np.nan, Code.NOT_CONVERGED
+        else:
+            tensions[row] = found
+            margins[row] = np.min([found - limits[row, :, 0], limits[row, :, 1] - found])
+    return tensions, margins, codes
+
+
+def _search(objective: Objective, A: Array, start: Array, low: Array, high: Array) -> Array | None:
+    """Least of the objective over tensions within limits that act as *start* does; None if the search fails."""
+    from scipy.linalg import null_space
+    from scipy.optimize import minimize
+
+    basis = null_space(A, rcond=1e-10)
+    if basis.shape[1] == 0:
+        return start
+    size = float(np.max(high - low))  # tensions and values of about one
+    first = float(np.abs(objective.gradient(start)).max()) * size or 1.0
+    rows = size * np.concatenate([basis, -basis])
+    room = np.concatenate([start - low, high - start])
+    found = minimize(
+        lambda y: objective.value(start + size * basis @ y) / first,
+        np.zeros(basis.shape[1]),
+        jac=lambda y: size * basis.T @ objective.gradient(start + size * basis @ y) / first,
+        method="SLSQP",
+        constraints={"type": "ineq", "fun": lambda y: rows @ y + room, "jac": lambda _: rows},
+        options={"ftol": ACCURACY, "maxiter": SEARCH_STEPS},
+    )
+    return np.clip(start + size * basis @ found.x, low, high) if found.success else None
+
+
+def _result(name: str, poses: Array, tensions: Array, margins: Array, codes: Any, single: bool) -> Distribution:
+    at: Any = 0 if single else slice(None)
+    return Distribution(name, poses[at], tensions[at], np.asarray(margins[at]), np.asarray(codes[at], np.int64))
+
+
+def _finite(values: ArrayLike, what: str) -> Array:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"objective: {what} must be numbers") from None
+    if not np.isfinite(array).all():
+        raise InputError(f"objective: every number of {what} must be finite")
+    return array
