@@ -1,7 +1,5 @@
 """Which way to cut a set of lengths for which no tube was found, or too wide a one."""
 
-from math import inf
-
 from cablewright.kernels import jit
 from cablewright.kernels.layout import STATE, TAU, UNKNOWNS
 from cablewright.kernels.second_order import ASIDE, PAIRS, ROWS, TURN
@@ -9,7 +7,6 @@ from cablewright.kernels.slabs import most
 from cablewright.kernels.tube import UNBOUNDED, slopes
 
 COUNTED = 6  # unknowns that a cut is judged by
-LEAST = 0.1  # of a range: a cut nearer to its end is none
 
 
 @jit
@@ -39,18 +36,30 @@ def worst_cut(packed, code, row, linear, slabs, cert, work):
             break
         slopes(cert, j, work.row)
         for cut in range(work.gains.shape[0]):
-            work.gains[cut] += pulls[j] * (work.reach[j] - _halved(cut, slabs, work))
+            reach, balance = _halved(cut, slabs, work)
+            work.gains[cut] += pulls[j] * (work.reach[j] - reach) * balance
         pulls[j] = 0.0
     best = 0
     for cut in range(work.gains.shape[0]):
         if work.gains[cut] > work.gains[best]:
             best = cut
-    return best
+    return best if work.gains[best] > 0.0 else _widest(work)
+
+
+@jit
+def _widest(work):
+    """The length that has most on both sides of the centre."""
+    best, most_room = 0, -1.0
+    for i in range(work.left.shape[0]):
+        room = min(-work.left[i], work.right[i])
+        if room > most_room:
+            best, most_room = i, room
+    return work.below.shape[0] + best
 
 
 @jit
 def _halved(cut, slabs, work):
-    """Bound of |work.row . (L - L_c)| once a slab or length is halved at the centre; infinite near its ends."""
+    """Bound of |work.row . (L - L_c)| once a slab or length is halved at the centre, and the lesser part there."""
     count = work.below.shape[0]
     if cut < count:
         low, high = 0.0, 0.0
@@ -68,7 +77,7 @@ def _halved(cut, slabs, work):
         work.left[cut - count], work.right[cut - count] = 0.5 * low, 0.5 * high
         reach = _reach_now(slabs, work)
         work.left[cut - count], work.right[cut - count] = low, high
-    return reach if min(-low, high) > LEAST * (high - low) else inf
+    return reach, max(0.0, min(-low, high)) / (high - low)
 
 
 @jit
