@@ -42,8 +42,8 @@ OVERLAP = 1e-9
 
 REASONS = {
     kernel.COVERED: "the pose is in the box for all lengths within the error",
-    kernel.TOO_DEEP: "no box: some lengths do not prove however small their part is, as near a singularity",
-    kernel.NO_CENTRE: "no box: for some lengths within the error no equilibrium was found",
+    kernel.TOO_DEEP: f"no box: some lengths are not proved, though their part was halved {DEEPEST} times",
+    kernel.NO_CENTRE: "no box: no equilibrium was found in the middle of some part of the lengths",
     kernel.UNGLUED: "no box: for some lengths within the error the equilibrium could not be followed",
     kernel.UNCERTIFIED: "no box: the equilibrium itself cannot be certified",
     kernel.HALF_TURN: "no box: rotation vectors come near half a turn",
