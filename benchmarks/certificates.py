@@ -1,9 +1,10 @@
-"""Following an equilibrium with a certificate at each step, and the certificate alone."""
+"""Following an equilibrium with a certificate at each step, the certificate alone, and boxes for inexact lengths."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from cablewright.kernels import sweep
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.hull import enclose_poses
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.track import Tracker
 
@@ -23,6 +25,9 @@ SIDES = {"merlet2023": (2.3, 4.7, 2.0), "paty2021": (3.5, 3.5, 4.0)}  # half sid
 LIMITS = (20.0, 5150.0)
 EXCESS = 0.3  # m: how much longer than it should be one line gets on the way
 SAME = 1e-9  # m
+ERROR = 1e-3  # m: of each length
+LETS_OUT = {"taut": (0.0, 0.0), "slack": (0.02, 0.3), "transition": (1e-4, 1e-2)}  # m: by how much one line
+BOXES, SAMPLES, SEED = 5, 300, 3
 
 
 def rows() -> Iterator[Row]:
@@ -30,6 +35,9 @@ def rows() -> Iterator[Row]:
     for name in SIDES:
         yield from path_rows(name)
     yield from body_rows()
+    for name in SIDES:
+        for kind in LETS_OUT:
+            yield from box_rows(name, kind)
 
 
 def path_rows(name: str) -> Iterator[Row]:
@@ -60,6 +68,40 @@ def body_rows() -> Iterator[Row]:
     yield Row("jung2020: certified share", sure, "%")
     alone = 1e6 * in_batch(solve_forward(model, lengths, guess=poses, path=True))
     yield Row("jung2020: the certificate alone, in a batch", alone, "us")
+
+
+def box_rows(name: str, kind: str) -> Iterator[Row]:
+    """Boxes of poses for lengths known to ERROR, of BOXES random poses with one line *kind*."""
+    rng = np.random.default_rng(SEED)
+    model = Model(load(name), tension_limits=LIMITS)
+    wider, times, leaves = [], [], []
+    while len(times) < BOXES:
+        place = rng.uniform(model.robot.scene.frame_min, model.robot.scene.frame_max)
+        held = solve_inverse(model, place)
+        if not held.ok:
+            continue
+        low, high = LETS_OUT[kind]
+        longer = 10.0 ** rng.uniform(np.log10(low), np.log10(high)) if high else 0.0
+        found = solve_forward(model, held.lengths + longer * np.eye(model.m)[rng.integers(model.m)]).checked()
+        enclose_poses(found, ERROR, budget=1)  # loads kernels
+        begin = time.perf_counter()
+        box = enclose_poses(found, ERROR)
+        times.append(time.perf_counter() - begin)
+        leaves.append(box.leaves)
+        poses = solve_forward(model, lengths_within(found.lengths, rng), guess=found.pose).checked().pose
+        if box.complete and not ((box.low <= poses).all() and (poses <= box.high).all()):
+            raise AssertionError(f"{name}: a pose is not in its box")
+        wider.append(100 * float(((box.high - box.low) / np.ptp(poses, axis=0)).max() - 1) if box.complete else np.inf)
+    label = f"{name}, {kind}: box for lengths +-1 mm"
+    yield Row(f"{label}, wider by", max(wider), "%", "<= 3", max(wider) <= 3)
+    yield Row(f"{label}, time", 1e3 * max(times), "ms")
+    yield Row(f"{label}, leaves", max(leaves), "")
+
+
+def lengths_within(lengths: Array, rng: np.random.Generator) -> Array:
+    """Corners of the box of lengths and random ones in it."""
+    corners = np.array(list(product((-1.0, 1.0), repeat=len(lengths))))
+    return lengths + ERROR * np.concatenate([corners, rng.uniform(-1.0, 1.0, (SAMPLES, len(lengths)))])
 
 
 def round_trip(x: float, y: float, z: float) -> Array:

@@ -42,16 +42,16 @@ def certify(packed, lengths, pose, states, tolerance, work):
     code = UNBOUNDED
     for tried in range(TRIES):
         jacobian_of_all(packed, pose, states, work)
-        if not _split(packed, work):
+        if not split(packed, work):
             code = UNBOUNDED
             for k in range(work.radius.shape[0]):
                 work.radius[k] *= NARROWER
             continue
-        if not _invert(packed, work):
+        if not invert(packed, work):
             return NO_INVERSE
-        if not _newton_step(work):
+        if not newton_bound(work):
             return UNBOUNDED
-        _image(packed, work)
+        image(packed, work)
         if _contracts(work):
             return CERTIFIED if _is_within(packed, tolerance, work) else IMPRECISE
         code = NOT_CONTRACTING
@@ -110,7 +110,7 @@ def levers(packed, work):
 
 
 @jit
-def _split(packed, work):
+def split(packed, work):
     """Middles and half widths of the Jacobian's blocks; False where an entry is not bounded."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
@@ -143,7 +143,7 @@ def _halve(work, row, column):
 
 
 @jit
-def _invert(packed, work):
+def invert(packed, work):
     """Y, from inverses of the lines' blocks and of the platform's Schur complement."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
@@ -215,7 +215,7 @@ def _assemble(first, n, m, work):
 
 
 @jit
-def _newton_step(work):
+def newton_bound(work):
     """|Y F|, outward; False where it is not bounded."""
     size = work.step.shape[0]
     for row in range(size):
@@ -236,7 +236,7 @@ def _newton_step(work):
 
 
 @jit
-def _image(packed, work):
+def image(packed, work):
     """The bound |Y F| + |I - Y [J]| r, outward."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]

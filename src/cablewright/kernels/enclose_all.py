@@ -115,11 +115,11 @@ def residual_of_all(packed, lengths, pose, states, work):
     first = work.offsets[m]
     work.radius[first:] = 0.0
     if n == 6:
-        _enclose_rotation(pose, work.rotation)
+        enclose_rotation(pose, work.rotation)
     _begin_residual(packed, work)
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
-        ex, ey, reach, z = _place(row, pose, 0.0, n, work.radius[first:], work)
+        ex, ey, reach, z = place_line(row, pose, 0.0, n, work.radius[first:], work)
         end = start + int(row[UNKNOWNS])
         h, v = enclose_residual(row, states[i], reach, z, point(lengths[i]), work.residual[start:end])
         v = add(v, mul(point(row[WEIGHT]), point(states[i, FREE])))
@@ -140,7 +140,7 @@ def jacobian_of_all(packed, pose, states, work):
     _begin_jacobian(packed, omega, work)
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
-        ex, ey, reach, _ = _place(row, pose, omega, n, work.radius[first:], work)
+        ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
         end = start + int(row[UNKNOWNS])
         box = work.radius[start:end]
         h, v = enclose_jacobian(row, states[i], box, low[start:end, start:end], high[start:end, start:end])
@@ -156,7 +156,7 @@ def jacobian_of_all(packed, pose, states, work):
 
 
 @jit
-def _place(row, pose, omega, n, radius, work):
+def place_line(row, pose, omega, n, radius, work):
     """Enclose a line's plane over the box, ex and ey, its platform point in it, x and z; its arm in work.arm."""
     if n == 3:
         for k in range(3):
@@ -303,7 +303,7 @@ def _begin_jacobian(packed, omega, work):
 
 
 @jit
-def _enclose_rotation(pose, out):
+def enclose_rotation(pose, out):
     """Enclose the matrix of the pose's rotation vector (Rodrigues)."""
     x, y, z = point(pose[3]), point(pose[4]), point(pose[5])
     square = add(add(sqr(x), sqr(y)), sqr(z))

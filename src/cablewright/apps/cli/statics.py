@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,7 +22,7 @@ from cablewright.apps.cli.options import (
     described,
     slack_excess,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, tell
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell
 
 if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
@@ -144,6 +145,13 @@ def forward(
     certify: Annotated[
         bool, typer.Option("--certify", help="Prove that exactly one equilibrium is there, and how near.")
     ] = False,
+    length_error: Annotated[
+        str | None,
+        typer.Option(
+            "--length-error", metavar="D[,..,Dm]", help="Error of the lengths, m: a box that surely holds the pose."
+        ),
+    ] = None,
+    budget: Annotated[int | None, typer.Option("--budget", help="Leaves that the box may take; 20000.")] = None,
     as_json: AsJson = False,
 ) -> int:
     """The pose in which the platform hangs when the winches have paid out given lengths."""
@@ -166,6 +174,8 @@ def forward(
         values |= _certified(found)
         if yes and not values["certified"]:
             yes, sentence = False, values["certificate"]["reason"]
+    if length_error is not None and found.status is Status.OK:
+        values |= {"pose_box": _pose_box(found, length_error, budget)}
     return _answer(found, values, yes, sentence, as_json)
 
 
@@ -185,6 +195,42 @@ def _certified(found: Equilibrium) -> dict[str, Any]:
         "reason": proof.reason(),
     }
     return {"certified": certified, "certificate": certificate}
+
+
+def _pose_box(found: Equilibrium, length_error: str, budget: int | None) -> dict[str, Any]:
+    """Where the pose surely is for all lengths within an error."""
+    from cablewright.solvers.hull import BUDGET, enclose_poses
+
+    errors = numbers(length_error, "--length-error") or []
+    with progress() as show:
+        box = enclose_poses(
+            found,
+            errors[0] if len(errors) == 1 else errors,
+            budget=BUDGET if budget is None else budget,
+            progress=show,
+        )
+    return {
+        "low": box.low,
+        "high": box.high,
+        "certified": box.complete,
+        "unique": ("globally" if box.only_one else "locally") if box.complete else None,
+        "leaves": box.leaves,
+        "reason": box.reason,
+    }
+
+
+def _box_lines(box: dict[str, Any]) -> str:
+    """A box of poses for people."""
+    if not box["certified"]:
+        return f"box       {box['reason']}"
+    unit = "m" if len(box["low"]) == 3 else "m, rad"
+    low, high = ("  ".join(f"{x:.6f}" for x in rounded_out) for rounded_out in _outward(box["low"], box["high"]))
+    return f"box from  {low}  {unit}\n     to   {high}  {unit}, for all lengths within the error"
+
+
+def _outward(low: Any, high: Any) -> tuple[list[float], list[float]]:
+    """Ends of a box with six decimals, rounded outward."""
+    return [math.floor(1e6 * x) / 1e6 for x in low], [math.ceil(1e6 * x) / 1e6 for x in high]
 
 
 def _proof(values: dict[str, Any]) -> str:
@@ -243,6 +289,8 @@ def _answer(found: Equilibrium, values: dict[str, Any], yes: bool, sentence: str
             typer.echo("excess    " + "  ".join(f"{each:.6f}" for each in values["excess"]) + "  m")
         if "certificate" in values:
             typer.echo(_proof(values))
+        if "pose_box" in values:
+            typer.echo(_box_lines(values["pose_box"]))
         typer.echo(f"residual  {float(found.residual_norm()):.1e} m, {float(found.unbalanced_force()):.1e} N")
     if not yes:
         tell(f"cablewright: {sentence}")
