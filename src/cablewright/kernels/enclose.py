@@ -104,12 +104,12 @@ def enclose_residual(row, y, x, z, length, out):
     sx, sz = enclose_end(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
     _put(out, 0, sub(add(sub(hx, mul(turn, sf)), sx), x))
     _put(out, 1, sub(add(add(hz, mul(turn, cf)), sz), z))
-    psi = point(y[PSI]) if unknowns > 4 else _upright(row[SIDE])
-    taken, _ = _taken(row, t)
+    psi = point(y[PSI]) if unknowns > 4 else upright(row[SIDE])
+    taken, _ = taken_up(row, t)
     rest = point(y[DEAD]) if unknowns > 3 else point(row[DEAD_LENGTH])
-    _put(out, 2, sub(add(add(free, _arc(row, psi, phi, taken)), rest), length))
+    _put(out, 2, sub(add(add(free, arc_length(row, psi, phi, taken)), rest), length))
     if unknowns > 3:
-        cp, sp = _dead_direction(row, psi)
+        cp, sp = dead_direction(row, psi)
         dx, dz = enclose_end(mul(t, cp), mul(t, sp), rest, row[WEIGHT], row[DEAD_COMPLIANCE])
         _put(out, 3, sub(add(sub(hz, mul(turn, cp)), dz), point(row[WINCH_Z])))
         if unknowns > 4:
@@ -143,13 +143,13 @@ def enclose_jacobian(row, y, radius, low, high):
     _entry(low, high, 1, TAU, add(mul(hv, h), mul(vv, v)))
     _entry(low, high, 0, FREE, xl)
     _entry(low, high, 1, FREE, zl)
-    psi = _unknown(y, radius, PSI) if unknowns > 4 else _upright(row[SIDE])
-    taken, stretch = _taken(row, t)
+    psi = _unknown(y, radius, PSI) if unknowns > 4 else upright(row[SIDE])
+    taken, stretch = taken_up(row, t)
     _entry(low, high, 2, PHI, neg(mul(turn, taken)))
-    _entry(low, high, 2, TAU, neg(mul(_arc(row, psi, phi, taken), mul(taken, stretch))))
+    _entry(low, high, 2, TAU, neg(mul(arc_length(row, psi, phi, taken), mul(taken, stretch))))
     _entry(low, high, 2, FREE, ONE)
     if unknowns > 3:
-        cp, sp = _dead_direction(row, psi)
+        cp, sp = dead_direction(row, psi)
         _enclose_dead(row, t, cp, sp, _unknown(y, radius, DEAD), turn, taken, low, high)
         if unknowns > 5:
             beta = _unknown(y, radius, BETA)
@@ -169,13 +169,13 @@ def _unknown(y, radius, k):
 
 
 @jit
-def _upright(side):
+def upright(side):
     """Direction of a dead span that is upright: -90 degrees on one side, 90 on the other."""
     return neg(HALF_PI) if side > 0.0 else HALF_PI
 
 
 @jit
-def _dead_direction(row, psi):
+def dead_direction(row, psi):
     """Cosine and sine of the dead span's direction."""
     if row[UNKNOWNS] > 4.0:
         return cos(psi), sin(psi)
@@ -183,7 +183,7 @@ def _dead_direction(row, psi):
 
 
 @jit
-def _taken(row, t):
+def taken_up(row, t):
     """Unstrained per strained length of the cable on the sheave, and its strain."""
     if row[ARC_COMPLIANCE] == 0.0:
         return ONE, ZERO
@@ -192,7 +192,7 @@ def _taken(row, t):
 
 
 @jit
-def _arc(row, psi, phi, taken):
+def arc_length(row, psi, phi, taken):
     """Unstrained length on the sheave."""
     if row[RADIUS] == 0.0:
         return ZERO

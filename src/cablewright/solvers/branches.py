@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -16,7 +16,7 @@ from cablewright.solvers.batch import as_rows, run
 from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
 
-__all__ = ["Equilibria", "equilibria"]
+__all__ = ["FOUND", "Equilibria", "box_of", "distinct", "equilibria", "lever_patterns", "slack_spans", "solve_from"]
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,8 @@ class Equilibria:
     outside: int  # equilibria that were found outside the box, and left out
     complete: bool  # whether it is proved that there are no others
     why: str  # what proves it, or why nothing does
+    undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes that an exhaustive search left, m
+    undecided_why: tuple[str, ...] = ()  # of each
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -72,24 +74,24 @@ def equilibria(
         raise InputError(f"lengths: {model.m} numbers over zero are wanted, in m; got {given.tolist()}")
     if model.packed.platform[layout.MASSLESS] > 0.0:
         raise InputError("cables without weight: a slack one has no shape to tell equilibria by; use catenary")
-    low, high = _box(model, box)
+    low, high = box_of(model, box)
     poses, heads = _starts(model, low, high, STARTS[model.n] if starts is None else starts, seed)
-    found = _solved(model, given[0], poses, heads)
-    every = _distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
+    found = solve_from(model, given[0], poses, heads)
+    every = distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
     inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
     kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
     if not len(kept.code):
         elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
         raise AnswerError(f"no equilibrium was found for these lengths from {len(found.code)} starts{elsewhere}")
     complete, why = _completeness(model, kept)
-    return Equilibria(kept, certify(kept), _slack(kept), len(found.code), outside, complete, why)
+    return Equilibria(kept, certify(kept), slack_spans(kept), len(found.code), outside, complete, why)
 
 
 def _place(pose: Array) -> str:
     return ", ".join(f"{x:.3f}" for x in pose[:3])
 
 
-def _box(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
+def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
     """Lowest and highest corner, m."""
     scene = model.robot.scene
     if given is None:
@@ -110,7 +112,7 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
     if seed < 0:
         raise InputError(f"seed = {seed}: at least 0 is wanted")
     rng = np.random.default_rng(seed)
-    patterns = _patterns(model, rng)
+    patterns = lever_patterns(model, rng)
     rows = count * len(patterns)
     poses = rng.uniform(low, high, (rows, 3))
     if model.n == 6:
@@ -120,7 +122,7 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
     return poses, np.tile(patterns, (count, 1))
 
 
-def _patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
+def lever_patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Which levers to put on their head, (P, m): every pattern of few levers, some of many."""
     levers = np.flatnonzero(model.packed.lines[:, layout.UNKNOWNS] == 6)
     if len(levers) <= ALL_PATTERNS:
@@ -133,7 +135,7 @@ def _patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
     return heads
 
 
-def _solved(model: Model, lengths: Array, poses: Array, heads: NDArray[np.bool_]) -> Equilibrium:
+def solve_from(model: Model, lengths: Array, poses: Array, heads: NDArray[np.bool_]) -> Equilibrium:
     """What each start leads to, and a cold solve."""
     packed = model.rows()
     rounds = [solve_forward(model, lengths[None])]
@@ -149,19 +151,28 @@ def _solved(model: Model, lengths: Array, poses: Array, heads: NDArray[np.bool_]
         arrays = (repeated, begun, states, codes, iterations, np.zeros(rows), sweep.WARM)
         run(sweep.forward_rows, sweep.forward_sweep, rows, packed, *arrays)
         rounds.append(Equilibrium(model, packed, begun, repeated, states, codes, np.zeros(rows), iterations))
+    return _joined(rounds)
+
+
+def _joined(parts: list[Equilibrium]) -> Equilibrium:
+    """Batches of one model as one."""
     names = ("pose", "lengths", "states", "code", "violation", "iterations")
-    return Equilibrium(model, packed, *(np.concatenate([getattr(one, name) for one in rounds]) for name in names))
+    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    return Equilibrium(parts[0].model, parts[0].packed, *arrays)
 
 
-def _distinct(found: Equilibrium) -> Equilibrium:
-    """One row of each equilibrium, stable ones first, then from the lowest up."""
+def distinct(found: Equilibrium, known: Equilibrium | None = None) -> Equilibrium:
+    """One row of each equilibrium, stable ones first, then from the lowest up; after those *known*, if any."""
     stable = np.isin(found.code, [layout.Code.OK, layout.Code.OVERSTRETCHED])
     order = np.lexsort((found.pose[:, 2], ~stable))
-    kept: list[int] = []
+    every, kept = found, []
+    if known is not None:
+        every, kept = _joined([known, found]), list(range(len(known.code)))
+        order = order + len(known.code)
     for row in order:
-        if not any(_same(found, row, other) for other in kept):
+        if not any(_same(every, row, other) for other in kept):
             kept.append(int(row))
-    return found[kept]
+    return every[kept]
 
 
 def _same(found: Equilibrium, one: int, other: int) -> bool:
@@ -177,7 +188,7 @@ def _same(found: Equilibrium, one: int, other: int) -> bool:
     return bool(np.abs(apart).max() < SAME_SHAPE)
 
 
-def _slack(found: Equilibrium) -> NDArray[np.bool_]:
+def slack_spans(found: Equilibrium) -> NDArray[np.bool_]:
     """Which free spans are longer than the way from where they leave their sheave to the platform, (K, m)."""
     away = found.platform_points - found.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
     x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cablewright.apps.cli.options import AsJson, LoadName, Retracted, RobotName, Sheave, Wrench, described
-from cablewright.apps.cli.output import numbers, print_json
-from cablewright.errors import AnswerError
+from cablewright.apps.cli.output import numbers, print_json, progress, tell
+from cablewright.errors import AnswerError, InputError
 
 if TYPE_CHECKING:
     from cablewright.solvers.branches import Equilibria
@@ -27,6 +28,16 @@ def equilibria(
         int | None, typer.Option("--starts", help="Poses to begin from, for each pattern of levers on their head.")
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the poses to begin from.")] = 0,
+    exhaustive: Annotated[
+        bool, typer.Option("--exhaustive", help="Prove that there are no others in the box, as far as that goes.")
+    ] = False,
+    time_limit: Annotated[
+        float | None, typer.Option("--time-limit", metavar="S", help="Of --exhaustive, s; 600. It can be gone on with.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE.npz", help="Where --exhaustive keeps how far it is; by default in runs/."),
+    ] = None,
     sheave: Sheave = None,
     retraction: Retracted = None,
     load: LoadName = None,
@@ -42,18 +53,37 @@ def equilibria(
     if retraction is not None:
         machine = machine.retracted(retraction)
     model = Model(machine, Fidelity.of("catenary", sheave))
-    given = numbers(lengths, "--lengths") or []
+    given, corners = numbers(lengths, "--lengths") or [], numbers(box, "--box")
+    if not exhaustive and (time_limit is not None or out is not None):
+        raise InputError("--time-limit and --out: only with --exhaustive")
     try:
-        found = find(model, given, box=numbers(box, "--box"), starts=starts, seed=seed)
+        found = find(model, given, box=corners, starts=starts, seed=seed)
     except AnswerError as reason:
         if as_json:
             print_json({"status": "refused", "reason": str(reason)})
         raise
+    finished = True
+    if exhaustive:
+        found, finished = _search(found, corners, 600.0 if time_limit is None else time_limit, out)
     if as_json:
-        print_json({"status": "ok"} | _values(found))
+        print_json({"status": "ok" if finished else "unfinished"} | _values(found))
     else:
         _print(found)
-    return 0
+    return 0 if finished else 1
+
+
+def _search(found: Equilibria, box: list[float] | None, time_limit: float, out: Path | None) -> tuple[Equilibria, bool]:
+    """Search for others; says where it is kept if the time was not enough."""
+    from cablewright.studies.equilibria import search_all
+    from cablewright.studies.store import folder_name
+
+    name = found.solutions.model.robot.name
+    file = out or Path("runs") / f"{folder_name('equilibria', name)}.npz"
+    with progress() as shown:
+        every, finished = search_all(found, box, file, time_limit=time_limit, progress=shown)
+    if not finished:
+        tell(f"ended after {time_limit:g} s; {file} has what is done: the same command goes on")
+    return every, finished
 
 
 def _values(found: Equilibria) -> dict[str, object]:
@@ -83,6 +113,9 @@ def _values(found: Equilibria) -> dict[str, object]:
         "solutions": rows,
         "complete": found.complete,
         "why": found.why,
+        "undecided_boxes": [
+            {"box": box, "why": why} for box, why in zip(found.undecided, found.undecided_why, strict=True)
+        ],
         "starts": found.starts,
         "outside": found.outside,
     }
@@ -101,4 +134,6 @@ def _print(found: Equilibria) -> None:
         typer.echo(f"{one.status.word:<15} {pose}  {proved}, slack: {loose}")
     if found.outside:
         typer.echo(f"and {found.outside} outside the box: --box widens it")
+    for box, why in zip(found.undecided, found.undecided_why, strict=True):
+        typer.echo(f"undecided: {' '.join(f'{x:.3f}' for x in box)}: {why}")
     typer.echo(f"{'complete' if found.complete else 'not proved complete'}: {found.why}")

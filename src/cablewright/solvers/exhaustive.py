@@ -1,0 +1,248 @@
+"""Whether the known equilibria of a point load are all there are: a search that leaves no place out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels import places
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.solvers.atlas import atlases, refuse_unfit
+from cablewright.solvers.batch import run
+from cablewright.solvers.branches import (
+    FOUND,
+    Equilibria,
+    box_of,
+    distinct,
+    lever_patterns,
+    slack_spans,
+    solve_from,
+)
+from cablewright.solvers.certify import certify
+
+__all__ = ["Search", "begin", "conclude", "exhaust"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+
+BLOCK = 512  # boxes judged between two looks at the clock
+LEAST = (0.02, 0.01, 0.005)
+"""Side of a box under which it is left undecided, m, by level; then leaves are made finer and it is looked at again."""
+STARTS = 64  # boxes in which more equilibria are looked for, a level
+SHARES = 1000  # of the volume: what progress counts in
+SAVE_EVERY = 5.0  # s
+
+REASONS = {
+    places.AXIS: "next to the vertical through an exit point",
+    places.SHAPES: "shapes of a line could not be told apart: its dead span only just hangs, or its lever turns over",
+    places.SOFT: "a line may give way there, so that two equilibria could be close together",
+    places.UNSEEN: "at most one equilibrium is there, and none was found",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """How far a search is."""
+
+    box: Array  # (6,) x, y, z of all places asked about, low and high, m
+    open: Array  # (N, 6) boxes still to be judged
+    undecided: Array  # (U, 6) boxes in which nothing is proved on this level
+    reasons: NDArray[np.int64]  # (U,)
+    poses: Array  # (K, 3) of equilibria that the search itself found
+    level: int
+    judged: int
+
+    @property
+    def finished(self) -> bool:
+        """Whether every box is judged, on the last level if some stay undecided."""
+        return len(self.open) == 0
+
+
+def begin(model: Model, box: Array | None) -> Search:
+    """A search that has still everything to do. *box* as in `equilibria`."""
+    low, high = box_of(model, box)
+    whole = np.stack([low, high], axis=1).ravel()
+    none = np.empty((0, 6))
+    return Search(whole, whole[None], none, np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
+
+
+def exhaust(
+    found: Equilibria,
+    search: Search,
+    *,
+    time_limit: float = 600.0,
+    save: Callable[[Search], None] | None = None,
+    progress: Progress | None = None,
+) -> tuple[Equilibria, Search]:
+    """Go on with *search* beside the equilibria *found* for its box, until it is finished or *time_limit* (s) is over.
+
+    *save* is called with the state every few seconds, and at the end; also when interrupted. Returns the equilibria,
+    with what the search found too, and the state. Raises `InputError` for machines that this does not cover.
+    """
+    model, lengths = found.solutions.model, found.solutions.lengths[0]
+    refuse_unfit(model, lengths)
+    if not time_limit > 0.0:
+        raise InputError(f"time limit = {time_limit:g}: over 0 is wanted, s")
+    deadline = time.monotonic() + time_limit
+    solutions = _with(found.solutions, search.poses)
+    while not search.finished:
+        search = _level(solutions, search, deadline, save, progress)
+        if not search.finished:
+            break
+        if not len(search.undecided) or search.level + 1 == len(LEAST):
+            break
+        more = _hunt(solutions, search.undecided)
+        search = replace(
+            search,
+            open=search.undecided,
+            undecided=np.empty((0, 6)),
+            reasons=np.empty(0, dtype=np.int64),
+            poses=np.concatenate([search.poses, more.pose[len(solutions.code) :]]),
+            level=search.level + 1,
+        )
+        solutions = more
+    if save:
+        save(search)
+    return conclude(found, solutions, search), search
+
+
+def _level(
+    solutions: Equilibrium,
+    search: Search,
+    deadline: float,
+    save: Callable[[Search], None] | None,
+    progress: Progress | None,
+) -> Search:
+    """Judge the open boxes until none is left, or the time is over; one block at least."""
+    certified = solutions[np.flatnonzero(certify(solutions).certified)]
+    view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
+
+    def told(done: int, total: int) -> None:
+        if progress:
+            progress("shapes of the lines", done, total)
+
+    known = atlases(certified, search.box, view, search.level, told)
+    whole, saved = _volume(search.open), time.monotonic()
+    try:
+        while len(search.open):
+            search = _judge(known, search)
+            now = time.monotonic()
+            if progress:
+                progress("places", SHARES - int(np.ceil(SHARES * _volume(search.open) / whole)), SHARES)
+            if now > deadline:
+                break
+            if save and now - saved > SAVE_EVERY:
+                save(search)
+                saved = now
+    except KeyboardInterrupt:
+        if save:
+            save(search)
+        raise
+    return search
+
+
+def _judge(known: places.Atlases, search: Search) -> Search:
+    """Judge the last boxes of the list and cut what is open in halves."""
+    block, rest = search.open[-BLOCK:], search.open[:-BLOCK]
+    codes, reasons = np.zeros(len(block), dtype=np.int64), np.zeros(len(block), dtype=np.int64)
+    run(places.judge_rows, places.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
+    left, why = block[codes == places.OPEN], reasons[codes == places.OPEN]
+    sides = left[:, 1::2] - left[:, ::2]
+    small = sides.max(axis=1, initial=0.0) < LEAST[search.level]
+    halves = _halves(left[~small], sides[~small])
+    return replace(
+        search,
+        open=np.concatenate([rest, halves]),
+        undecided=np.concatenate([search.undecided, left[small]]),
+        reasons=np.concatenate([search.reasons, why[small]]),
+        judged=search.judged + len(block),
+    )
+
+
+def _halves(boxes: Array, sides: Array) -> Array:
+    """Boxes cut across their longest side."""
+    axis, rows = sides.argmax(axis=1), np.arange(len(boxes))
+    middle = 0.5 * (boxes[rows, 2 * axis] + boxes[rows, 2 * axis + 1])
+    low, high = boxes.copy(), boxes.copy()
+    low[rows, 2 * axis + 1] = middle
+    high[rows, 2 * axis] = middle
+    return np.concatenate([low, high])
+
+
+def _volume(boxes: Array) -> float:
+    return float(np.prod(boxes[:, 1::2] - boxes[:, ::2], axis=1).sum())
+
+
+def _with(solutions: Equilibrium, poses: Array) -> Equilibrium:
+    """The equilibria and those at *poses*, which an earlier part of the search found."""
+    return _hunt(solutions, np.repeat(poses, 2, axis=1)) if len(poses) else solutions
+
+
+def _hunt(solutions: Equilibrium, boxes: Array) -> Equilibrium:
+    """The equilibria, and what is found from the middles of some boxes with every pattern of levers, new ones last."""
+    model, lengths = solutions.model, solutions.lengths[0]
+    chosen = boxes[np.linspace(0, len(boxes) - 1, min(len(boxes), STARTS)).astype(np.int64)]
+    middles = 0.5 * (chosen[:, ::2] + chosen[:, 1::2])
+    patterns = lever_patterns(model, np.random.default_rng(0))
+    rows = solve_from(model, lengths, np.repeat(middles, len(patterns), axis=0), np.tile(patterns, (len(middles), 1)))
+    every = rows[np.flatnonzero(np.isin(rows.code, FOUND))]
+    return distinct(every, solutions)
+
+
+def conclude(found: Equilibria, solutions: Equilibrium, search: Search) -> Equilibria:
+    """What *search* proves of *solutions*, in place of what the starts of *found* left open."""
+    low, high = search.box[::2], search.box[1::2]
+    inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
+    clusters, reasons = _clusters(search)
+    why = tuple(_sentence(reason) for reason in reasons)
+    if not search.finished:
+        text = f"the search was ended; {len(search.open)} boxes are still to be judged"
+    elif len(clusters):
+        text = f"the search could not decide {len(clusters)} small boxes"
+    else:
+        text = "the search leaves no place in the box for another whose dead spans hang taut"
+    return Equilibria(
+        inside,
+        certify(inside),
+        slack_spans(inside),
+        found.starts,
+        found.outside,
+        search.finished and not len(clusters) and bool(certify(inside).certified.all()),
+        text,
+        clusters,
+        why,
+    )
+
+
+def _sentence(reason: int) -> str:
+    return "; ".join(text for bit, text in REASONS.items() if reason & bit)
+
+
+def _clusters(search: Search) -> tuple[Array, list[int]]:
+    """Undecided boxes that touch, as one box each, and why they are undecided."""
+    boxes, reasons = search.undecided.copy(), list(search.reasons)
+    merged = True
+    while merged:
+        merged = False
+        k = 0
+        while k < len(boxes):
+            own = boxes[k]
+            touch = ((boxes[:, ::2] <= own[1::2] + 1e-9) & (boxes[:, 1::2] >= own[::2] - 1e-9)).all(axis=1)
+            touch[k] = False
+            if touch.any():
+                boxes[k, ::2] = np.minimum(own[::2], boxes[touch, ::2].min(axis=0))
+                boxes[k, 1::2] = np.maximum(own[1::2], boxes[touch, 1::2].max(axis=0))
+                for other in np.flatnonzero(touch):
+                    reasons[k] |= reasons[other]
+                keep = ~touch
+                reasons = [reason for reason, kept in zip(reasons, keep, strict=True) if kept]
+                boxes = boxes[keep]
+                merged = True
+                break
+            k += 1
+    return boxes, [int(reason) for reason in reasons]

@@ -1,0 +1,87 @@
+"""An exhaustive search for equilibria that can be ended at any time, and goes on where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import zipfile
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.kernels.layout import Packed
+from cablewright.solvers.branches import Equilibria
+from cablewright.solvers.exhaustive import Search, begin, exhaust
+
+__all__ = ["search_all"]
+
+FIELDS = ("box", "open", "undecided", "reasons", "poses", "level", "judged")
+MOST_BYTES = 1 << 30
+
+
+def search_all(
+    found: Equilibria,
+    box: list[float] | None,
+    file: Path,
+    *,
+    time_limit: float,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> tuple[Equilibria, bool]:
+    """Search for what *found* may have missed, going on with *file* if it holds a part of the same search.
+
+    Returns the equilibria, and whether the search is finished; *file* has then, or until then, how far it is, also when
+    interrupted. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
+    `EnvironmentFault` where it cannot be written.
+    """
+    question = _question(found, box)
+    search = _read(file, question) or begin(found.solutions.model, None if box is None else np.array(box))
+    every, search = exhaust(
+        found, search, time_limit=time_limit, save=lambda now: _write(file, question, now), progress=progress
+    )
+    return every, search.finished
+
+
+def _question(found: Equilibria, box: list[float] | None) -> str:
+    """What is searched, as a hash: the machine's numbers, its lengths, the box and the version."""
+    packed: Packed = found.solutions.model.packed
+    parts = (packed.lines, packed.platform, found.solutions.lengths[0], np.array(box or [], dtype=np.float64))
+    digest = hashlib.sha256(version("cablewright").encode())
+    for part in parts:
+        digest.update(np.ascontiguousarray(part).tobytes())
+    return digest.hexdigest()
+
+
+def _read(file: Path, question: str) -> Search | None:
+    """What *file* holds of the search; None if there is no such file or it is about another question."""
+    if not file.exists():
+        return None
+    if file.stat().st_size > MOST_BYTES:
+        raise InputError(f"{file}: more than {MOST_BYTES} bytes; no search has as many")
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            if str(stored["question"]) != question:
+                return None
+            values = {name: stored[name] for name in FIELDS}
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as reason:
+        raise InputError(
+            f"{file}: not a search of this program ({reason}); remove it or choose another --out"
+        ) from None
+    return Search(**values | {name: int(values[name]) for name in ("level", "judged")})
+
+
+def _write(file: Path, question: str, search: Search) -> None:
+    """Write how far the search is; the file appears whole, by rename."""
+    part = file.with_name(f".{file.name}.part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as stream:
+            np.savez(stream, question=np.array(question), **{name: getattr(search, name) for name in FIELDS})
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(file)
+    except OSError as reason:
+        part.unlink(missing_ok=True)
+        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror}") from reason
