@@ -149,7 +149,7 @@ def _range(a, b):
 
 @jit
 def _wedge(box, exit_point, px, py, with_point, out):
-    """Direction from the exit point to the box's corners (and to a point), and the least cosine to it; False if wide."""
+    """Direction from the exit point to the box (and a point), and the least cosine to it; False if wide."""
     x0, x1 = box[0] - exit_point[0], box[1] - exit_point[0]
     y0, y1 = box[2] - exit_point[1], box[3] - exit_point[1]
     cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)

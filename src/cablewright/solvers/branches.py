@@ -16,7 +16,17 @@ from cablewright.solvers.batch import as_rows, run
 from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
 
-__all__ = ["FOUND", "Equilibria", "box_of", "distinct", "equilibria", "lever_patterns", "slack_spans", "solve_from"]
+__all__ = [
+    "FOUND",
+    "SAME_POSE",
+    "Equilibria",
+    "box_of",
+    "distinct",
+    "equilibria",
+    "lever_patterns",
+    "slack_spans",
+    "solve_from",
+]
 
 Array = NDArray[np.float64]
 

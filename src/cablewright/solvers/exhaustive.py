@@ -16,6 +16,7 @@ from cablewright.solvers.atlas import atlases, refuse_unfit
 from cablewright.solvers.batch import run
 from cablewright.solvers.branches import (
     FOUND,
+    SAME_POSE,
     Equilibria,
     box_of,
     distinct,
@@ -53,7 +54,7 @@ class Search:
     open: Array  # (N, 6) boxes still to be judged
     undecided: Array  # (U, 6) boxes in which nothing is proved on this level
     reasons: NDArray[np.int64]  # (U,)
-    poses: Array  # (K, 3) of equilibria that the search itself found
+    poses: Array  # (K, 3) of the equilibria beside which boxes were judged
     level: int
     judged: int
 
@@ -89,7 +90,10 @@ def exhaust(
     if not time_limit > 0.0:
         raise InputError(f"time limit = {time_limit:g}: over 0 is wanted, s")
     deadline = time.monotonic() + time_limit
-    solutions = _with(found.solutions, search.poses)
+    solutions = _again(found.solutions, search.poses)
+    if solutions is None:
+        search, solutions = replace(begin(model, None), box=search.box, open=search.box[None]), found.solutions
+    search = replace(search, poses=solutions.pose)
     while not search.finished:
         search = _level(solutions, search, deadline, save, progress)
         if not search.finished:
@@ -102,7 +106,7 @@ def exhaust(
             open=search.undecided,
             undecided=np.empty((0, 6)),
             reasons=np.empty(0, dtype=np.int64),
-            poses=np.concatenate([search.poses, more.pose[len(solutions.code) :]]),
+            poses=more.pose,
             level=search.level + 1,
         )
         solutions = more
@@ -178,15 +182,19 @@ def _volume(boxes: Array) -> float:
     return float(np.prod(boxes[:, 1::2] - boxes[:, ::2], axis=1).sum())
 
 
-def _with(solutions: Equilibrium, poses: Array) -> Equilibrium:
-    """The equilibria and those at *poses*, which an earlier part of the search found."""
-    return _hunt(solutions, np.repeat(poses, 2, axis=1)) if len(poses) else solutions
+def _again(solutions: Equilibrium, poses: Array) -> Equilibrium | None:
+    """The equilibria and those at *poses* of an earlier part of the search; None if some are not found again."""
+    if not len(poses):
+        return solutions
+    every = _hunt(solutions, np.repeat(poses, 2, axis=1), len(poses))
+    apart = np.abs(every.pose[None] - poses[:, None]).max(axis=2).min(axis=1)
+    return every if bool((apart < SAME_POSE).all()) else None
 
 
-def _hunt(solutions: Equilibrium, boxes: Array) -> Equilibrium:
+def _hunt(solutions: Equilibrium, boxes: Array, most: int = STARTS) -> Equilibrium:
     """The equilibria, and what is found from the middles of some boxes with every pattern of levers, new ones last."""
     model, lengths = solutions.model, solutions.lengths[0]
-    chosen = boxes[np.linspace(0, len(boxes) - 1, min(len(boxes), STARTS)).astype(np.int64)]
+    chosen = boxes[np.linspace(0, len(boxes) - 1, min(len(boxes), most)).astype(np.int64)]
     middles = 0.5 * (chosen[:, ::2] + chosen[:, 1::2])
     patterns = lever_patterns(model, np.random.default_rng(0))
     rows = solve_from(model, lengths, np.repeat(middles, len(patterns), axis=0), np.tile(patterns, (len(middles), 1)))

@@ -38,3 +38,41 @@ def test_bad_input_is_one_line(cli, arguments: tuple[str, ...], told: str) -> No
 def test_nothing_found_is_a_no(cli) -> None:
     answer = cli("equilibria", "paty2021", "--lengths", "33,33,33,33", "--box", "0,1,0,1,100,101")
     assert answer.no.startswith("no equilibrium was found")
+
+
+LENGTHS = "10.1187,9.3676,10.9961,11.3476"  # one line is 0.3 m too long
+
+
+def test_a_search_that_leaves_nothing_out(cli, tmp_path) -> None:
+    file = tmp_path / "search.npz"
+    asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file), "--json")
+    found = cli(*asked).json
+    assert (found["status"], found["complete"], found["undecided_boxes"]) == ("ok", True, [])
+    assert len(found["solutions"]) == 1
+    assert file.exists()
+    assert cli(*asked).json == found
+
+
+def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
+    file = tmp_path / "search.npz"
+    asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file))
+    ended = cli(*asked, "--time-limit", "1e-6")
+    assert ended.code == 1
+    assert "the same command goes on" in ended.err
+    assert file.exists()
+    assert "complete: the search leaves no place" in cli(*asked).out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--time-limit", "5"), "only with --exhaustive"),
+        (("--exhaustive", "--time-limit", "0"), "time limit = 0"),
+        (("--exhaustive", "--out", "{garbage}"), "not a search of this program"),
+    ],
+)
+def test_bad_searches_are_one_line(cli, tmp_path, arguments: tuple[str, ...], told: str) -> None:
+    garbage = tmp_path / "garbage.npz"
+    garbage.write_bytes(b"PK\x03\x04 no archive at all")
+    given = [str(garbage) if part == "{garbage}" else part for part in arguments]
+    assert told in cli("equilibria", "merlet2023", "--lengths", LENGTHS, *given).refusal

@@ -1,0 +1,194 @@
+"""The exhaustive search: it proves what is so, and never misses an equilibrium that it was not told of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf, quad
+
+import cablewright as cw
+from cablewright.errors import InputError
+from cablewright.kernels import layout, leaf, shapes
+from cablewright.kernels.hanging_span import hanging_span
+from cablewright.kernels.interval import cos, point, sin
+from cablewright.solvers import exhaustive
+from cablewright.solvers.atlas import atlases, known_of
+
+
+def held(name: str, pose: list[float], longer: float = 0.0) -> tuple[cw.Model, np.ndarray]:
+    """A robot, and its lengths at a pose, the first line longer by *longer*."""
+    model = cw.Model(cw.load(name))
+    lengths = cw.inverse(model.robot, pose).checked().lengths.copy()
+    lengths[0] += longer
+    return model, lengths
+
+
+@pytest.fixture(scope="module")
+def taut():
+    """A machine with levers, its sixteen equilibria, and its atlases."""
+    model, lengths = held("paty2021", [-2.1392, 2.2533, 4.0237])
+    found = cw.equilibria(model, lengths)
+    box = exhaustive.begin(model, None).box
+    return model, lengths, found, atlases(found.solutions, box, box, 0)
+
+
+@pytest.mark.parametrize("longer", [0.0, 0.005, 0.3])
+def test_a_machine_on_swivels_has_one_equilibrium_in_its_whole_room(longer: float) -> None:
+    model, lengths = held("merlet2023", [0.5, -1.0, 1.2], longer)
+    found = cw.equilibria(model, lengths)
+    every, search = exhaustive.exhaust(found, exhaustive.begin(model, None))
+    assert not found.complete
+    assert (every.complete, len(every.stable), search.finished, len(every.undecided)) == (True, 1, True, 0)
+
+
+def test_levers_have_sixteen_and_no_more(taut) -> None:
+    model, _, found, _ = taut
+    every, search = exhaustive.exhaust(found, exhaustive.begin(model, None))
+    assert (every.complete, len(every.stable), every.stable.sum()) == (True, 16, 1)
+    assert search.finished
+
+
+@pytest.mark.parametrize("hidden", [0, 3, 15])
+def test_an_equilibrium_that_it_was_not_told_of_is_found_or_left_open(taut, hidden: int) -> None:
+    model, _, found, _ = taut
+    rest = np.delete(np.arange(len(found.stable)), hidden)
+    fewer = replace(found, solutions=found.solutions[rest])
+    begun = exhaustive.begin(model, None)
+    search = exhaustive._level(fewer.solutions, begun, np.inf, None, None)
+    pose = found.solutions.pose[hidden]
+    open_there = ((search.undecided[:, ::2] <= pose) & (search.undecided[:, 1::2] >= pose)).all(axis=1)
+    assert open_there.any()
+    every, _ = exhaustive.exhaust(fewer, begun)
+    assert np.abs(every.solutions.pose - pose).max(axis=1).min() < 1e-9
+    assert len(every.stable) == 16
+
+
+def test_every_shape_that_a_solve_finds_is_in_a_leaf(taut) -> None:
+    model, _, found, known = taut
+    labels, _ = known_of(found.solutions)
+    for label, state, pose in zip(labels, found.solutions.states, found.solutions.pose, strict=True):
+        for i in range(model.m):
+            own = known.leaves[known.offsets[i] : known.offsets[i + 1]]
+            phi, tau = state[i, layout.PHI], state[i, layout.TAU]
+            at = own[(own[:, 0] <= phi) & (own[:, 1] >= phi) & (own[:, 2] <= tau) & (own[:, 3] >= tau)]
+            at = at[at[:, leaf.LABEL] == label[i]]
+            away = pose - known.exits[i]
+            x = np.hypot(away[0], away[1])
+            wanted = {
+                leaf.X: x,
+                leaf.Z: away[2],
+                leaf.REACH: np.hypot(x, away[2]),
+                leaf.H: np.exp(tau) * np.cos(phi),
+                leaf.V: np.exp(tau) * np.sin(phi),
+                leaf.FREE_SPAN: state[i, layout.FREE],
+            }
+            holds = np.ones(len(at), dtype=bool)
+            for column, value in wanted.items():
+                holds &= (at[:, column] <= value + 1e-9) & (at[:, column + 1] >= value - 1e-9)
+            assert holds.any()
+
+
+def test_the_span_in_its_own_frame_encloses_the_integrals() -> None:
+    mp.dps = 30
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        phi, q = rng.uniform(-1.5, 1.4), 10.0 ** rng.uniform(-3.0, 0.5)
+        found = hanging_span(sin(point(phi)), cos(point(phi)), point(q))
+        s, c = mp.sin(mpf(phi)), mp.cos(mpf(phi))
+
+        def size(u: mpf, s: mpf = s, q: float = q) -> mpf:
+            return mp.sqrt(1 + 2 * q * u * s + (q * u) ** 2)
+
+        def forward(u: mpf, s: mpf = s, q: float = q) -> mpf:
+            return 1 + q * u * s
+
+        points = [0, 0.25, 0.5, 0.75, 1]
+        wanted = (
+            quad(lambda u: forward(u) / size(u), points),
+            quad(lambda u: q * u * c / size(u), points),
+            quad(lambda u: (u * c) ** 2 / size(u) ** 3, points),
+            -quad(lambda u: u * c * forward(u) / size(u) ** 3, points),
+            quad(lambda u: forward(u) ** 2 / size(u) ** 3, points),
+        )
+        for (low, high), value in zip(found, wanted, strict=True):
+            assert low <= value <= high
+        lower = c**2 / (12 * max(mpf(1), size(mpf(1))) ** 6)
+        assert wanted[2] * wanted[4] - wanted[3] ** 2 >= lower * (1 - mpf(10) ** -12)
+
+
+def test_what_only_stiffens_does(taut) -> None:
+    """The derivative of a line's end by its force, by differences of whole solves, at leaves said to stiffen."""
+    model, lengths, _, known = taut
+    rng = np.random.default_rng(4)
+    row = model.packed.lines[0]
+    own = known.leaves[: known.offsets[1]]
+    good = own[(own[:, leaf.GOOD] == 1.0) & (np.exp(own[:, 2]) < 1e4)]
+    work = shapes.shape_work()
+    for one in good[rng.choice(len(good), 60, replace=False)]:
+        middle = np.array([0.5 * (one[0] + one[1]), 0.5 * (one[2] + one[3])])
+        ends, forces = [], []
+        for step in ((0.0, 0.0), (1e-5, 0.0), (0.0, 1e-5)):
+            end, force = _line_at(row, float(lengths[0]), middle + step, int(one[leaf.LABEL]), work)
+            ends.append(end)
+            forces.append(force)
+        by = np.column_stack([ends[1] - ends[0], ends[2] - ends[0]])
+        of = np.column_stack([forces[1] - forces[0], forces[2] - forces[0]])
+        derivative = by @ np.linalg.inv(of)
+        assert np.linalg.eigvalsh(0.5 * (derivative + derivative.T))[0] > 0.0
+
+
+def _line_at(row, length, middle, label, work):
+    """End and end force of a line of given direction, log tension and lever, by the inner unknowns' own equations."""
+    t = np.exp(middle[1])
+    cell = np.array([middle[0], middle[0], middle[1], middle[1]])
+    lever = 0.5 * (middle[0] - 0.5 * np.pi) + (np.pi if label == leaf.STANDING else 0.0)
+    box = np.array([14.0, 16.0, -1.8, -1.4, lever - 1.2, lever + 1.2])
+    stack, proved = [box], None
+    while stack and proved is None:
+        box = stack.pop()
+        verdict = shapes.examine(row, length, cell, box, work)
+        while verdict == shapes.SHRUNK:
+            verdict = shapes.examine(row, length, cell, box, work)
+        if verdict == shapes.PROVED:
+            proved = work.where.copy()
+            shapes.tighten(row, length, cell, proved, work)
+        elif verdict == shapes.UNSURE:
+            axis = int(np.argmax([box[1] - box[0], 5.0 * (box[3] - box[2]), box[5] - box[4]]))
+            halves = [box.copy(), box.copy()]
+            halves[0][2 * axis + 1] = halves[1][2 * axis] = 0.5 * (box[2 * axis] + box[2 * axis + 1])
+            stack += halves
+    assert proved is not None
+    own = np.zeros(leaf.LEAF)
+    leaf.describe(row, length, cell, proved, work.slopes, own)
+    end = np.array([own[leaf.X], own[leaf.Z]])
+    free = own[leaf.FREE_SPAN]
+    return end, np.array([t * np.cos(middle[0]), t * np.sin(middle[0]) + row[layout.WEIGHT] * free])
+
+
+def test_it_can_be_ended_and_goes_on() -> None:
+    model, lengths = held("merlet2023", [0.5, -1.0, 1.2], 0.3)
+    found = cw.equilibria(model, lengths)
+    saved: list[exhaustive.Search] = []
+    first, search = exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=1e-9, save=saved.append)
+    assert not first.complete
+    assert "ended" in first.why
+    assert saved[-1].judged == search.judged > 0
+    rounds = 1
+    while not search.finished:
+        first, search = exhaustive.exhaust(found, search, time_limit=1e-9)
+        rounds += 1
+    assert rounds > 2
+    assert first.complete
+
+
+def test_what_it_does_not_cover_is_refused() -> None:
+    body = cw.Model(cw.load("cogiro"))
+    lengths = cw.inverse(body.robot, [1.0, 1.0, 1.5]).checked().lengths
+    with pytest.raises(InputError, match="only for a point load"):
+        exhaustive.exhaust(cw.equilibria(body, lengths, starts=1), exhaustive.begin(body, None))
+    model, lengths = held("merlet2023", [0.5, -1.0, 1.2])
+    found = cw.equilibria(model, lengths)
+    with pytest.raises(InputError, match="time limit"):
+        exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=0.0)
