@@ -1,4 +1,4 @@
-"""Distances of a segment from a segment, a box and a flat convex polygon: closed forms, exact to rounding.
+"""Distances of a segment from a segment, a box and a flat convex polygon: closed forms, right to rounding.
 
 Segment i of a polyline (k, 3) goes from its point i to its point i + 1; it may have no length. m throughout.
 """
@@ -6,14 +6,15 @@ Segment i of a polyline (k, 3) goes from its point i to its point i + 1; it may 
 from cablewright.kernels import jit
 
 CUTS = 16  # more than the six faces of a box can ask for
+PARALLEL = 1e-12  # squared sine: two directions nearer than this have no crossing that rounding leaves to be trusted
 
 
 @jit
 def segment_segment(a, i, b, j):
     """Squared distance of segment *i* of *a* from segment *j* of *b*, and the fractions at which it is reached.
 
-    The lines' nearest points by cross products, which keep their digits where the lines are nearly parallel; each end
-    against the other segment where those are outside.
+    The lines' nearest points by cross products; each end against the other segment where those are outside, or the
+    lines so nearly parallel that their nearest points are not known (the distance then is right to 1e-8 of lengths).
     """
     px, py, pz = a[i, 0], a[i, 1], a[i, 2]
     ux, uy, uz = a[i + 1, 0] - px, a[i + 1, 1] - py, a[i + 1, 2] - pz
@@ -22,14 +23,18 @@ def segment_segment(a, i, b, j):
     rx, ry, rz = qx - px, qy - py, qz - pz
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     square = nx * nx + ny * ny + nz * nz
+    best, s, t = 1e300, 0.0, 0.0
     if square > 0.0:
         s = (nx * (ry * vz - rz * vy) + ny * (rz * vx - rx * vz) + nz * (rx * vy - ry * vx)) / square
         t = (nx * (ry * uz - rz * uy) + ny * (rz * ux - rx * uz) + nz * (rx * uy - ry * ux)) / square
         if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
             dx, dy, dz = rx + t * vx - s * ux, ry + t * vy - s * uy, rz + t * vz - s * uz
-            return dx * dx + dy * dy + dz * dz, s, t
-    best, t = point_segment(px, py, pz, qx, qy, qz, vx, vy, vz)
-    s = 0.0
+            best = dx * dx + dy * dy + dz * dz
+            if square > PARALLEL * (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz):
+                return best, s, t
+    other, at = point_segment(px, py, pz, qx, qy, qz, vx, vy, vz)
+    if other < best:
+        best, s, t = other, 0.0, at
     other, at = point_segment(px + ux, py + uy, pz + uz, qx, qy, qz, vx, vy, vz)
     if other < best:
         best, s, t = other, 1.0, at
