@@ -80,6 +80,16 @@ def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: fl
     assert found.bounds.max() <= tolerance
 
 
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-15])
+def test_what_more_points_than_there_are_would_take_is_told(tolerance: float) -> None:
+    found = interference(held("house-printer", 3), settings=Settings(tolerance=tolerance))
+    for row in range(3):
+        assert tolerance < found.bounds[row] < 1e-3
+        for curve, real in zip(found.curves(row), dense(found.equilibrium[row]), strict=True):
+            assert len(curve) > 32
+            assert off(real, curve) <= found.bounds[row] + 1e-9
+
+
 def off(points: np.ndarray, curve: np.ndarray) -> float:
     """Largest distance of any of *points* from a polyline."""
     least = np.full(len(points), np.inf)

@@ -13,6 +13,8 @@ from cablewright.kernels.layout import BETA, EXIT_X, FREE, FREE_COMPLIANCE, LEVE
 
 MOST = 128  # points of a line
 FEW = 8  # pieces up to which a rest is cut evenly
+LOOSER = 4.0  # what a tolerance is multiplied with that takes more points than there are
+TRIES = 40
 
 
 @jit
@@ -30,7 +32,20 @@ def polyline(row, y, plane, ends, tolerance, points, cuts):
     z0 = row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
     if row[WEIGHT] == 0.0:
         return _straight(row, x0, z0, plane, ends, points, cuts), 0.0
-    length, weight, compliance = y[FREE], row[WEIGHT], row[FREE_COMPLIANCE]
+    allowed = tolerance
+    count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, allowed, points, cuts)
+    for _ in range(TRIES):
+        if bound <= allowed:
+            break
+        allowed *= LOOSER
+        count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, allowed, points, cuts)
+    return count, bound
+
+
+@jit
+def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
+    """The points of a line with weight, from its start (x0, z0) with the tension (h, v); their number and the bound."""
+    weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
     _put(row, plane, x0, z0, points, 0)
     near = min(ends, 0.5 * length)
     count, done, bound = 1, 0.0, 0.0
