@@ -83,6 +83,8 @@ def test_a_long_file_that_ends_in_other_things_is_read(write) -> None:
         (binary(cuboid()[:0]), "holds no triangle"),
         ("solid nothing\nendsolid nothing\n" + " " * 80, "holds no triangle"),
         (binary(np.full((1, 3, 3), np.nan)), "triangle 1: a coordinate is not finite"),
+        (binary(cuboid()[:1])[:96] + b"\x01\x00\xa0\x7f" + binary(cuboid()[:1])[100:], "triangle 1: a coordinate"),
+        (text(cuboid()).replace("vertex 0 0 0", "vertex 0 1e308 0", 1), "triangle 1: a coordinate"),
         (binary(np.full((1, 3, 3), np.inf)), "triangle 1: a coordinate is not finite"),
         (binary(np.full((1, 3, 3), 3e38)), "over 1e+06 m"),
         (text(cuboid()).replace("vertex 0 0 0", "vertex 0 nan 0"), "line 4: a vertex has 3 finite numbers"),
@@ -104,7 +106,7 @@ def test_a_broken_file_is_refused_in_one_line(write, content: bytes | str, says:
     assert "\n" not in message
 
 
-@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("scale", [0.0, -1.0, 1e-10, 1e10, float("nan"), float("inf")])
 def test_a_scale_is_a_number_above_zero(write, scale: float) -> None:
     with pytest.raises(InputError, match="mesh scale"):
         read_stl(write(binary(cuboid())), scale)

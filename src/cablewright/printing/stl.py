@@ -19,6 +19,7 @@ __all__ = ["MAX_TRIANGLES", "Mesh", "read_stl"]
 
 MAX_TRIANGLES: Final = 2_000_000
 MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
+LEAST_SCALE: Final = 1e-9
 _HEADER: Final = 84  # bytes: 80 of anything and the number of triangles
 _RECORD: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
 _MAX_LINE: Final = 4096  # bytes
@@ -57,8 +58,8 @@ def read_stl(path: str | Path, scale: float = 1.0) -> Mesh:
     `MAX_TRIANGLES`, and for numbers that are not finite or too large.
     """
     path = Path(path)
-    if not (math.isfinite(scale) and scale > 0.0):
-        raise InputError(f"mesh scale {scale:g}: a number above 0 is wanted")
+    if not LEAST_SCALE <= scale <= 1.0 / LEAST_SCALE:
+        raise InputError(f"mesh scale {scale:g}: a number from {LEAST_SCALE:g} to {1.0 / LEAST_SCALE:g} is wanted")
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: not a regular file")
@@ -70,7 +71,7 @@ def read_stl(path: str | Path, scale: float = 1.0) -> Mesh:
         raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
     if len(corners) == 0:
         raise InputError(f"{path}: holds no triangle")
-    wrong = np.flatnonzero(~(np.abs(corners) * scale <= MAX_COORDINATE).all(axis=(1, 2)))
+    wrong = np.flatnonzero(~(np.abs(corners) <= MAX_COORDINATE / scale).all(axis=(1, 2)))
     if len(wrong):
         raise InputError(
             f"{path}: triangle {wrong[0] + 1}: a coordinate is not finite, or over {MAX_COORDINATE:g} m when scaled"
@@ -97,7 +98,8 @@ def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:
     data = file.read(_RECORD.itemsize * count)
     if len(data) < _RECORD.itemsize * count:
         raise InputError(f"{path}: truncated while it was read")
-    return np.frombuffer(data, _RECORD)["corners"].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a NaN that signals is found with the others
+        return np.frombuffer(data, _RECORD)["corners"].astype(np.float64)
 
 
 def _text(file: BinaryIO, path: Path) -> NDArray[np.float64]:
