@@ -19,7 +19,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.batch import run
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["KINDS", "Contact", "Free", "Interference", "Settings", "free_region", "interference", "margins"]
+__all__ = ["KINDS", "Contact", "Free", "Interference", "Settings", "free_region", "interference", "margins", "too_near"]
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ class Interference:
 
     @property
     def smallest(self) -> Array:
-        """(N,) the smallest distance at each pose, m: feasible is at least 0."""
+        """(N,) the smallest distance at each pose, m: free is above 0."""
         return np.asarray(self.margins.min(axis=1))
 
     def nearest(self, kind: str | None = None) -> Contact | None:
@@ -179,23 +179,28 @@ class Free:
 
     def __post_init__(self) -> None:
         """Judge the margins."""
-        object.__setattr__(self, "free", self.margins >= self.clearance)
+        object.__setattr__(self, "free", ~np.isnan(self.margins) & ~too_near(self.margins, self.clearance))
 
     @property
     def fraction(self) -> float:
         """Which share of the places that can be held is free; NaN if there is none."""
-        held = int(np.isfinite(self.margins).sum())
+        held = int((~np.isnan(self.margins)).sum())
         return int(self.free.sum()) / held if held else float("nan")
 
     @property
     def floor(self) -> Array:
         """(nx, ny) m, from which height on every place that can be held is free; NaN where none is on top."""
         z = self.axes[2]
-        barred = ~self.free & np.isfinite(self.margins)
+        barred = ~self.free & ~np.isnan(self.margins)
         above = barred.shape[2] - np.argmax(barred[:, :, ::-1], axis=2)
         first = np.where(barred.any(axis=2), above, 0)
         shown = self.free & (np.arange(len(z)) >= first[:, :, None])
         return np.where(shown.any(axis=2), z[shown.argmax(axis=2)], np.nan)
+
+
+def too_near(margins: Array, clearance: float) -> NDArray[np.bool_]:
+    """Where a distance is under the clearance, or touches: 0 too, which is all that a thin line through a face has."""
+    return np.asarray((margins < clearance) | (margins <= 0.0))
 
 
 def free_region(

@@ -17,6 +17,7 @@ from cablewright.analyses.interference import (
     Settings,
     free_region,
     interference,
+    too_near,
 )
 from cablewright.models.solids import Part, of_beads, of_mesh
 from cablewright.models.statics import Model
@@ -63,8 +64,8 @@ class JobInterference:
 
     @property
     def first_sample(self) -> int | None:
-        """The first sample at which a line is nearer to the part than the clearance; None if there is none."""
-        near = np.flatnonzero(self.margins[:, PART] < self.clearance)
+        """The first sample at which a line touches the part or is nearer than the clearance; None if there is none."""
+        near = np.flatnonzero(too_near(self.margins[:, PART], self.clearance))
         return int(near[0]) if len(near) else None
 
     @property

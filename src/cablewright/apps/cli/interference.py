@@ -155,7 +155,7 @@ def _along(
 
 def _status(worst: Contact | None, clearance: float, unsolved: str | None) -> str:
     """One word: touching, near, what the inverse problem says, or free."""
-    if worst is not None and worst.margin < 0.0:
+    if worst is not None and worst.margin <= 0.0:
         return "touching"
     if worst is not None and worst.margin < clearance:
         return "near"
