@@ -14,6 +14,7 @@ from numba.core.types import unliteral
 
 import cases
 from cablewright import kernels
+from cablewright.analyses.interference import interference
 from cablewright.kernels import catenary, sweep
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -38,6 +39,7 @@ def test_every_kernel_has_one_compiled_signature() -> None:
             stiffness(found)
             linearise(solve_forward(model, found.lengths, modulus_factors=np.ones(model.m)).checked())
             assert found.is_valid()
+            interference(found).curves()
             for method in METHODS:
                 distribute(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
             capacity(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose)

@@ -156,7 +156,7 @@ def test_each_fault_of_a_retraction(old: str, new: str, extra: str, expected: st
         ('"rigid"', "3", "platform.kind = 3: must be one of 'point', 'rigid'"),
         ('"rigid"', "['rigid']", "platform.kind = ['rigid']: must be one of 'point', 'rigid'"),
         ('kind = "rigid"', "", "lines: a point platform has all lines meet in one platform_point; one that may turn"),
-        ('kind = "rigid"', "inertia = [1, 1, 1]", "platform.inertia = [1, 1, 1]: unknown key; allowed: force, kind,"),
+        ('kind = "rigid"', "inertia = [1, 1, 1]", "platform.inertia = [1, 1, 1]: unknown key; allowed: boxes, force,"),
         ('kind = "rigid"', "loads = [{ name = 'a', mass = 0 }]", "platform.loads[0].mass = 0: must be greater than 0"),
         ('mass = "10 kg"', "", "platform.mass: is missing"),
         ("-0.1", "0.1", 'lines: all platform points coincide: that is a point platform, kind = "point"'),

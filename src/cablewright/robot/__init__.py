@@ -5,9 +5,9 @@ from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
 from cablewright.robot.line import Line
 from cablewright.robot.parameters import KINDS, Kind, Parameter, nominal, parameters_of
-from cablewright.robot.platform import Load, Platform, PointPlatform, Retraction, RigidPlatform
+from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
-from cablewright.robot.scene import Scene
+from cablewright.robot.scene import Beam, Scene
 from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
 from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, of_moduli
 from cablewright.robot.winch import Winch
@@ -15,6 +15,8 @@ from cablewright.robot.write_back import update
 
 __all__ = [
     "KINDS",
+    "Beam",
+    "Box",
     "Cable",
     "Eyelet",
     "Kind",

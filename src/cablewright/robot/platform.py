@@ -10,9 +10,10 @@ from pydantic import BeforeValidator, Field, Strict, model_validator
 from cablewright.errors import UnknownName
 from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.inertia import check_inertia
+from cablewright.robot.scene import MOST_SHAPES
 from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
 
-__all__ = ["Load", "Platform", "PointPlatform", "Retraction", "RigidPlatform"]
+__all__ = ["Box", "Load", "Platform", "PointPlatform", "Retraction", "RigidPlatform"]
 
 _ZERO = (0.0, 0.0, 0.0)
 _Number = Annotated[float, Strict()]
@@ -40,16 +41,34 @@ class Load(Description):
         return {key: value for key, value in self if key != "name" and value is not None}
 
 
+class Box(Description):
+    """A part of the platform's body that lines may touch: a box from ``lowest`` to ``highest``, (3,) m, its frame."""
+
+    lowest: Vec3
+    highest: Vec3
+
+    @model_validator(mode="after")
+    def _has_a_volume(self) -> Self:
+        for axis, low, high in zip("xyz", self.lowest, self.highest, strict=True):
+            if not low < high:
+                raise refusal("highest", f"must be above lowest in {axis}, where they are {high:g} and {low:g} m")
+        return self
+
+
+_Boxes = Annotated[tuple[Box, ...], Field(max_length=MOST_SHAPES)]
+
+
 class PointPlatform(Description):
     """A mass in which all lines meet: it has three freedoms, its position (m, world).
 
-    ``force``: (3,) N, world, what acts on it besides its weight and the lines.
+    ``force``: (3,) N, world, what acts on it besides its weight and the lines. ``boxes``: its body, unrotated.
     """
 
     kind: Literal["point"] = "point"
     mass: Positive[Mass]
     force: Force3 = _ZERO
     loads: tuple[Load, ...] = ()
+    boxes: _Boxes = ()
 
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
@@ -119,6 +138,7 @@ class RigidPlatform(Description):
     and ``inertia_products``: (3,) Ixy, Ixz, Iyz, kg m^2, the entries of the tensor about the centre of mass along the
     platform's axes, as in a URDF: the products have the sign of the tensor's entries. ``force``: (3,) N, in the
     platform's origin, and ``moment``: (3,) N m about it, both world: what acts on it besides its weight and the lines.
+    ``boxes``: its body, which does not move with a retraction.
     """
 
     kind: Literal["rigid"] = "rigid"
@@ -131,6 +151,7 @@ class RigidPlatform(Description):
     moment: Torque3 = _ZERO
     loads: tuple[Load, ...] = ()
     retraction: Retraction | None = None
+    boxes: _Boxes = ()
 
     @model_validator(mode="after")
     def _is_a_body(self) -> Self:

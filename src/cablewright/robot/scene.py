@@ -1,23 +1,38 @@
-"""The surroundings: gravity and the box the platform may be in."""
+"""The surroundings: gravity, the box the platform may be in, and the beams of the frame."""
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from cablewright.robot.description import Description, refusal
-from cablewright.units import Acceleration, Positive, Vec3
+from cablewright.units import Acceleration, Length, Positive, Vec3
 
-__all__ = ["Scene"]
+__all__ = ["MOST_SHAPES", "Beam", "Scene"]
+
+MOST_SHAPES = 200
+"""Beams of a frame, or boxes of a platform, at most."""
+
+
+class Beam(Description):
+    """A round bar of the frame that lines may touch: from ``start`` to ``end`` (m, world), rounded at both."""
+
+    start: Vec3
+    end: Vec3
+    radius: Positive[Length]
 
 
 class Scene(Description):
-    """Gravity (along -z) and the box, from ``frame_min`` to ``frame_max`` (m, world), in which the platform may be."""
+    """Gravity (along -z) and the box, from ``frame_min`` to ``frame_max`` (m, world), in which the platform may be.
+
+    ``beams``: what lines may touch of the frame.
+    """
 
     gravity: Positive[Acceleration] = 9.81
     frame_min: Vec3
     frame_max: Vec3
+    beams: Annotated[tuple[Beam, ...], Field(max_length=MOST_SHAPES)] = ()
 
     @model_validator(mode="after")
     def _box_has_a_volume(self) -> Self:

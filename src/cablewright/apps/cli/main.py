@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from cablewright.apps.cli import accuracy, check, equilibria, modes, modulus, robots, statics
+from cablewright.apps.cli import accuracy, check, equilibria, interference, modes, modulus, robots, statics
 from cablewright.errors import CablewrightError
 
 __all__ = ["app", "main"]
@@ -25,6 +25,7 @@ app.command("accuracy")(accuracy.accuracy)
 app.command("check")(check.check)
 app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
+app.command("interference")(interference.interference)
 app.command("inverse")(statics.inverse)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)

@@ -1,0 +1,82 @@
+"""The part as it grows: each strand of material as boxes, with the sample at which it lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.printing.job import Bead
+from cablewright.printing.path import Samples
+
+__all__ = ["PIECE_LENGTH", "Deposit", "deposit"]
+
+PIECE_LENGTH: Final = 0.25
+"""How long a strand may be (m), about, before it counts as laid."""
+
+_UPRIGHT: Final = 1e-9  # of a piece's length: less than this sideways is none
+
+
+@dataclass(frozen=True, eq=False)
+class Deposit:
+    """B boxes in the order in which they are laid. m, machine. Read-only arrays.
+
+    Each is half a width longer at either end than the nozzle went, for strands end round, and hangs below the nozzle's
+    way by the bead's height.
+    """
+
+    centre: NDArray[np.float64]  # (B, 3)
+    along: NDArray[np.float64]  # (B, 3) unit vectors
+    across: NDArray[np.float64]  # (B, 3) unit vectors, level
+    half: NDArray[np.float64]  # (B, 3) half the sides: along, across, and upright to both
+    sample: NDArray[np.int64]  # (B,) the sample at which it lies
+    layer: NDArray[np.int32]  # (B,)
+
+    def __len__(self) -> int:
+        """The number of boxes."""
+        return len(self.sample)
+
+
+def deposit(samples: Samples, bead: Bead) -> Deposit:
+    """Return what the path lays: moves that extrude, in pieces of about `PIECE_LENGTH` or shorter.
+
+    A piece is there from the sample at its end on; what is being laid is not.
+    """
+    laid = np.flatnonzero(samples.extruding)
+    move, begins = samples.move[laid], samples.distance[laid - 1]
+    fresh = np.ones(len(laid), dtype=bool)
+    fresh[1:] = (np.diff(move) != 0) | (np.diff(laid) != 1)
+    since = begins - begins[fresh][np.cumsum(fresh) - 1]
+    bucket = np.floor(since / PIECE_LENGTH + 1e-9)
+    fresh[1:] |= np.diff(bucket) != 0
+    first = np.flatnonzero(fresh)
+    last = np.append(first[1:], len(laid)) - 1
+    start, end = samples.positions[laid[first] - 1], samples.positions[laid[last]]
+    return _boxes(start, end, bead, laid[last], samples.layer[laid[last]])
+
+
+def _boxes(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    bead: Bead,
+    sample: NDArray[np.int64],
+    layer: NDArray[np.int32],
+) -> Deposit:
+    way = end - start
+    length = np.linalg.norm(way, axis=1)
+    along = way / length[:, None]
+    level = np.hypot(along[:, 0], along[:, 1])
+    upright = level < _UPRIGHT
+    safe = np.where(upright, 1.0, level)
+    across = np.stack([-along[:, 1] / safe, along[:, 0] / safe, np.zeros_like(level)], axis=1)
+    across[upright] = (1.0, 0.0, 0.0)
+    height = np.where(upright, bead.width, bead.height)  # a column is as thick as wide
+    drop = np.where(upright, 0.0, 0.5 * bead.height)
+    centre = 0.5 * (start + end) - drop[:, None] * np.cross(along, across)
+    half = np.stack([0.5 * (length + bead.width), np.full_like(length, 0.5 * bead.width), 0.5 * height], axis=1)
+    columns = (centre, along, across, half, sample, layer)
+    for column in columns:
+        column.setflags(write=False)
+    return Deposit(*columns)

@@ -1,0 +1,141 @@
+"""STL files, binary and text, read with bounded memory: a stranger may have written them."""
+
+from __future__ import annotations
+
+import math
+import os
+from array import array
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+
+__all__ = ["MAX_TRIANGLES", "Mesh", "read_stl"]
+
+MAX_TRIANGLES: Final = 2_000_000
+MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
+LEAST_SCALE: Final = 1e-9
+_HEADER: Final = 84  # bytes: 80 of anything and the number of triangles
+_RECORD: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+_MAX_LINE: Final = 4096  # bytes
+_MAX_TEXT: Final = 400 * MAX_TRIANGLES  # bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """F triangles (F, 3, 3), m, world. Read-only."""
+
+    triangles: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        """The number of triangles."""
+        return len(self.triangles)
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether the triangles bound a volume: each edge belongs to two of them, which go along it opposite ways.
+
+        Corners are the same where all their numbers are; triangles with two corners in one place do not count.
+        """
+        _, corner = np.unique(self.triangles.reshape(-1, 3), axis=0, return_inverse=True)
+        rows = corner.reshape(-1, 3)
+        rows = rows[(rows != np.roll(rows, 1, axis=1)).all(axis=1)]
+        edges = np.concatenate([rows[:, [k, (k + 1) % 3]] for k in range(3)])
+        codes = edges[:, 0] * len(corner) + edges[:, 1]
+        back = edges[:, 1] * len(corner) + edges[:, 0]
+        return bool(len(codes) and len(np.unique(codes)) == len(codes) and np.isin(codes, back).all())
+
+
+def read_stl(path: str | Path, scale: float = 1.0) -> Mesh:
+    """Read a mesh whose numbers, times *scale*, are metres in the machine's frame.
+
+    Raises `InputError`, one line, for a file that cannot be read, is truncated, empty, no STL or larger than
+    `MAX_TRIANGLES`, and for numbers that are not finite or too large.
+    """
+    path = Path(path)
+    if not LEAST_SCALE <= scale <= 1.0 / LEAST_SCALE:
+        raise InputError(f"mesh scale {scale:g}: a number from {LEAST_SCALE:g} to {1.0 / LEAST_SCALE:g} is wanted")
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: not a regular file")
+        with path.open("rb") as file:
+            corners = _read(file, path, os.fstat(file.fileno()).st_size)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a path with a NUL character
+        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
+    if len(corners) == 0:
+        raise InputError(f"{path}: holds no triangle")
+    wrong = np.flatnonzero(~(np.abs(corners) <= MAX_COORDINATE / scale).all(axis=(1, 2)))
+    if len(wrong):
+        raise InputError(
+            f"{path}: triangle {wrong[0] + 1}: a coordinate is not finite, or over {MAX_COORDINATE:g} m when scaled"
+        )
+    scaled = corners * scale
+    scaled.setflags(write=False)
+    return Mesh(scaled)
+
+
+def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:
+    """Triangles (F, 3, 3) of an open file of *size* bytes. A text begins with ``solid``; so do some binary files."""
+    header = file.read(_HEADER)
+    count = int.from_bytes(header[80:84], "little") if len(header) == _HEADER else -1
+    whole = _HEADER + _RECORD.itemsize * count
+    if header.lstrip()[:5].lower() == b"solid" and size != whole:
+        file.seek(0)
+        return _text(file, path)
+    if count < 0:
+        raise InputError(f"{path}: {size} bytes, too few for an STL file: its header takes {_HEADER}")
+    if count > MAX_TRIANGLES:
+        raise InputError(f"{path}: {count} triangles by its header; at most {MAX_TRIANGLES} are read")
+    if size < whole:
+        raise InputError(f"{path}: truncated: {count} triangles by its header take {whole} bytes, it has {size}")
+    data = file.read(_RECORD.itemsize * count)
+    if len(data) < _RECORD.itemsize * count:
+        raise InputError(f"{path}: truncated while it was read")
+    with np.errstate(invalid="ignore"):  # a NaN that signals is found with the others
+        return np.frombuffer(data, _RECORD)["corners"].astype(np.float64)
+
+
+def _text(file: BinaryIO, path: Path) -> NDArray[np.float64]:
+    """The text form: of each facet the three vertices between ``outer loop`` and ``endloop`` count."""
+    numbers = array("d")
+    corners, ended, number, read = -1, False, 0, 0
+    while line := file.readline(_MAX_LINE + 1):
+        number += 1
+        read += len(line)
+        if len(line) > _MAX_LINE or read > _MAX_TEXT or len(numbers) > 9 * MAX_TRIANGLES:
+            raise InputError(f"{path}, line {number}: too long; at most {_MAX_LINE} bytes, {MAX_TRIANGLES} triangles")
+        words = line.split()
+        if not words:
+            continue
+        word = words[0].lower()
+        ended = word == b"endsolid"
+        if word == b"outer" and corners < 0:
+            corners = 0
+        elif word == b"vertex" and 0 <= corners < 3:
+            numbers.extend(_vertex(words, path, number))
+            corners += 1
+        elif word == b"endloop" and corners == 3:
+            corners = -1
+        elif word not in (b"solid", b"facet", b"endfacet", b"endsolid") or corners >= 0:
+            shown = line[:40].decode("ascii", "replace").strip()
+            raise InputError(f"{path}, line {number}: {shown!r}: a facet of three vertices is wanted here")
+    if not ended:
+        raise InputError(f"{path}: truncated: the last line is no endsolid")
+    return np.frombuffer(numbers, np.float64).reshape(-1, 3, 3).copy()
+
+
+def _vertex(words: list[bytes], path: Path, number: int) -> list[float]:
+    try:
+        values = [float(word) for word in words[1:]]
+    except ValueError:
+        values = []
+    if len(values) != 3 or not all(map(math.isfinite, values)):
+        raise InputError(f"{path}, line {number}: a vertex has 3 finite numbers")
+    return values
