@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from cablewright.apps.cli import accuracy, check, equilibria, modes, modulus, robots, statics
+from cablewright.apps.cli import accuracy, check, equilibria, modes, modulus, retraction, robots, statics, workspace
 from cablewright.errors import CablewrightError
 
 __all__ = ["app", "main"]
@@ -28,8 +28,10 @@ app.command("forward")(statics.forward)
 app.command("inverse")(statics.inverse)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
+app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
 
