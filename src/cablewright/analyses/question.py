@@ -188,7 +188,8 @@ def _check_retraction(asked: Question, heights: tuple[float, float]) -> None:
         raise InputError(f"robot {robot.name!r} has no retraction: a law of it has no meaning")
     ends = np.column_stack([np.zeros((2, 2)), heights])
     for turn in asked.orientations:
-        for height, length in zip(heights, np.atleast_1d(asked.lengths(asked.poses(ends, turn))), strict=True):
+        lengths = asked.lengths(asked.poses(ends, turn))
+        for height, length in zip(heights, np.broadcast_to(np.asarray(lengths), 2), strict=True):
             try:
                 robot.retraction_to(float(length))
             except InputError as reason:

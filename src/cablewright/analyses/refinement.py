@@ -24,7 +24,7 @@ Margin = Callable[[Array, str], Array]  # of places (N, 3), m, and what they are
 
 FIRST = 16  # cells of the first lattice along the longest side of the box
 FEWEST = 4  # along any side
-FINEST = 10  # lattices
+FINEST = 8  # lattices
 MOST_CELLS = 1_500_000  # on the surface
 PROBES = (4096, 400_000)  # fewest and most random places
 UNSEEN = 3.0  # expected number of finds at which none is found once in twenty times
@@ -106,7 +106,7 @@ def _first(box: Box, finest: int | None) -> NDArray[np.int64]:
         along = max(FEWEST, 2 * int(np.ceil(0.5 * finest / 2**halvings)))
     sides = box.high - box.low
     counts = np.ceil(along * sides / sides.max() - 1e-9).astype(np.int64)
-    return np.maximum(FEWEST, counts + counts % 2)
+    return np.asarray(np.maximum(FEWEST, counts + counts % 2))
 
 
 class _Lattice:
@@ -114,6 +114,9 @@ class _Lattice:
 
     def __init__(self, margin: Margin, box: Box, first: NDArray[np.int64], seed: int) -> None:
         self.margin, self.box, self.first = margin, box, first
+        self.all_cells: Keys
+        self.inside: NDArray[np.bool_]  # (K, 8) corners of all cells
+        self.mixed: NDArray[np.bool_]  # (K,)
         self.level, self.poses, self.seed = 0, 0, seed
         grid = np.stack(np.meshgrid(*(np.arange(n + 2) for n in first), indexing="ij"), axis=-1)
         self.nodes, self.values = np.empty(0, dtype=np.int64), np.empty(0)
@@ -137,7 +140,7 @@ class _Lattice:
         corners = cells[:, None] + CORNERS
         self._ask(np.unique(corners))
         self.all_cells, self.inside = cells, self._inside(corners)
-        self.mixed = self.inside.any(axis=1) & ~self.inside.all(axis=1)
+        self.mixed = _differ(self.inside)
         fresh = np.flatnonzero(self.mixed)
         while len(fresh):
             beyond = self._beyond(fresh)
@@ -146,7 +149,7 @@ class _Lattice:
             corners = beyond[:, None] + CORNERS
             self._ask(np.unique(corners))
             inside = self._inside(corners)
-            mixed = inside.any(axis=1) & ~inside.all(axis=1)
+            mixed = _differ(inside)
             order = np.argsort(np.concatenate([self.all_cells, beyond]), kind="stable")
             new = order >= len(self.all_cells)
             self.all_cells = np.concatenate([self.all_cells, beyond])[order]
@@ -160,10 +163,10 @@ class _Lattice:
         found = []
         for axis, side, corners in FACES:
             face = self.inside[rows][:, corners]
-            through = face.any(axis=1) & ~face.all(axis=1)
+            through = _differ(face)
             found.append(self.all_cells[rows[through]] + (steps[axis] if side else -steps[axis]))
         keys = np.unique(np.concatenate(found))
-        return np.asarray(keys[~_among(keys, self.all_cells)])
+        return keys[~_among(keys, self.all_cells)]
 
     def _inside(self, corners: Keys) -> NDArray[np.bool_]:
         return np.asarray(self.values[np.searchsorted(self.nodes, corners)] >= 0.0)
@@ -185,7 +188,7 @@ class _Lattice:
     def _shares(self, keys: Keys) -> tuple[Array, NDArray[np.bool_]]:
         """Where nodes are in the box, (N, 3) shares of its sides, and which are in it."""
         index = index_of(keys) - (1 << self.level)
-        within = ((index >= 0) & (index <= self.cells)).all(axis=1)
+        within = np.all((index >= 0) & (index <= self.cells), axis=1)
         return index / self.cells, within
 
     @property
@@ -239,7 +242,7 @@ class _Lattice:
         cells = self._probe_cells(self.tracked)
         at = np.searchsorted(self.all_cells, cells)
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
-        return (UNSEEN + against + 2.0 * against**0.5) / len(self.probes) * self.box.volume
+        return (UNSEEN + against + 2.0 * float(np.sqrt(against))) / len(self.probes) * self.box.volume
 
     def surface(self) -> Mesh:
         """The closed surface on this lattice."""
@@ -257,7 +260,7 @@ class _Lattice:
         return Mesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
     def _cross(self, inner: Array, outer: Array, in_box: NDArray[np.bool_], within: Keys, without: Keys) -> Array:
-        """Shares (E,) of the ways from inside to outside where the surface is; 0 where the outer node is off the box."""
+        """Shares (E,) of the ways from inside to outside where the surface is; 0 if the outer node is off the box."""
         found = np.zeros(len(inner))
         rows = np.flatnonzero(in_box)
         start, way = inner[rows], outer[rows] - inner[rows]
@@ -286,6 +289,11 @@ def _between(near: Array, far: Array) -> Array:
     span = near - far
     usable = np.isfinite(span)
     return np.where(usable, np.where(usable, near, 0.5) / np.where(usable, span, 1.0), 0.5)
+
+
+def _differ(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which rows of flags (N, c) are not all the same."""
+    return np.asarray(flags.any(axis=1) & ~flags.all(axis=1))
 
 
 def _among(keys: Keys, known: Keys) -> NDArray[np.bool_]:

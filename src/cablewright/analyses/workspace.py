@@ -21,7 +21,6 @@ __all__ = ["Nodes", "Workspace", "count_nodes", "workspace"]
 Array = NDArray[np.float64]
 
 NODES = (3, 400)  # fewest and most along a side
-MOST_COUNTED = 64_000_000
 TOLERANCES = (1e-5, 0.5)
 NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on the floor
 
@@ -103,7 +102,8 @@ class Nodes:
     def axes(self) -> tuple[Array, Array, Array]:
         """Coordinates of the nodes along x, y, z, m."""
         x, y, z = (
-            np.linspace(*ends, n) for *ends, n in zip(self.box.low, self.box.high, self.inside.shape, strict=True)
+            np.linspace(float(self.box.low[axis]), float(self.box.high[axis]), self.inside.shape[axis])
+            for axis in range(3)
         )
         return x, y, z
 

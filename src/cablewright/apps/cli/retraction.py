@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -60,9 +60,16 @@ def retraction(
     machine = described(robot, load, wrench)
     fidelity = Fidelity.of(cable or ("catenary" if criterion == "static" else "rigid"), sheave)
     model = Model(machine, fidelity, limits(tension_limits))
-    given = {"least": least, "most": most, "steps": steps, "heights": heights, "tolerance": tolerance, "point": point}
+    given: dict[str, Any] = {
+        "least": least,
+        "most": most,
+        "steps": steps,
+        "heights": heights,
+        "tolerance": tolerance,
+        "point": point,
+    }
     with progress() as show:
-        found = best_retraction(model, criterion, box=numbers(box, "--box"), progress=show, **given)  # type: ignore[arg-type]
+        found = best_retraction(model, criterion, box=numbers(box, "--box"), progress=show, **given)
     if plot is not None:
         _draw(found, plot)
     if as_json:

@@ -110,7 +110,7 @@ def workspace(
         if count == "nodes":
             nodes = 41 if grid is None else grid
             return _tell_nodes(volumes.count_nodes(model, criterion, grid=nodes, **given, progress=show), as_json)
-        more = {"tolerance": tolerance, "grid": grid, "seed": seed}
+        more: dict[str, Any] = {"tolerance": tolerance, "grid": grid, "seed": seed}
         found = volumes.workspace(model, criterion, **more, **given, progress=show)
     written = _write(found, mesh, plot)
     return _tell_volume(found, written, as_json)

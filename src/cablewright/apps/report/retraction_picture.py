@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.analyses.retraction import Retracting
@@ -22,9 +21,18 @@ def retraction_picture(found: Retracting) -> Figure:
     )
     bar = drawn.colorbar(shown, ax=left, pad=0.02)
     bar.set_label("area of the slice in m²")
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     others = ~found.fitted
-    left.plot(found.heights[others], found.best[others], "o", color="white", markersize=3, label="best, not fitted")
+    left.plot(
+        found.heights[others],
+        found.best[others],
+        "o",
+        color="white",
+        markeredgecolor=style.INK,
+        markeredgewidth=0.5,
+        markersize=4,
+        label="best, not fitted",
+    )
     left.plot(
         found.heights[found.fitted],
         found.best[found.fitted],
@@ -39,9 +47,7 @@ def retraction_picture(found: Retracting) -> Figure:
     )
     left.grid(visible=False)
     left.set_title("slices by height and length")
-    drawn.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=3).get_frame().set_facecolor(
-        "#8a93a0"
-    )
+    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
     for k, name in ((0, "shortest"), (len(found.lengths) - 1, "longest")):
         colour = (style.GREEN, style.BLUE)[k > 0]
         right.plot(found.areas[:, k], found.heights, color=colour, label=f"{name}, {found.lengths[k]:.3g} m")

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from cablewright.analyses.question import Law
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 _LIGHT: Final = np.array([0.2, -0.55, 0.81])
 _HEIGHTS: Final = 201  # of which the largest slice is shown
 _MARGIN: Final = 0.05  # of the longest side
-_BLUE: Final = np.array([0.0, 0.447, 0.698])
+_PALE: Final = np.array([0.60, 0.80, 0.93])
 
 
 def volume_picture(found: Workspace) -> Figure:
@@ -45,16 +46,17 @@ def volume_picture(found: Workspace) -> Figure:
 
 def _title(found: Workspace) -> str:
     asked = found.question
-    told = f"{style.label(asked.model.robot.name)}, {asked.criterion}: {found.volume:.3g} m³ of the {asked.point}"
+    told = f"{style.label(asked.model.robot.name)}, {asked.criterion}: {found.volume:.4g} m³ of the {asked.point}"
     told += f", {100.0 * found.fraction:.1f} % of the box"
     if len(asked.orientations) > 1:
         told += f", under {len(asked.orientations)} orientations"
     law = asked.retraction
     if isinstance(law, Law):
-        told += f"; length {law.slope:.3g} z {'-' if law.intercept < 0 else '+'} {abs(law.intercept):.3g} m"
+        sign = "\N{MINUS SIGN}" if law.intercept < 0 else "+"
+        told += f"; length {law.slope:.3g} z {sign} {abs(law.intercept):.3g} m".replace("-", "\N{MINUS SIGN}")
     elif law is not None:
         told += f"; length {law:.3g} m"
-    return told.replace("-", "\N{MINUS SIGN}") if isinstance(law, Law) else told
+    return told
 
 
 def _surface(drawn: Figure, where: Any, found: Workspace) -> None:
@@ -68,9 +70,8 @@ def _surface(drawn: Figure, where: Any, found: Workspace) -> None:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     seen = normals @ towards_eye() > 0.0
-    shade = 0.62 + 0.38 * np.clip(normals[seen] @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
-    pale = 1.0 - shade[:, None] * (1.0 - (0.45 + 0.55 * _BLUE))
-    colours = np.column_stack([pale * (0.55 + 0.45 * shade[:, None]), np.ones(len(shade))])
+    shade = 0.5 + 0.5 * np.clip(normals[seen] @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+    colours = np.column_stack([shade[:, None] * _PALE, np.ones(len(shade))])
     add_faces(axes, corners[seen], colours, zorder=3)
     axes.set_title("boundary, with frame and exit points")
 
@@ -95,6 +96,8 @@ def _section(axes: Axes, found: Workspace, axis: int, at: float, more: str = "")
     room = _MARGIN * sides.max()
     axes.set_xlim(low[across] - room, high[across] + room)
     axes.set_ylim(low[up] - room, high[up] + room)
+    for side in (axes.xaxis, axes.yaxis):
+        side.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.set(aspect="equal", xlabel=f"{'xyz'[across]} in m", ylabel=f"{'xyz'[up]} in m")
     name = "largest level section" if axis == 2 else "section"
     axes.set_title(f"{name} at {'xyz'[axis]} = {at:.3g} m{more}".replace("-", "\N{MINUS SIGN}"))
