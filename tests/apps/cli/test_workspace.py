@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 
 import pytest
@@ -14,6 +15,21 @@ from cablewright.robot import load
 
 JUNG = Model(load("jung2020"), Fidelity.of("rigid"))
 FAST = ("--grid", "9")
+ONE_LINE = """
+schema = 1
+name = "one line"
+[scene]
+frame_min = [-1.0, -1.0, 0.0]
+frame_max = [1.0, 1.0, 2.0]
+[platform]
+mass = 1.0
+[[lines]]
+name = "1"
+exit_point = [0.0, 0.0, 2.0]
+tension_limits = [0.0, 100.0]
+cable = { axial_stiffness = 1e5, linear_density = 0.0, breaking_load = 1e3 }
+sheave = { kind = "eyelet" }
+"""
 KEYS = {
     "schema",
     "status",
@@ -126,6 +142,23 @@ def test_an_empty_workspace_is_a_no(cli, tmp_path) -> None:
     assert "no place" in counted.no
 
 
+def test_a_volume_that_does_not_converge_is_a_no(cli, tmp_path) -> None:
+    """One line holds its point straight below: the workspace has no thickness."""
+    (tmp_path / "one.toml").write_text(ONE_LINE)
+    answer = cli("workspace", tmp_path / "one.toml", "--json")
+    assert "the volume's error is larger than what was asked for" in answer.no
+    assert answer.json["status"] == "not-converged"
+    assert answer.json["volume"] < 1e-6
+
+
+def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
+    seconds = iter(range(100_000))
+    monkeypatch.setattr("time.monotonic", lambda: float(next(seconds)))
+    told = cli("workspace", "jung2020", "--grid", "60", "--count", "nodes").err
+    assert re.search(r"nodes: \d+ % of 216000, \d+/s, \d+ s left", told)
+    assert cli("workspace", "jung2020", "--tolerance", "0.005").code == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -204,6 +237,12 @@ def test_retraction_is_that_of_the_analysis(cli, tmp_path) -> None:
     out = cli("retraction", "jung2020", *QUICK).out
     assert "law       l = " in out
     assert "% of the best" in out
+
+
+def test_what_no_length_reaches_is_a_no(cli) -> None:
+    answer = cli("retraction", "jung2020", *QUICK, "--box", "0,1,0,1,7,8", "--json")
+    assert "no law can be fitted" in answer.no
+    assert answer.json["status"] == "refused"
 
 
 @pytest.mark.parametrize(

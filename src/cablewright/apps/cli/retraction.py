@@ -24,6 +24,7 @@ from cablewright.apps.cli.options import (
 )
 from cablewright.apps.cli.output import limits, numbers, print_json, progress, write_whole
 from cablewright.apps.cli.workspace import Criterion
+from cablewright.errors import AnswerError
 
 if TYPE_CHECKING:
     from cablewright.analyses.retraction import Retracting
@@ -68,8 +69,13 @@ def retraction(
         "tolerance": tolerance,
         "point": point,
     }
-    with progress() as show:
-        found = best_retraction(model, criterion, box=numbers(box, "--box"), progress=show, **given)
+    try:
+        with progress() as show:
+            found = best_retraction(model, criterion, box=numbers(box, "--box"), progress=show, **given)
+    except AnswerError as reason:
+        if as_json:
+            print_json({"status": "refused", "reason": str(reason)})
+        raise
     if plot is not None:
         _draw(found, plot)
     if as_json:
