@@ -117,7 +117,8 @@ def test_a_larger_robot_has_a_workspace_larger_by_the_cube(criterion: str) -> No
 @pytest.fixture(scope="module", params=["jung2020", "jung2020-table1", "cogiro"])
 def three(request: pytest.FixtureRequest) -> dict[str, Workspace]:
     model = Model(load(request.param), RIGID)
-    return {each: workspace(model, each) for each in ("closed-form", "improved-closed-form", "exact")}
+    told = 1e-2 if request.param == "cogiro" else 2e-3
+    return {each: workspace(model, each, tolerance=told) for each in ("closed-form", "improved-closed-form", "exact")}
 
 
 def test_volumes_hold_against_random_places(three: dict[str, Workspace]) -> None:
@@ -127,7 +128,7 @@ def test_volumes_hold_against_random_places(three: dict[str, Workspace]) -> None
         spread = np.sqrt(share * (1.0 - share) / len(places))
         off = abs(found.volume - share * found.box.volume)
         assert off <= found.volume_error + 3.0 * spread * found.box.volume, criterion
-        assert found.volume_error <= 2e-3 * found.volume
+        assert found.volume_error <= (1e-2 if found.question.model.robot.name == "cogiro" else 2e-3) * found.volume
         assert found.mesh.is_closed
 
 
@@ -148,6 +149,12 @@ def test_the_surface_is_where_the_margin_is_zero(three: dict[str, Workspace]) ->
     ways = np.concatenate([np.eye(3), -np.eye(3)]) * 5 * step
     signs = np.stack([found.question.margin(vertices + way) >= 0.0 for way in ways])
     assert (signs.any(axis=0) & ~signs.all(axis=0)).mean() > 0.999
+
+
+def test_files_in_single_precision_are_closed_too(three: dict[str, Workspace]) -> None:
+    """Readers of STL join corners by their coordinates: no two vertices may become one."""
+    for found in three.values():
+        assert len(np.unique(found.mesh.vertices.astype(np.float32), axis=0)) == len(found.mesh.vertices)
 
 
 def test_slices_make_up_the_volume(three: dict[str, Workspace]) -> None:

@@ -27,6 +27,7 @@ FEWEST = 4  # along any side
 FINEST = 8  # lattices
 MOST_CELLS = 1_500_000  # on the surface
 PROBES = (4096, 400_000)  # fewest and most random places
+PROBES_FOR_NOTHING = 50_000  # where the first lattice has found nothing
 UNSEEN = 3.0  # expected number of finds at which none is found once in twenty times
 CLOSE = 0.1  # of the smaller value at the ends of an edge: near enough to zero for a straight line
 SHORT = 1.0 / 16.0  # of an edge: near enough to where the surface crosses it
@@ -68,9 +69,7 @@ def refine(
 ) -> Refined:
     """Refine until the error is at most *tolerance* of the volume, or to *finest* cells along the longest side.
 
-    The error is the larger of the volume's last change and a quarter of the one before it, and besides what the random
-    places may have missed. The change falls fourfold with each lattice where the surface is smooth or has edges, so the
-    last one is about three times the error that is left.
+    The error is that of `_left`, and besides what the random places may have missed.
     """
     lattice = _Lattice(margin, box, _first(box, finest), seed)
     volumes = [lattice.surface().volume]
@@ -79,18 +78,24 @@ def refine(
         lattice.split(goal or 0.0, volumes[-1])
         mesh = lattice.surface()
         volumes.append(mesh.volume)
-        changes = np.abs(np.diff(volumes))
         unseen = lattice.unseen()
-        error = float(changes[-1]) + unseen
-        if len(changes) > 1:
-            error = max(float(changes[-1]), 0.25 * float(changes[-2])) + unseen
-        converged = len(changes) > 1 and goal is not None and error <= goal * volumes[-1]
+        error = _left(volumes) + unseen
+        converged = goal is not None and error <= goal * volumes[-1]
         nothing = len(volumes) > 2 and not mesh.vertices.size
         ended = lattice.level >= FINEST or len(lattice.crossed) > MOST_CELLS
         if finest is not None:
             converged = ended = lattice.cells.max() >= finest
         if converged or nothing or ended:
             return Refined(mesh, error, unseen, lattice.poses, _three(lattice.cells), converged or nothing)
+
+
+def _left(volumes: list[float]) -> float:
+    """How far off the last volume is: its last change or, if larger, a quarter of the one before; of two, twice it.
+
+    Where the surface is smooth or has edges the change falls fourfold with each lattice: about a third of it is left.
+    """
+    *before, last = np.abs(np.diff(volumes)).tolist()
+    return max(last, 0.25 * before[-1]) if before else 2.0 * float(last)
 
 
 def _three(numbers: NDArray[np.int64]) -> tuple[int, int, int]:
@@ -217,8 +222,10 @@ class _Lattice:
         """Ask at random places, as many in each cell of the first lattice."""
         cells = int(np.prod(self.first))
         wanted = 4.0 * UNSEEN * self.box.volume / max(tolerance * volume, 1e-300)
-        if tolerance == 0.0 or volume == 0.0:
+        if tolerance == 0.0:
             wanted = 8.0 * cells
+        elif volume == 0.0:
+            wanted = PROBES_FOR_NOTHING
         each = int(np.ceil(np.clip(wanted, *PROBES) / cells))
         index = np.stack(np.meshgrid(*(np.arange(n) for n in self.first), indexing="ij"), axis=-1).reshape(-1, 3)
         jitter = np.random.default_rng(self.seed).random((each, cells, 3))

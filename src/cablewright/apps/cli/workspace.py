@@ -261,7 +261,7 @@ def _print_slices(heights: Any, areas: Any) -> None:
 def _verdict(status: str) -> int:
     sentences = {
         "empty": "no place in the box was found inside",
-        "not-converged": "the volume's error is larger than what was asked for: the finest lattice was not enough",
+        "not-converged": "the volume's error is larger than what was asked for, even on the finest lattice",
     }
     if status == "ok":
         return 0
