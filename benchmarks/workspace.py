@@ -1,15 +1,17 @@
-"""Tension distribution at random poses of jung2020, one thread; beside a QP and an LP solver on the same poses."""
+"""Tension distribution at random poses of jung2020, beside a QP and an LP solver, and its workspace; one thread."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import daqp
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from benchmarks.timing import Row, best
+from cablewright.analyses.workspace import workspace
 from cablewright.kernels import distribution, layout, zonotope
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity
@@ -26,6 +28,8 @@ AIMS = {"closed-form": 2.5e6, "improved-closed-form": 1.5e6, "exact": 1e6}  # po
 CAPACITY_AIM = 9e4
 SURE = 1e-9  # of the limits: a margin under this is no disagreement
 EQUAL = 5  # what daqp calls an equation
+VOLUME_TOLERANCE = 2e-3
+VOLUME_AIM = 1.0  # s
 
 
 def rows() -> Iterator[Row]:
@@ -44,7 +48,23 @@ def rows() -> Iterator[Row]:
     told = f">= {CAPACITY_AIM:,.0f}"
     yield Row("jung2020: capacity margin by facets", speed, "poses/s", told, speed >= CAPACITY_AIM)
     for name in ("jung2020", "jung2020-table1"):
+        for criterion in AIMS:
+            yield volume_row(Model(load(name), Fidelity(CableLaw.RIGID)), criterion)
         yield from peer_rows(Model(load(name), Fidelity(CableLaw.RIGID)), speeds["exact"])
+
+
+def volume_row(model: Model, criterion: str) -> Row:
+    """Time of a volume whose error is within the tolerance, on one thread."""
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        found = workspace(model, criterion, tolerance=VOLUME_TOLERANCE)
+        seconds = best(lambda: workspace(model, criterion, tolerance=VOLUME_TOLERANCE))
+    finally:
+        numba.set_num_threads(threads)
+    known = found.converged and found.volume_error <= VOLUME_TOLERANCE * found.volume
+    name = f"{model.robot.name}: volume to 0.2 %, {criterion}"
+    return Row(name, seconds, "s", f"<= {VOLUME_AIM:g}", known and seconds <= VOLUME_AIM)
 
 
 def random_poses(model: Model, count: int) -> Array:

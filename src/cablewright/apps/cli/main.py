@@ -10,7 +10,18 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
-from cablewright.apps.cli import accuracy, check, equilibria, interference, modes, modulus, robots, statics
+from cablewright.apps.cli import (
+    accuracy,
+    check,
+    equilibria,
+    interference,
+    modes,
+    modulus,
+    retraction,
+    robots,
+    statics,
+    workspace,
+)
 from cablewright.errors import CablewrightError
 
 __all__ = ["app", "main"]
@@ -29,8 +40,10 @@ app.command("interference")(interference.interference)
 app.command("inverse")(statics.inverse)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
+app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
 

@@ -15,14 +15,17 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AsJson",
+    "Box",
     "Cable",
     "Limits",
     "LoadName",
     "Plot",
+    "Point",
     "Retracted",
     "RobotName",
     "Sheave",
     "Slack",
+    "StraightCable",
     "Wrench",
     "check_plot",
     "described",
@@ -53,6 +56,13 @@ Slack = Annotated[
         help="Lines that are too long by so much, m; a line by its name, or its number counted from 1.",
     ),
 ]
+StraightCable = Annotated[
+    str | None, typer.Option("--cable", help="rigid, elastic or catenary; catenary of static, else rigid.")
+]
+Box = Annotated[
+    str | None, typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Where to look, m; the robot's frame.")
+]
+Point = Annotated[str, typer.Option("--point", help="What is at a place: nozzle, or the platform's origin.")]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")]
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
 

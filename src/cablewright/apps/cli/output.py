@@ -100,7 +100,7 @@ def write_whole(file: Path, content: bytes) -> None:
 class _Plain:
     """Progress for a log: a line every few seconds."""
 
-    EVERY = 5.0
+    EVERY = 2.0
 
     def __init__(self) -> None:
         self.stage, self.begin, self.last = "", 0.0, 0.0

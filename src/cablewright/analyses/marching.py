@@ -1,0 +1,105 @@
+"""Where a function on a lattice changes its sign, as a closed surface: marching tetrahedra.
+
+A cell is six tetrahedra along one of its diagonals. Neighbouring cells are mirror images, so that they agree on the
+diagonals of their common faces and a symmetric function has a symmetric surface.
+"""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["BITS", "CORNERS", "FACES", "PARITY", "crossings", "index_of", "key_of"]
+
+Keys = NDArray[np.int64]
+
+BITS: Final = 18
+"""Bits of one of the three indices of a node in its key."""
+
+PARITY: Final = (1 << 2 * BITS) | (1 << BITS) | 1
+EDGE: Final = 8  # an edge's key is that of its lowest corner times this, and the steps along x, y, z as bits
+
+
+def key_of(index: NDArray[np.int64]) -> Keys:
+    """Keys (...) of nodes with an index (..., 3): keys of twice as fine a lattice are twice as large."""
+    return np.asarray((index[..., 0] << 2 * BITS) + (index[..., 1] << BITS) + index[..., 2])
+
+
+def index_of(keys: Keys) -> NDArray[np.int64]:
+    """Indices (..., 3) of nodes."""
+    mask = (1 << BITS) - 1
+    return np.stack([keys >> 2 * BITS, (keys >> BITS) & mask, keys & mask], axis=-1)
+
+
+_BITS_OF = np.array([[(code >> 2) & 1, (code >> 1) & 1, code & 1] for code in range(8)])  # corners 0 to 7: x, y, z
+CORNERS: Final = key_of(_BITS_OF)
+"""(8,) what a corner's key has more than its cell's, the cell's being that of its lowest corner."""
+
+FACES: Final = tuple((axis, side, np.flatnonzero(_BITS_OF[:, axis] == side)) for axis in range(3) for side in range(2))
+"""Axis, side and corners of each face of a cell."""
+
+
+def _tetrahedra() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Corners (6, 4) of the tetrahedra along the diagonal from 0 to 7, and which way round they are (6,)."""
+    found, ways = [], []
+    for order in permutations((4, 2, 1)):
+        found.append([0, order[0], order[0] | order[1], 7])
+        ways.append(1 if order in ((4, 2, 1), (2, 1, 4), (1, 4, 2)) else -1)
+    return np.array(found), np.array(ways)
+
+
+def _triangles() -> list[list[tuple[tuple[int, int], ...]]]:
+    """For each set of corners inside (bits), the triangles as edges (inside, outside), seen from outside."""
+    even = [(0, 1, 2, 3), (1, 0, 3, 2), (2, 0, 1, 3), (3, 0, 2, 1)]
+    pairs = [(0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 2, 0), (2, 3, 0, 1)]
+    table: list[list[tuple[tuple[int, int], ...]]] = [[] for _ in range(16)]
+    for i, j, k, l in even:  # noqa: E741
+        table[1 << i] = [((i, j), (i, k), (i, l))]
+        table[15 ^ (1 << i)] = [((j, i), (l, i), (k, i))]
+    for i, j, k, l in pairs:  # noqa: E741
+        table[(1 << i) | (1 << j)] = [((i, k), (i, l), (j, l)), ((i, k), (j, l), (j, k))]
+    return table
+
+
+TETRAHEDRA, WAYS = _tetrahedra()
+TABLE = _triangles()
+
+
+def crossings(cells: Keys, inside: NDArray[np.bool_]) -> tuple[Keys, Keys, Keys, NDArray[np.int64]]:
+    """The surface in *cells* (K,) whose corners are *inside* (K, 8) or not.
+
+    Keys (E,) of the lattice's edges that it crosses, the nodes inside (E,) and outside (E,) at their ends, and
+    triangles (F, 3) of these edges, anticlockwise as seen from outside.
+    """
+    mirror = ((cells >> 2 * BITS & 1) << 2) | ((cells >> BITS & 1) << 1) | (cells & 1)  # (K,) which axes are turned
+    flipped = np.array([0, 1, 1, 0, 1, 0, 0, 1], dtype=bool)[mirror]
+    edges, within, without = [], [], []
+    for corners, way in zip(TETRAHEDRA, WAYS, strict=True):
+        codes = corners ^ mirror[:, None]  # (K, 4)
+        flags = np.take_along_axis(inside, codes, axis=1)
+        sets = flags @ np.array([1, 2, 4, 8])
+        backwards = flipped ^ (way < 0)
+        for chosen in range(1, 15):
+            rows = np.flatnonzero(sets == chosen)
+            if not len(rows):
+                continue
+            own, base = codes[rows], cells[rows]
+            turned = backwards[rows][:, None]
+            for triangle in TABLE[chosen]:
+                inner, outer = (own[:, [edge[end] for edge in triangle]] for end in (0, 1))  # (R, 3) corner codes
+                inner = np.where(turned, inner[:, ::-1], inner)
+                outer = np.where(turned, outer[:, ::-1], outer)
+                lowest = base[:, None] + CORNERS[inner & outer]
+                edges.append(lowest * EDGE + (inner ^ outer))
+                within.append(base[:, None] + CORNERS[inner])
+                without.append(base[:, None] + CORNERS[outer])
+    if not edges:
+        none = np.empty(0, dtype=np.int64)
+        return none, none, none, none.reshape(0, 3)
+    all_edges = np.concatenate(edges)
+    keys, first, numbers = np.unique(all_edges.ravel(), return_index=True, return_inverse=True)
+    inner, outer = (np.concatenate(ends).ravel()[first] for ends in (within, without))
+    return keys, inner, outer, numbers.reshape(-1, 3)

@@ -1,0 +1,269 @@
+"""`workspace`: where a robot can be by a criterion, as a volume with its error, a surface, slices."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cablewright.apps.cli.options import (
+    AsJson,
+    Box,
+    Limits,
+    LoadName,
+    Plot,
+    Point,
+    Retracted,
+    RobotName,
+    Sheave,
+    StraightCable,
+    Wrench,
+    check_plot,
+    described,
+)
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_whole
+from cablewright.errors import InputError, UnknownName
+
+if TYPE_CHECKING:
+    from cablewright.analyses.question import Law, Question
+    from cablewright.analyses.workspace import Nodes, Workspace
+
+__all__ = ["workspace"]
+
+NO = 1
+COUNTS = ("volume", "nodes")
+SLICES = 21  # heights that are told
+
+Criterion = Annotated[
+    str,
+    typer.Option(
+        "--criterion", help="closed-form, improved-closed-form, exact, capacity, wrench-closure or static (with sag)."
+    ),
+]
+
+
+def workspace(
+    robot: RobotName,
+    criterion: Criterion = "exact",
+    count: Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")] = "volume",
+    grid: Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option("--tolerance", metavar="T", help="Error of the volume as a share of it; 0.002.")
+    ] = None,
+    orientations: Annotated[
+        str | None,
+        typer.Option(
+            "--orientations", metavar="RX,RY,RZ;...", help="Inside under all of these, rotation vectors, rad."
+        ),
+    ] = None,
+    box: Box = None,
+    point: Point = "nozzle",
+    retraction: Retracted = None,
+    law: Annotated[
+        str | None,
+        typer.Option(
+            "--retraction-law", metavar="C,D[,LEAST,MOST]", help="Retraction length C z + D with its clamps, m."
+        ),
+    ] = None,
+    cable: StraightCable = None,
+    sheave: Sheave = None,
+    tension_limits: Limits = None,
+    load: LoadName = None,
+    wrench: Wrench = None,
+    wrench_box: Annotated[
+        str | None,
+        typer.Option("--wrench-box", metavar="FX0,FX1,FY0,..", help="Lowest and highest of each, for capacity."),
+    ] = None,
+    arm: Annotated[
+        float, typer.Option("--arm", metavar="L", help="Arm on which a moment counts as force for capacity, m.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the random places.")] = 0,
+    mesh: Annotated[
+        Path | None, typer.Option("--mesh", metavar="FILE.stl|.glb", help="Write the boundary as a closed mesh, m.")
+    ] = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> int:
+    """Where the robot can be: volume, boundary and slices of its workspace by a criterion."""
+    from cablewright.analyses import workspace as volumes
+    from cablewright.models.fidelity import Fidelity
+    from cablewright.models.statics import Model
+
+    _check_files(count, mesh, plot)
+    if law is not None and retraction is not None:
+        raise InputError("--retraction and --retraction-law: give one of them")
+    if tolerance is not None and count == "nodes":
+        raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
+    machine = described(robot, load, wrench)
+    fidelity = Fidelity.of(cable or ("catenary" if criterion == "static" else "rigid"), sheave)
+    given: dict[str, Any] = {
+        "box": numbers(box, "--box"),
+        "point": point,
+        "wrench_box": _wrench_box(wrench_box, machine.n),
+        "arm": arm,
+        "orientations": _turns(orientations),
+        "retraction": _law(law, point) or retraction,
+    }
+    model = Model(machine, fidelity, limits(tension_limits))
+    with progress() as show:
+        if count == "nodes":
+            nodes = 41 if grid is None else grid
+            return _tell_nodes(volumes.count_nodes(model, criterion, grid=nodes, **given, progress=show), as_json)
+        more: dict[str, Any] = {"tolerance": tolerance, "grid": grid, "seed": seed}
+        found = volumes.workspace(model, criterion, **more, **given, progress=show)
+    written = _write(found, mesh, plot)
+    return _tell_volume(found, written, as_json)
+
+
+def _check_files(count: str, mesh: Path | None, plot: Path | None) -> None:
+    """Raise `InputError` unless what is asked for can be written."""
+    if count not in COUNTS:
+        raise UnknownName("count", count, COUNTS)
+    check_plot(plot)
+    if mesh is not None and mesh.suffix.lower() not in (".stl", ".glb"):
+        raise InputError(f"--mesh = {str(mesh)!r}: a name that ends in .stl or .glb is wanted")
+    if count == "nodes" and (mesh is not None or plot is not None):
+        raise InputError("--mesh and --plot need the surface: they do not go with --count nodes")
+
+
+def _turns(text: str | None) -> list[list[float]] | None:
+    """Rotation vectors, apart by semicolons."""
+    if text is None:
+        return None
+    return [numbers(part, "--orientations") or [] for part in text.split(";")]
+
+
+def _law(text: str | None, point: str) -> Law | None:
+    from cablewright.analyses.question import Law
+
+    values = numbers(text, "--retraction-law")
+    if values is None:
+        return None
+    if len(values) not in (2, 4):
+        raise InputError(
+            f"--retraction-law = {text!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps"
+        )
+    return Law(*values, of=point)  # type: ignore[misc, arg-type]
+
+
+def _wrench_box(text: str | None, n: int) -> tuple[list[float], list[float]] | None:
+    """The lowest and the highest wrench; moments are zero where only forces are given."""
+    values = numbers(text, "--wrench-box")
+    if values is None:
+        return None
+    if len(values) not in (6, 2 * n):
+        raise InputError(f"--wrench-box = {text!r}: 6 numbers are wanted, N, lowest and highest of each, or {2 * n}")
+    values += [0.0] * (2 * n - len(values))
+    return values[::2], values[1::2]
+
+
+def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, str | None]:
+    """Write what is asked for; nothing of an empty workspace."""
+    written: dict[str, str | None] = {"mesh": None, "plot": None}
+    if not found.volume:
+        return written
+    if mesh is not None:
+        write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
+        written["mesh"] = str(mesh)
+    if plot is not None:
+        from cablewright.apps.report import style
+        from cablewright.apps.report.volume_picture import volume_picture
+
+        with style.drawing():
+            picture = style.png(volume_picture(found))
+        write_whole(plot, picture)
+        written["plot"] = str(plot)
+    return written
+
+
+def _of_question(asked: Question) -> dict[str, Any]:
+    from cablewright.analyses.question import Law
+
+    law, fidelity = asked.retraction, asked.model.fidelity
+    told = (
+        {"slope": law.slope, "intercept": law.intercept, "least": law.least, "most": law.most, "of": law.of}
+        if (isinstance(law, Law))
+        else None
+    )
+    return {
+        "robot": asked.model.robot.name,
+        "criterion": asked.criterion,
+        "cable": fidelity.cable.value,
+        "sheave": None if fidelity.sheave is None else fidelity.sheave.value,
+        "point": asked.point,
+        "orientations": asked.orientations if asked.model.n == 6 else None,
+        "retraction": None if isinstance(law, Law) else law,
+        "retraction_law": told,
+        "wrench_box": None if asked.wrench_box is None else [side.tolist() for side in asked.wrench_box],
+    }
+
+
+def _figures(found: Workspace | Nodes) -> dict[str, Any]:
+    """What both ways of counting have in the JSON."""
+    return {
+        "box": [found.box.low, found.box.high],
+        "volume": found.volume,
+        "volume_error": found.volume_error,
+        "fraction": found.fraction,
+        "nodes": found.nodes,
+    }
+
+
+def _tell_nodes(found: Nodes, as_json: bool) -> int:
+    status = "ok" if found.counted else "empty"
+    heights, areas = found.axes[2], found.slices()
+    if as_json:
+        values = {"status": status} | _of_question(found.question) | {"count": "nodes"} | _figures(found)
+        print_json(values | {"counted": found.counted, "slices": {"heights": heights, "areas": areas}})
+    else:
+        _print_head(found)
+        typer.echo(f"nodes     {found.counted} of {found.nodes}, each an equal part of the box")
+        _print_slices(heights[:: max(1, len(heights) // 10)], areas[:: max(1, len(heights) // 10)])
+    return _verdict(status)
+
+
+def _tell_volume(found: Workspace, written: dict[str, str | None], as_json: bool) -> int:
+    import numpy as np
+
+    status = "empty" if not found.volume else "ok" if found.converged else "not-converged"
+    heights = np.linspace(found.box.low[2], found.box.high[2], SLICES)
+    areas = found.slices(heights)
+    if as_json:
+        values = {"status": status} | _of_question(found.question) | {"count": "volume"} | _figures(found)
+        values |= {"unseen": found.unseen, "cells": found.cells, "surface_area": found.mesh.area}
+        print_json(values | {"slices": {"heights": heights, "areas": areas}} | written)
+    else:
+        _print_head(found)
+        typer.echo(
+            f"places    {found.nodes} tried, {found.cells[0]} x {found.cells[1]} x {found.cells[2]} cells at last"
+        )
+        _print_slices(heights[::2], areas[::2])
+        for what, file in written.items():
+            if file is not None:
+                typer.echo(f"{what:<9} {file}")
+    return _verdict(status)
+
+
+def _print_head(found: Workspace | Nodes) -> None:
+    asked = found.question
+    typer.echo(f"{asked.model.robot.name}: {asked.criterion}, place of the {asked.point}")
+    typer.echo(f"volume    {found.volume:.4g} m^3, give or take {found.volume_error:.2g}")
+    typer.echo(f"share     {100.0 * found.fraction:.2f} % of the box of {found.box.volume:.4g} m^3")
+
+
+def _print_slices(heights: Any, areas: Any) -> None:
+    typer.echo(f"{'height m':>9} {'area m^2':>10}")
+    for height, area in zip(heights, areas, strict=True):
+        typer.echo(f"{height:>9.3f} {area:>10.4f}")
+
+
+def _verdict(status: str) -> int:
+    sentences = {
+        "empty": "no place in the box was found inside",
+        "not-converged": "the volume's error is larger than what was asked for, even on the finest lattice",
+    }
+    if status == "ok":
+        return 0
+    tell(f"cablewright: {sentences[status]}")
+    return NO

@@ -1,0 +1,261 @@
+"""`workspace` and `retraction`: the contract's JSON, tables, files, a no, and bad input."""
+
+from __future__ import annotations
+
+import re
+import struct
+
+import pytest
+
+from cablewright.analyses.retraction import best_retraction
+from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import load
+
+JUNG = Model(load("jung2020"), Fidelity.of("rigid"))
+FAST = ("--grid", "9")
+ONE_LINE = """
+schema = 1
+name = "one line"
+[scene]
+frame_min = [-1.0, -1.0, 0.0]
+frame_max = [1.0, 1.0, 2.0]
+[platform]
+mass = 1.0
+[[lines]]
+name = "1"
+exit_point = [0.0, 0.0, 2.0]
+tension_limits = [0.0, 100.0]
+cable = { axial_stiffness = 1e5, linear_density = 0.0, breaking_load = 1e3 }
+sheave = { kind = "eyelet" }
+"""
+KEYS = {
+    "schema",
+    "status",
+    "robot",
+    "criterion",
+    "cable",
+    "sheave",
+    "point",
+    "orientations",
+    "retraction",
+    "retraction_law",
+    "wrench_box",
+    "count",
+    "box",
+    "volume",
+    "volume_error",
+    "fraction",
+    "nodes",
+    "slices",
+}
+OF_VOLUMES = {"unseen", "cells", "surface_area", "mesh", "plot"}
+
+
+@pytest.mark.parametrize("criterion", ["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure"])
+def test_a_volume_is_that_of_the_analysis(cli, criterion: str) -> None:
+    answer = cli("workspace", "jung2020", "--criterion", criterion, "--tolerance", "0.02", "--json")
+    assert (answer.code, answer.err) == (0, "")
+    found, own = answer.json, workspace(JUNG, criterion, tolerance=0.02)
+    assert found.keys() == KEYS | OF_VOLUMES
+    assert (found["status"], found["criterion"], found["cable"]) == ("ok", criterion, "rigid")
+    assert (found["volume"], found["volume_error"]) == (own.volume, own.volume_error)
+    assert found["fraction"] == own.volume / 8.0
+    assert found["nodes"] == own.nodes
+    assert found["box"] == [[-1.0, -1.0, 0.0], [1.0, 1.0, 2.0]]
+    assert found["slices"]["areas"] == own.slices(found["slices"]["heights"]).tolist()
+
+
+def test_nodes_are_counted_as_the_paper_does(cli) -> None:
+    answer = cli("workspace", "jung2020-table1", "--criterion", "closed-form", "--count", "nodes", "--json")
+    found = answer.json
+    assert found.keys() == KEYS | {"counted"}
+    assert found["nodes"] == 41**3
+    assert found["fraction"] == found["counted"] / 41**3 == pytest.approx(0.371, abs=5e-4)
+    assert found["volume"] == pytest.approx(2.968, abs=5e-4)
+    assert len(found["slices"]["areas"]) == 41
+    own = count_nodes(JUNG, "exact", grid=7)
+    assert cli("workspace", "jung2020", "--count", "nodes", "--grid", "7", "--json").json["counted"] == own.counted
+
+
+def test_static_is_with_sag(cli) -> None:
+    found = cli("workspace", "jung2020", "--criterion", "static", *FAST, "--json").json
+    assert (found["cable"], found["status"]) == ("catenary", "ok")
+    assert found["volume"] == workspace(Model(load("jung2020")), "static", grid=9).volume
+
+
+def test_options_reach_the_analysis(cli) -> None:
+    plain = cli("workspace", "jung2020", *FAST, "--json").json["volume"]
+    for option in (
+        ("--retraction", "1.4"),
+        ("--retraction-law=-1,2.4,1.2,2",),
+        ("--wrench", "0,0,-100"),
+        ("--tension-limits", "50,200"),
+        ("--orientations", "0,0,0;0.1,0,0"),
+        ("--box", "0,1,0,1,0,2"),
+    ):
+        answer = cli("workspace", "jung2020", *FAST, *option, "--json")
+        assert answer.json["volume"] != pytest.approx(plain, rel=1e-3), option
+        assert answer.json["volume"] > 0.0, option
+    told = cli("workspace", "jung2020", *FAST, "--retraction-law=-1,2.4,1.2,2", "--point", "origin", "--json").json
+    assert told["retraction_law"] == {"slope": -1.0, "intercept": 2.4, "least": 1.2, "most": 2.0, "of": "origin"}
+    assert told["point"] == "origin"
+    box = cli("workspace", "jung2020", *FAST, "--criterion", "capacity", "--wrench-box=-9,9,-9,9,-9,0", "--json").json
+    assert box["wrench_box"] == [[-9.0, -9.0, -9.0, 0, 0, 0], [9.0, 9.0, 0.0, 0, 0, 0]]
+    assert 0 < box["volume"] < plain
+
+
+def test_people_get_a_table(cli) -> None:
+    rows = cli("workspace", "jung2020", *FAST).out.splitlines()
+    assert rows[0] == "jung2020: exact, place of the nozzle"
+    assert rows[1].startswith("volume ")
+    assert "% of the box of 8 m^3" in rows[2]
+    assert len(rows) == 5 + 11
+    rows = cli("workspace", "jung2020", "--count", "nodes", "--grid", "11").out.splitlines()
+    assert " of 1331, each an equal part of the box" in rows[3]
+
+
+def test_files_are_written(cli, tmp_path) -> None:
+    for name, begins in (("a.stl", b"cablewright"), ("b.glb", b"glTF")):
+        answer = cli("workspace", "jung2020", *FAST, "--mesh", tmp_path / name, "--json")
+        assert answer.json["mesh"] == str(tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(begins)
+    raw = (tmp_path / "a.stl").read_bytes()
+    assert len(raw) == 84 + 50 * struct.unpack_from("<I", raw, 80)[0]
+    answer = cli("workspace", "jung2020", *FAST, "--plot", tmp_path / "c.png", "--retraction-law=-1,2.4,1.2,2")
+    assert answer.code == 0
+    assert f"plot      {tmp_path / 'c.png'}" in answer.out
+    assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+    assert cli("workspace", "jung2020", *FAST, "--mesh", tmp_path / "no" / "a.stl").code == 3
+
+
+def test_an_empty_workspace_is_a_no(cli, tmp_path) -> None:
+    nowhere = ("--box", "5,6,5,6,5,6")
+    answer = cli(
+        "workspace", "jung2020", *nowhere, "--mesh", tmp_path / "a.glb", "--plot", tmp_path / "a.png", "--json"
+    )
+    assert answer.no == "no place in the box was found inside"
+    assert (answer.json["status"], answer.json["volume"], answer.json["mesh"]) == ("empty", 0.0, None)
+    assert list(tmp_path.iterdir()) == []
+    counted = cli("workspace", "jung2020", *nowhere, "--count", "nodes", "--grid", "5", "--json")
+    assert "no place" in counted.no
+
+
+def test_a_volume_that_does_not_converge_is_a_no(cli, tmp_path) -> None:
+    """One line holds its point straight below: the workspace has no thickness."""
+    (tmp_path / "one.toml").write_text(ONE_LINE)
+    answer = cli("workspace", tmp_path / "one.toml", "--json")
+    assert "even on the finest lattice" in answer.no
+    assert answer.json["status"] == "not-converged"
+    assert answer.json["volume"] < 1e-6
+
+
+def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
+    seconds = iter(range(100_000))
+    monkeypatch.setattr("time.monotonic", lambda: float(next(seconds)))
+    told = cli("workspace", "jung2020", "--grid", "60", "--count", "nodes").err
+    assert re.search(r"nodes: \d+ % of 216000, \d+/s, \d+ s left", told)
+    assert cli("workspace", "jung2020", "--tolerance", "0.005").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--criterion", "closed"], "unknown criterion 'closed'"),
+        (["--count", "cells"], "unknown count 'cells'; allowed: nodes, volume"),
+        (["--grid", "0"], "grid 0: 3 to 400 nodes"),
+        (["--grid", "-5", "--count", "nodes"], "grid -5"),
+        (["--grid", "many"], "--grid"),
+        (["--grid", "9", "--tolerance", "0.1"], "give one of them"),
+        (["--tolerance", "2"], "tolerance 2"),
+        (["--tolerance", "0.1", "--count", "nodes"], "--tolerance does not go with --count nodes"),
+        (["--tension-limits", "200,10"], "0 <= lowest < highest"),
+        (["--tension-limits", "20,20"], "0 <= lowest < highest"),
+        (["--orientations", "0,0,3.5"], "at most pi (180 degrees)"),
+        (["--orientations", "0,0,0;0,-4,0"], "rotation of 4 rad"),
+        (["--orientations", "0,0"], "orientations: 3 numbers"),
+        (["--orientations", "up"], "--orientations = 'up'"),
+        (["--orientations", "0,0,0;0,0"], "orientations"),
+        (["--box", "0,1,0,1"], "box: 6 finite numbers"),
+        (["--box", "1,0,0,1,0,1"], "x from 1 to 0 m"),
+        (["--point", "tip"], "unknown point"),
+        (["--retraction", "3"], "goes from 1.2 to 2 m"),
+        (["--retraction", "1.5", "--retraction-law", "0,1.5"], "give one of them"),
+        (["--retraction-law=-1,2.4"], "leaves its range at height 0 m"),
+        (["--retraction-law", "1"], "2 numbers are wanted"),
+        (["--retraction-law=-1,2.4,1,2"], "goes from 1.2 to 2 m"),
+        (["--retraction-law=-1,2.4,2,1.2"], "least < most"),
+        (["--wrench-box", "1,2"], "6 numbers are wanted"),
+        (["--wrench-box", "0,1,0,1,0,1"], "goes with criterion capacity"),
+        (["--criterion", "capacity", "--wrench-box", "1,0,0,1,0,1"], "lowest <= highest"),
+        (["--criterion", "exact", "--cable", "catenary"], "is of straight lines"),
+        (["--mesh", "a.obj"], "a name that ends in .stl or .glb"),
+        (["--plot", "a.pdf"], "a name that ends in .png"),
+        (["--count", "nodes", "--mesh", "a.stl"], "do not go with --count nodes"),
+    ],
+)
+def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+    assert says in cli("workspace", "jung2020", *arguments).refusal
+
+
+RETRACTION = {
+    "schema",
+    "status",
+    "robot",
+    "criterion",
+    "cable",
+    "point",
+    "box",
+    "lengths",
+    "heights",
+    "areas",
+    "volumes",
+    "best_lengths",
+    "best_areas",
+    "best_volume",
+    "law",
+    "law_volume",
+    "law_volume_error",
+    "law_share",
+    "plot",
+}
+QUICK = ("--steps", "3", "--heights", "10", "--tolerance", "0.02", "--from", "1.2", "--to", "2.0")
+
+
+def test_retraction_is_that_of_the_analysis(cli, tmp_path) -> None:
+    answer = cli("retraction", "jung2020", *QUICK, "--plot", tmp_path / "r.png", "--json")
+    assert answer.code == 0
+    found = answer.json
+    own = best_retraction(JUNG, steps=3, heights=10, tolerance=0.02)
+    assert found.keys() == RETRACTION
+    assert found["areas"] == own.areas.tolist()
+    assert found["law"]["slope"] == own.law.slope
+    assert found["law"]["fitted_heights"] == own.heights[own.fitted].tolist()
+    assert found["law_share"] == own.share
+    assert (tmp_path / "r.png").read_bytes().startswith(b"\x89PNG")
+    out = cli("retraction", "jung2020", *QUICK).out
+    assert "law       l = " in out
+    assert "% of the best" in out
+
+
+def test_what_no_length_reaches_is_a_no(cli) -> None:
+    answer = cli("retraction", "jung2020", *QUICK, "--box", "0,1,0,1,7,8", "--json")
+    assert "no law can be fitted" in answer.no
+    assert answer.json["status"] == "refused"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["jung2020", "--from", "1"], "goes from 1.2 to 2 m"),
+        (["jung2020", "--from", "1.8", "--to", "1.4"], "rising lengths"),
+        (["jung2020", "--steps", "1"], "steps = 1"),
+        (["house-printer"], "has no retraction"),
+        (["jung2020", "--criterion", "none"], "unknown criterion"),
+        (["jung2020", "--plot", "r.svg"], ".png"),
+        (["jung2020", "--tension-limits", "5,1"], "0 <= lowest < highest"),
+    ],
+)
+def test_bad_retraction_is_refused(cli, arguments: list[str], says: str) -> None:
+    assert says in cli("retraction", *arguments).refusal
