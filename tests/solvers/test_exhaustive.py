@@ -95,26 +95,29 @@ def test_the_span_in_its_own_frame_encloses_the_integrals() -> None:
     for _ in range(40):
         phi, q = rng.uniform(-1.5, 1.4), 10.0 ** rng.uniform(-3.0, 0.5)
         found = hanging_span(sin(point(phi)), cos(point(phi)), point(q))
-        s, c = mp.sin(mpf(phi)), mp.cos(mpf(phi))
-
-        def size(u: mpf, s: mpf = s, q: float = q) -> mpf:
-            return mp.sqrt(1 + 2 * q * u * s + (q * u) ** 2)
-
-        def forward(u: mpf, s: mpf = s, q: float = q) -> mpf:
-            return 1 + q * u * s
-
-        points = [0, 0.25, 0.5, 0.75, 1]
-        wanted = (
-            quad(lambda u: forward(u) / size(u), points),
-            quad(lambda u: q * u * c / size(u), points),
-            quad(lambda u: (u * c) ** 2 / size(u) ** 3, points),
-            -quad(lambda u: u * c * forward(u) / size(u) ** 3, points),
-            quad(lambda u: forward(u) ** 2 / size(u) ** 3, points),
-        )
+        wanted = _integrals(mpf(phi), mpf(q))
         for (low, high), value in zip(found, wanted, strict=True):
             assert low <= value <= high
-        lower = c**2 / (12 * max(mpf(1), size(mpf(1))) ** 6)
+        largest = max(mpf(1), mp.sqrt(1 + 2 * mpf(q) * mp.sin(mpf(phi)) + mpf(q) ** 2))
+        lower = mp.cos(mpf(phi)) ** 2 / (12 * largest**6)
         assert wanted[2] * wanted[4] - wanted[3] ** 2 >= lower * (1 - mpf(10) ** -12)
+
+
+def _integrals(phi, q):
+    """What `hanging_span` encloses, by quadrature."""
+    s, c = mp.sin(phi), mp.cos(phi)
+
+    def size(u):
+        return mp.sqrt(1 + 2 * q * u * s + (q * u) ** 2)
+
+    parts = (
+        lambda u: (1 + q * u * s) / size(u),
+        lambda u: q * u * c / size(u),
+        lambda u: (u * c) ** 2 / size(u) ** 3,
+        lambda u: -u * c * (1 + q * u * s) / size(u) ** 3,
+        lambda u: (1 + q * u * s) ** 2 / size(u) ** 3,
+    )
+    return [quad(part, [0, 0.25, 0.5, 0.75, 1]) for part in parts]
 
 
 def test_what_only_stiffens_does(taut) -> None:
