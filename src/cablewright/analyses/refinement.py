@@ -32,6 +32,7 @@ UNSEEN = 3.0  # expected number of finds at which none is found once in twenty t
 CLOSE = 0.1  # of the smaller value at the ends of an edge: near enough to zero for a straight line
 SHORT = 1.0 / 16.0  # of an edge: near enough to where the surface crosses it
 STEPS = 6
+DOUBT = 4e-3  # of a volume after the first change: twice what chunky bodies are off by on a first lattice split once
 HELD_OFF = 1e-4  # of an edge: no crossing is nearer to a node, so that no two are in one place
 
 
@@ -90,12 +91,13 @@ def refine(
 
 
 def _left(volumes: list[float]) -> float:
-    """How far off the last volume is: its last change or, if larger, a quarter of the one before; of two, twice it.
+    """How far off the last volume is: its last change or, if larger, a quarter of the one before.
 
-    Where the surface is smooth or has edges the change falls fourfold with each lattice: about a third of it is left.
+    Where the surface is smooth or has edges the change falls fourfold with each lattice: about a third of it is left. A
+    first change may be small by chance: twice it counts, and at least `DOUBT`.
     """
     *before, last = np.abs(np.diff(volumes)).tolist()
-    return max(last, 0.25 * before[-1]) if before else 2.0 * float(last)
+    return float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volumes[-1]))
 
 
 def _three(numbers: NDArray[np.int64]) -> tuple[int, int, int]:

@@ -164,6 +164,8 @@ def workspace(
         raise InputError("grid and tolerance: give one of them")
     if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         raise InputError(f"tolerance {tolerance:g}: {TOLERANCES[0]:g} to {TOLERANCES[1]:g} of the volume is allowed")
+    if seed < 0:
+        raise InputError(f"seed {seed}: 0 or more is wanted")
     given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
     asked = ask(model, criterion, _heights(where), **given, orientations=orientations, retraction=retraction)
     finest = None if grid is None else _checked_grid(grid) - 1
