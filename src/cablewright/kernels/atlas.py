@@ -39,7 +39,7 @@ class AtlasWork(NamedTuple):
     shape: ShapeWork
     pool: NDArray[np.float64]  # (BOXES, 6): boxes of the cells that wait, then of the cell looked at
     cells: NDArray[np.float64]  # (DEPTH, 4) that wait
-    spans: NDArray[np.int64]  # (DEPTH, 2): their boxes in the pool
+    spans: NDArray[np.int64]  # (DEPTH, 3): their boxes in the pool, and whether shapes of theirs were passed over
     alone: NDArray[np.float64]  # (MOST, 6): boxes that hold one solution each
     where: NDArray[np.float64]  # (MOST, 6): where in them
     slopes: NDArray[np.float64]  # (MOST, INNER, 5)
@@ -61,7 +61,7 @@ def atlas_work():
         shape_work(),
         np.zeros((BOXES, 6)),
         np.zeros((DEPTH, 4)),
-        np.zeros((DEPTH, 2), dtype=np.int64),
+        np.zeros((DEPTH, 3), dtype=np.int64),
         np.zeros((MOST, 6)),
         np.zeros((MOST, 6)),
         np.zeros((MOST, INNER, 5)),
@@ -85,13 +85,14 @@ def cover(row, length, cell, box, grain, view, leaves, count, work):
     """
     _copy(box, work.pool[0])
     _copy(cell, work.cells[0])
-    work.spans[0, 0], work.spans[0, 1] = 0, 1
+    work.spans[0, 0], work.spans[0, 1], work.spans[0, 2] = 0, 1, 0
     depth = 1
     while depth > 0:
         depth -= 1
         _copy(work.cells[depth], work.cell)
         first, last = work.spans[depth, 0], work.spans[depth, 1]
         one, rest, resolved, hole = _sift(row, length, first, last, grain, view, work)
+        hole = hole or work.spans[depth, 2] != 0
         count, split = _write(row, length, one, rest, resolved, hole, grain, view, leaves, count, work)
         if count == FULL:
             return FULL
@@ -105,7 +106,7 @@ def cover(row, length, cell, box, grain, view, leaves, count, work):
             for half in range(2):
                 _copy(work.cell, work.cells[depth])
                 work.cells[depth, axis + 1 - half] = middle
-                work.spans[depth, 0], work.spans[depth, 1] = last, top
+                work.spans[depth, 0], work.spans[depth, 1], work.spans[depth, 2] = last, top, 1 if hole else 0
                 depth += 1
     return count
 
@@ -145,6 +146,7 @@ def _sift(row, length, first, last, grain, view, work):
             if _is_new(one, size, work):
                 if one == MOST:
                     resolved = False
+                    rest = _keep(box, rest, work)
                     continue
                 _copy(work.shape.alone, work.alone[one])
                 _copy(work.shape.where, work.where[one])
@@ -210,10 +212,10 @@ def _is_new(one, size, work):
 
 @jit
 def _is_in(inner, outer, size):
-    """Whether a solution in *inner* is the one that is alone in *outer*; angles modulo a turn."""
+    """Whether a solution in *inner* is the one that is alone in *outer*; the lever modulo a turn."""
     for a in range(size):
         lo, hi = inner[2 * a], inner[2 * a + 1]
-        if a > 0:
+        if a == 2:  # of the lever alone: a turn of psi is a turn of the cable about its sheave
             away = 0.5 * (lo + hi - outer[2 * a] - outer[2 * a + 1])
             shift = TURN if away < -3.0 else (-TURN if away > 3.0 else 0.0)
             lo, hi = lo + shift - 1e-14, hi + shift + 1e-14

@@ -35,7 +35,7 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
 )
-from cablewright.kernels.shapes import dead_angle, free_length
+from cablewright.kernels.shapes import contact, dead_angle, free_length, rise
 
 # Columns of a leaf; all but LABEL and GOOD are the low end of an interval, whose high end follows.
 CELL_PHI, CELL_TAU = 0, 2
@@ -82,7 +82,7 @@ def describe(row, length, cell, box, slopes, leaf):
     _put(leaf, CENTRE, reach)
     force(t, cf, sf, leaf)
     _put(leaf, FREE_SPAN, free)
-    _put(leaf, BEND, intersect(div(p, reach), (-1.0, 1.0)))
+    _put(leaf, BEND, intersect(div(p, reach), (-1.0, 1.0)) if n[0] > 0.0 else (-1.0, 1.0))
     _put(leaf, BY_PHI, ENTIRE)
     _put(leaf, BY_TAU, ENTIRE)
     leaf[LABEL] = _label(row, phi, t, dead_angle(row, box), beta)
@@ -93,9 +93,20 @@ def describe(row, length, cell, box, slopes, leaf):
     beta_f, beta_t, free_f, free_t = _inner_slopes(row, t, phi, psi, slopes)
     moved = (mul(lever, sa), mul(lever, ca), beta_f, beta_t, free_f, free_t)
     _changes(free, sf, cf, q, a, b, c, stretch, turn, moved, (div(n, reach), div(p, reach)), leaf)
-    if not short and x[0] > 0.0 and cf[0] > 0.0:
+    if not short and x[0] > 0.0 and cf[0] > 0.0 and leaf[LABEL] < UNCLEAR and _is_usual(row, t, phi, box):
         weight = point(row[WEIGHT])
         leaf[GOOD] = 1.0 if _stiffens(weight, t, free, sf, cf, q, a, b, c, stretch, turn, moved) else 0.0
+
+
+@jit
+def _is_usual(row, t, phi, box):
+    """Whether in all of the cell the dead span is no loop and the contact within a turn: no neighbour drops it."""
+    if row[UNKNOWNS] > 3.0 and not rise(row, t, box)[1] < 0.0:
+        return False
+    if row[RADIUS] == 0.0:
+        return True
+    wound = contact(row, phi, dead_angle(row, box))
+    return wound[0] >= 0.0 and wound[1] <= 2.0 * PI[0]
 
 
 @jit
@@ -108,8 +119,8 @@ def force(t, cf, sf, leaf):
 @jit
 def sheet(row, cell):
     """What is added to labels of a cell whose directions are beyond half a turn."""
-    middle = 0.5 * (cell[0] + cell[1])
-    return float(OTHER_SHEET) if row[RADIUS] > 0.0 and not -PI[0] < middle < PI[0] else 0.0
+    is_other = cell[0] >= PI[0] or cell[1] <= -PI[0]
+    return float(OTHER_SHEET) if row[RADIUS] > 0.0 and is_other else 0.0
 
 
 @jit

@@ -36,7 +36,7 @@ from cablewright.kernels.leaf import (
 EXCLUDED, SETTLED, OPEN = 0, 1, 2
 AXIS, SHAPES, SOFT, UNSEEN = 1, 2, 4, 8  # why a box is open: bits
 SLACK = 1e-9  # far more than the rounding of what is compared in plain floats
-NEAR = 1e-6  # of a known equilibrium's numbers: far more than its certificate leaves open
+NEAR = 2e-3  # of a known equilibrium's forces: far more than they are off where it is certified
 KINDS = 3
 MOST = 96  # directions in which forces are added up
 SIDES = 16  # of the polygons that hold forces
@@ -164,7 +164,7 @@ def _wedge(box, exit_point, px, py, with_point, out):
         if not size > NARROW:
             return False
         cx, cy = cx / size, cy / size
-    least = 1.0
+    least, nearest = 1.0, 1e300
     for k in range(5 if with_point else 4):
         x, y = (x0 if k < 2 else x1), (y0 if k % 2 == 0 else y1)
         if k == 4:
@@ -172,8 +172,8 @@ def _wedge(box, exit_point, px, py, with_point, out):
         size = sqrt(x * x + y * y)
         if not size > SLACK:
             return False
-        least = min(least, (x * cx + y * cy) / size)
-    out[0], out[1], out[2] = cx, cy, least - SLACK
+        least, nearest = min(least, (x * cx + y * cy) / size), min(nearest, size)
+    out[0], out[1], out[2] = cx, cy, least - SLACK - 2.0 * SLACK / nearest
     return least > NARROW
 
 
@@ -220,6 +220,7 @@ def _gather(box, i, count, atlases, work):
     ay, by = _range(box[2] - exit_point[1], box[3] - exit_point[1])
     z0, z1 = box[4] - exit_point[2], box[5] - exit_point[2]
     az, bz = _range(z0, z1)
+    z0, z1 = z0 - SLACK, z1 + SLACK
     near, far = sqrt(ax * ax + ay * ay) - SLACK, sqrt(bx * bx + by * by) + SLACK
     nearest, farthest = sqrt(ax * ax + ay * ay + az * az) - SLACK, sqrt(bx * bx + by * by + bz * bz) + SLACK
     work.narrow[i] = 1 if _wedge(box, exit_point, 0.0, 0.0, False, work.wedges[i]) else 0
@@ -394,7 +395,7 @@ def _is_covered(polygon, i, label, atlases):
         return False
     for k in range(atlases.offsets[i], atlases.offsets[i + 1]):
         leaf = atlases.leaves[k]
-        if leaf[GOOD] == 0.0 and (leaf[LABEL] == label or leaf[LABEL] == UNCLEAR) and _meets(leaf, polygon):
+        if ((leaf[GOOD] == 0.0 and leaf[LABEL] == label) or leaf[LABEL] == UNCLEAR) and _meets(leaf, polygon):
             return False
     return True
 

@@ -163,6 +163,19 @@ def free_length(row, length, phi, t, box):
 
 
 @jit
+def contact(row, phi, psi):
+    """Angle of contact with the sheave."""
+    return add(mul(point(row[SIDE]), sub(psi, phi)), PI)
+
+
+@jit
+def rise(row, t, box):
+    """Vertical tension where the dead span ends at the winch: over zero it hangs in a loop, which is left out."""
+    _, sine = dead_direction(row, dead_angle(row, box))
+    return add(mul(t, sine), mul(point(row[WEIGHT]), (box[0], box[1])))
+
+
+@jit
 def dead_angle(row, box):
     """Direction of the dead span in a box of the inner unknowns."""
     return (box[2], box[3]) if row[UNKNOWNS] > 4.0 else upright(row[SIDE])
@@ -192,8 +205,8 @@ def _prepare(row, length, cell, box, work):
     """Middles and half widths of a cell and a box; False if no length is left or the contact is impossible."""
     phi, psi = (cell[0], cell[1]), dead_angle(row, box)
     if row[RADIUS] > 0.0:
-        contact = add(mul(point(row[SIDE]), sub(psi, phi)), PI)
-        if contact[1] < 0.0 or contact[0] > TURN:
+        wound = contact(row, phi, psi)
+        if wound[1] < 0.0 or wound[0] > TURN:
             return False
     free = free_length(row, length, phi, exp((cell[2], cell[3])), box)
     if free[1] <= 0.0:
@@ -213,7 +226,7 @@ def _misses(row, phi, t, box):
     turn, lever = point(row[SIDE] * row[RADIUS]), point(row[LEVER])
     psi, dead, beta = dead_angle(row, box), (box[0], box[1]), (box[4], box[5])
     cp, sp = dead_direction(row, psi)
-    if add(mul(t, sp), mul(point(row[WEIGHT]), dead))[0] > 0.0:
+    if rise(row, t, box)[0] > 0.0:
         return True
     q = div(mul(point(row[WEIGHT]), dead), t)
     along, across, _, _, _ = hanging_span(sp, cp, q)
@@ -296,7 +309,7 @@ def _widen_slopes(size, worst, work):
             most, largest = max(most, slopes[a, 2 + b]), max(largest, abs(slopes[a, b]))
         bound = (most + worst * largest) / (1.0 - worst) * ROUNDING if worst < 1.0 else np.inf
         for a in range(size):
-            slopes[a, 2 + b] += slopes[a, 4] * (abs(slopes[a, b]) + bound)
+            slopes[a, 2 + b] = (slopes[a, 2 + b] + slopes[a, 4] * (largest + bound)) * ROUNDING
 
 
 @jit

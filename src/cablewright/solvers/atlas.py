@@ -28,7 +28,7 @@ GRAINS = ((0.025, 0.012, 0.025, 0.006), (0.025, 0.025, 0.02, 0.012), (0.1, 0.25,
 In rad and log tension, widest before least."""
 FINER = 0.5  # from level to level, of the first two
 LEAST_SHARE = 0.05  # of its own weight: under this tension at its sheave a line without dead span is not looked into
-BARE = 0.99  # of the dead span's weight: no tension at the sheave is less
+BARE = 0.999  # of the dead span's weight as it is stretched: no tension at the sheave is less
 
 
 def refuse_unfit(model: Model, lengths: Array) -> None:
@@ -40,6 +40,8 @@ def refuse_unfit(model: Model, lengths: Array) -> None:
         steep = row[layout.WINCH_Z] < 0.0 and -row[layout.WINCH_Z] >= abs(row[layout.WINCH_X])
         if modelled and not steep:
             raise InputError(f"exhaustive: line {line.name}: its dead span has to go down at 45 degrees or more")
+        if modelled and not -row[layout.WINCH_Z] > row[layout.LEVER] + row[layout.RADIUS]:
+            raise InputError(f"exhaustive: line {line.name}: its winch exit has to be lower than its lever reaches")
         if not row[layout.FREE_COMPLIANCE] > 0.0:
             raise InputError(f"exhaustive: line {line.name}: its cable has to stretch")
         if not length - _most_dead(row) > 0.0:
@@ -48,17 +50,18 @@ def refuse_unfit(model: Model, lengths: Array) -> None:
 
 def atlases(
     found: Equilibrium,
+    lengths: Array,
     box: Array,
     view: Array,
     level: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> Atlases:
-    """Atlases of the lines of *found*, (K,) equilibria of the same lengths, which are known.
+    """Atlases of the lines of *found*, (K,) equilibria of *lengths* (m,), which are known for certain.
 
     *box* (6,): x, y, z of the places asked about, low and high, m; *view* (6,): of those still open, which are resolved
     finer. *level*: 0, 1, ... ever finer. Raises `AnswerError` where they take too much memory.
     """
-    packed, lengths = found.model.packed, found.lengths[0]
+    packed = found.model.packed
     exits = packed.lines[:, :3] - packed.lines[:, 3:6]
     done: list[tuple[Array, Array]] = []
 
@@ -93,7 +96,7 @@ def known_of(found: Equilibrium) -> tuple[NDArray[np.int64], Array]:
     has_lever, has_dead = rows[:, layout.UNKNOWNS] == 6.0, rows[:, layout.UNKNOWNS] > 3.0
     pull = rows[:, layout.LEVER_MOMENT] / (np.where(has_lever, rows[:, layout.LEVER], 1.0) * t)
     stands = has_lever & (pull * np.sin(beta) - np.cos(phi - beta) - np.cos(psi - beta) > 0.0)
-    rises = has_dead & (t * np.sin(psi) + rows[:, layout.WEIGHT] * states[..., layout.DEAD] > 0.0)
+    rises = has_dead & (t * np.sin(psi) + rows[:, layout.WEIGHT] * states[..., layout.DEAD] > -1e-6 * t)
     usual = ~rises.any(axis=1) & (np.abs(phi) < np.pi).all(axis=1)
     away = found.pose[:, None, :3] - (rows[:, :3] - rows[:, 3:6])
     end = v + rows[:, layout.WEIGHT] * states[..., layout.FREE]
@@ -128,7 +131,8 @@ def _tensions(row: Array, length: float, far: float) -> Array:
     if row[layout.UNKNOWNS] > 3.0:
         depth = -row[layout.WINCH_Z]
         full = 1.04 * weight * (depth + row[layout.LEVER])
-        zones = [BARE * weight * (depth - around), full, 3.0 * full]
+        stretched = 1.0 + row[layout.DEAD_COMPLIANCE] * weight * depth
+        zones = [BARE * weight * (depth - around) / stretched, full, 3.0 * full]
     most = max(2.0 * zones[-1], 10.0 * weight * length)
     # a span goes at least so far along its own start: its weight never turns it back
     while (compliance * most * free + free) * (most - weight * free) / (most + weight * free) < far + around:
@@ -167,8 +171,9 @@ def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> 
 def _nearly_loose(row: Array, length: float, least: float) -> Array:
     """What a line can do with less tension at its sheave than is looked into: hang beside or above it, anyhow."""
     own = np.full((1, leaf.LEAF), np.nan)
-    reach = length + row[layout.RADIUS]
-    below = least / row[layout.WEIGHT] + row[layout.RADIUS]
+    weight, compliance = row[layout.WEIGHT], row[layout.FREE_COMPLIANCE]
+    reach = 1.001 * (length + row[layout.RADIUS]) * (1.0 + compliance * (least + weight * length))
+    below = 1.001 * (least / weight * (1.0 + compliance * least) + row[layout.RADIUS])
     spans = {leaf.CELL_PHI: (-np.pi, np.pi), leaf.CELL_TAU: (-700.0, np.log(least)), leaf.X: (-reach, reach)}
     spans |= {leaf.Z: (-below, reach), leaf.REACH: (0.0, reach), leaf.CENTRE: (0.0, reach), leaf.BEND: (-1.0, 1.0)}
     spans |= {leaf.H: (-least, least), leaf.V: (-least, least), leaf.FREE_SPAN: (0.0, length)}

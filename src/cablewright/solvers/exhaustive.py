@@ -130,7 +130,7 @@ def _level(
         if progress:
             progress("shapes of the lines", done, total)
 
-    known = atlases(certified, search.box, view, search.level, told)
+    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, told)
     whole, saved = _volume(search.open), time.monotonic()
     try:
         while len(search.open):
@@ -153,7 +153,7 @@ def _level(
 def _judge(known: places.Atlases, search: Search) -> Search:
     """Judge the last boxes of the list and cut what is open in halves."""
     block, rest = search.open[-BLOCK:], search.open[:-BLOCK]
-    codes, reasons = np.zeros(len(block), dtype=np.int64), np.zeros(len(block), dtype=np.int64)
+    codes, reasons = np.full(len(block), places.OPEN), np.zeros(len(block), dtype=np.int64)
     run(places.judge_rows, places.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
     left, why = block[codes == places.OPEN], reasons[codes == places.OPEN]
     sides = left[:, 1::2] - left[:, ::2]

@@ -36,18 +36,19 @@ def search_all(
     interrupted. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
     `EnvironmentFault` where it cannot be written.
     """
-    question = _question(found, box)
-    search = _read(file, question) or begin(found.solutions.model, None if box is None else np.array(box))
+    anew = begin(found.solutions.model, None if box is None else np.array(box))
+    question = _question(found, anew)
+    search = _read(file, question) or anew
     every, search = exhaust(
         found, search, time_limit=time_limit, save=lambda now: _write(file, question, now), progress=progress
     )
     return every, search.finished
 
 
-def _question(found: Equilibria, box: list[float] | None) -> str:
+def _question(found: Equilibria, anew: Search) -> str:
     """What is searched, as a hash: the machine's numbers, its lengths, the box and the version."""
     packed: Packed = found.solutions.model.packed
-    parts = (packed.lines, packed.platform, found.solutions.lengths[0], np.array(box or [], dtype=np.float64))
+    parts = (packed.lines, packed.platform, found.solutions.lengths[0], anew.box)
     digest = hashlib.sha256(version("cablewright").encode())
     for part in parts:
         digest.update(np.ascontiguousarray(part).tobytes())
