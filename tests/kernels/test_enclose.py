@@ -164,7 +164,7 @@ def test_the_rotation_is_in_its_enclosure(size: float) -> None:
     for axis in (*np.eye(3), *rng.normal(size=(10, 3))):
         vector = size * axis / np.linalg.norm(axis)
         out = np.full((3, 3, 2), np.nan)
-        enclose_all._enclose_rotation(np.concatenate([np.zeros(3), vector]), out)
+        enclose_all.enclose_rotation(np.concatenate([np.zeros(3), vector]), out)
         with mp.workdps(60):
             exact = exponential([mpf(float(value)) for value in vector])
             for i in range(3):
@@ -175,7 +175,7 @@ def test_the_rotation_is_in_its_enclosure(size: float) -> None:
 
 def test_a_rotation_that_is_not_finite_is_anything() -> None:
     out = np.zeros((3, 3, 2))
-    enclose_all._enclose_rotation(np.array([0.0, 0.0, 0.0, np.nan, 0.0, 0.0]), out)
+    enclose_all.enclose_rotation(np.array([0.0, 0.0, 0.0, np.nan, 0.0, 0.0]), out)
     assert not np.isfinite(out[1, 1]).any()
 
 
@@ -186,7 +186,7 @@ def test_a_turned_body_is_turned_as_the_chart_says() -> None:
         for _ in range(10):
             pose, point = np.concatenate([np.zeros(3), rng.normal(size=3)]), rng.normal(size=3)
             rotation, arm, moved = np.zeros((3, 3, 2)), np.zeros((3, 2)), np.zeros((3, 2))
-            enclose_all._enclose_rotation(pose, rotation)
+            enclose_all.enclose_rotation(pose, rotation)
             enclose_all._turn(*point, omega, rotation, arm)
             increment = rng.dirichlet(np.ones(3)) * omega * rng.choice([-1.0, 1.0], 3)
             with mp.workdps(60):

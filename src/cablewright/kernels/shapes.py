@@ -86,12 +86,13 @@ class ShapeWork(NamedTuple):
 
 @jit(allocates=True)
 def shape_work():
-    """Scratch for `examine` and `tighten`."""
+    """Scratch for `examine` and `tighten`. The Jacobian is a part of more, as `certify` has it: one compiled signature."""
+    jacobian = np.zeros((2, STATE, STATE + 1))
     return ShapeWork(
         np.zeros(STATE),
         np.zeros(STATE),
-        np.zeros((STATE, STATE)),
-        np.zeros((STATE, STATE)),
+        jacobian[0, :, :STATE],
+        jacobian[1, :, :STATE],
         np.zeros((STATE, 2)),
         np.zeros((INNER, INNER)),
         np.zeros((INNER, INNER)),

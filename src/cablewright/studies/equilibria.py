@@ -62,7 +62,7 @@ def _read(file: Path, question: str) -> Search | None:
     if file.stat().st_size > MOST_BYTES:
         raise InputError(f"{file}: more than {MOST_BYTES} bytes; no search has as many")
     try:
-        with np.load(file, allow_pickle=False) as stored:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
             if str(stored["question"]) != question:
                 return None
             values = {name: stored[name] for name in FIELDS}
