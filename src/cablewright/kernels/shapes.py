@@ -86,7 +86,7 @@ class ShapeWork(NamedTuple):
 
 @jit(allocates=True)
 def shape_work():
-    """Scratch for `examine` and `tighten`. The Jacobian is a part of more, as `certify` has it: one compiled signature."""
+    """Scratch for `examine` and `tighten`. The Jacobian is cut from more, as in `certify`: one compiled signature."""
     jacobian = np.zeros((2, STATE, STATE + 1))
     return ShapeWork(
         np.zeros(STATE),
