@@ -22,7 +22,7 @@ from cablewright.kernels.leaf import (
     force,
     sheet,
 )
-from cablewright.kernels.shapes import DROPPED, INNER, PROVED, SHRUNK, ShapeWork, examine, shape_work, tighten
+from cablewright.kernels.shapes import DROPPED, INNER, PROVED, SHRUNK, ShapeWork, copy, examine, shape_work, tighten
 
 MOST = 128  # boxes of the inner unknowns of one cell that are kept apart
 CUTS = 4000  # of boxes, in one cell
@@ -83,13 +83,13 @@ def cover(row, length, cell, box, grain, view, leaves, count, work):
     the widest leaf, the least, the widest that ends out of view. *view* (4,): what is looked at, horizontal distance
     and height from the exit point, low and high. Returns the new count, FULL where there is no room.
     """
-    _copy(box, work.pool[0])
-    _copy(cell, work.cells[0])
+    copy(box, work.pool[0])
+    copy(cell, work.cells[0])
     work.spans[0, 0], work.spans[0, 1], work.spans[0, 2] = 0, 1, 0
     depth = 1
     while depth > 0:
         depth -= 1
-        _copy(work.cells[depth], work.cell)
+        copy(work.cells[depth], work.cell)
         first, last = work.spans[depth, 0], work.spans[depth, 1]
         one, rest, resolved, hole = _sift(row, length, first, last, grain, view, work)
         hole = hole or work.spans[depth, 2] != 0
@@ -104,17 +104,11 @@ def cover(row, length, cell, box, grain, view, leaves, count, work):
             axis = 0 if wide_phi / grain[2] > wide_tau / grain[3] else 2
             middle = 0.5 * (work.cell[axis] + work.cell[axis + 1])
             for half in range(2):
-                _copy(work.cell, work.cells[depth])
+                copy(work.cell, work.cells[depth])
                 work.cells[depth, axis + 1 - half] = middle
                 work.spans[depth, 0], work.spans[depth, 1], work.spans[depth, 2] = last, top, 1 if hole else 0
                 depth += 1
     return count
-
-
-@jit
-def _copy(source, target):
-    for k in range(target.shape[0]):
-        target[k] = source[k]
 
 
 @jit
@@ -127,7 +121,7 @@ def _sift(row, length, first, last, grain, view, work):
     cell, pool, box = work.cell, work.pool, work.box
     top = last
     for k in range(first, last):
-        _copy(pool[k], pool[top])
+        copy(pool[k], pool[top])
         top += 1
     least = cell[1] - cell[0] + cell[3] - cell[2]
     is_small = cell[1] - cell[0] <= grain[4] and cell[3] - cell[2] <= grain[5]
@@ -135,7 +129,7 @@ def _sift(row, length, first, last, grain, view, work):
     resolved, hole = True, False
     while top > last:
         top -= 1
-        _copy(pool[top], box)
+        copy(pool[top], box)
         verdict = examine(row, length, cell, box, work.shape)
         while verdict == SHRUNK:
             verdict = examine(row, length, cell, box, work.shape)
@@ -148,8 +142,8 @@ def _sift(row, length, first, last, grain, view, work):
                     resolved = False
                     rest = _keep(box, rest, work)
                     continue
-                _copy(work.shape.alone, work.alone[one])
-                _copy(work.shape.where, work.where[one])
+                copy(work.shape.alone, work.alone[one])
+                copy(work.shape.where, work.where[one])
                 _copy_slopes(work.shape.slopes, work.slopes[one])
                 one += 1
             continue
@@ -161,8 +155,8 @@ def _sift(row, length, first, last, grain, view, work):
         axis, width = _widest(box, size)
         if width > least and cuts < CUTS and top + 2 < pool.shape[0]:
             middle = 0.5 * (box[2 * axis] + box[2 * axis + 1])
-            _copy(box, pool[top])
-            _copy(box, pool[top + 1])
+            copy(box, pool[top])
+            copy(box, pool[top + 1])
             pool[top, 2 * axis + 1] = pool[top + 1, 2 * axis] = middle
             top, cuts = top + 2, cuts + 1
             continue
@@ -193,7 +187,7 @@ def _widest(box, size):
 def _keep(box, rest, work):
     """Keep a box that nothing is known of; where there is no room, one for two."""
     if rest < MOST:
-        _copy(box, work.kept[rest])
+        copy(box, work.kept[rest])
         return rest + 1
     for a in range(0, 6, 2):
         work.kept[rest - 1, a] = min(work.kept[rest - 1, a], box[a])
@@ -293,7 +287,7 @@ def _centre(row, length, box, leaf, work):
     cell, middle = work.cell, work.middle
     middle[0] = middle[1] = 0.5 * (cell[0] + cell[1])
     middle[2] = middle[3] = 0.5 * (cell[2] + cell[3])
-    _copy(box, work.box)
+    copy(box, work.box)
     tighten(row, length, middle, work.box, work.shape)
     describe(row, length, middle, work.box, work.unknown, work.leaf)
     leaf[CENTRE], leaf[CENTRE + 1] = work.leaf[REACH], work.leaf[REACH + 1]
@@ -306,13 +300,13 @@ def _inherit(size, one, rest, last, work):
         return FULL
     top = last
     for k in range(one):
-        _copy(work.where[k], work.pool[top])
+        copy(work.where[k], work.pool[top])
         for a in range(size):  # room to be proved again
             more = 0.02 * (work.alone[k, 2 * a + 1] - work.alone[k, 2 * a])
             work.pool[top, 2 * a] = max(work.alone[k, 2 * a], work.where[k, 2 * a] - more)
             work.pool[top, 2 * a + 1] = min(work.alone[k, 2 * a + 1], work.where[k, 2 * a + 1] + more)
         top += 1
     for k in range(rest):
-        _copy(work.kept[k], work.pool[top])
+        copy(work.kept[k], work.pool[top])
         top += 1
     return top

@@ -10,12 +10,12 @@ and the platform. Rounding in the floating point sums with Y is bounded by GAMMA
 """
 
 from cablewright.kernels import jit
-from cablewright.kernels.enclose_all import ROUNDING, jacobian_of_all, residual_of_all
+from cablewright.kernels.enclose_all import jacobian_of_all, residual_of_all
 from cablewright.kernels.equilibrium import is_slack
+from cablewright.kernels.interval import GAMMA, ROUNDING
 from cablewright.kernels.layout import BETA, UNKNOWNS
 from cablewright.kernels.newton import solve
 
-GAMMA = 1e-13  # more than 900 roundings: no sum below has as many
 UNDERFLOW = 1e-290  # more than sums of products with Y lose below the smallest float
 LARGEST = 1e12  # entry of Y up to which that is so
 WIDEN = 2.5  # radii over the size of a Newton step

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.enclose import ONE, ZERO, enclose_jacobian, enclose_residual
-from cablewright.kernels.interval import add, div, inflate, mul, neg, point, root, sin, sqr, sub
+from cablewright.kernels.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sin, sqr, sub
 from cablewright.kernels.layout import (
     EXIT_X,
     FREE,
@@ -24,8 +24,6 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
-
-ROUNDING = 1.0 + 1e-12  # of sums of terms that are not negative
 
 
 class CertificateWork(NamedTuple):

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.certify import CERTIFIED, certify
 from cablewright.kernels.cut import worst_cut
-from cablewright.kernels.enclose_all import ROUNDING, CertificateWork, certificate_pool, enclose_rotation, unfold
+from cablewright.kernels.enclose_all import CertificateWork, certificate_pool, enclose_rotation, unfold
 from cablewright.kernels.equilibrium import OK, Work, refine, workspace
-from cablewright.kernels.interval import add, down, exp, inflate, mag, mul, point, scale, sqr, sub, up
+from cablewright.kernels.interval import GAMMA, ROUNDING, add, down, exp, inflate, mag, mul, point, scale, sqr, sub, up
 from cablewright.kernels.layout import STATE, TAU, UNKNOWNS
 from cablewright.kernels.newton import solve
 from cablewright.kernels.rotation import left_jacobian
-from cablewright.kernels.slabs import GAMMA, centre_of, holds, most, offset
+from cablewright.kernels.slabs import centre_of, holds, most, offset
 from cablewright.kernels.tube import PROVED, TubeWork, prove_tube, slopes, tube_work
 
 COVERED, GOING, TOO_DEEP, NO_CENTRE, UNGLUED, HALF_TURN, UNCERTIFIED = 0, 1, 2, 3, 4, 5, 6

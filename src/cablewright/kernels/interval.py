@@ -17,6 +17,8 @@ ENTIRE = (-inf, inf)
 U = 2.0**-53  # the unit roundoff
 PHI = U * (1.0 + 2.0**-52)
 ETA = 2.0**-1022  # the least normal number, so that a process that flushes subnormals to zero rounds outward as well
+GAMMA = 1e-13  # more than 900 roundings, of the sum of absolute values: no sum of a certificate has as many terms
+ROUNDING = 1.0 + 1e-12  # of sums and products of terms that are not negative
 
 LN2_HIGH = float.fromhex("0x1.62e42fefa3800p-1")  # a multiple of 2^-42: k LN2_HIGH is exact for |k| < 2^11
 LN2_LOW = float.fromhex("0x1.ef35793c76730p-45")

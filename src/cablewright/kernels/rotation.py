@@ -70,6 +70,17 @@ def compose(x, y, z, vector):
 
 
 @jit
+def between(start, end, shift):
+    """Write to *shift* what moves the pose *start* to *end*: a translation, and a rotation in space."""
+    for k in range(3):
+        shift[k] = end[k] - start[k]
+    if start.shape[0] == 6:
+        for k in range(3, 6):
+            shift[k] = -start[k]
+        compose(end[3], end[4], end[5], shift[3:])
+
+
+@jit
 def _quaternion(x, y, z):
     angle = sqrt(x * x + y * y + z * z)
     factor = sin(0.5 * angle) / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0

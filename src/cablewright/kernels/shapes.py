@@ -24,6 +24,8 @@ from cablewright.kernels.enclose import (
 )
 from cablewright.kernels.hanging_span import hanging_span
 from cablewright.kernels.interval import (
+    GAMMA,
+    ROUNDING,
     add,
     contains_zero,
     cos,
@@ -58,8 +60,6 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import solve
 
-GAMMA = 1e-13  # more than the roundings of any sum below, as in `certify`
-ROUNDING = 1.0 + 1e-12
 TURN = 6.2832  # over 2 pi
 NARROWER = 0.7  # of its width: a box that shrinks by less is not looked at again
 INNER = 3  # inner unknowns at most
@@ -114,8 +114,8 @@ def examine(row, length, cell, box, work):
     if not _prepare(row, length, cell, box, work):
         return DROPPED
     if size == 0:
-        _copy(box, work.alone)
-        _copy(box, work.where)
+        copy(box, work.alone)
+        copy(box, work.where)
         return PROVED
     if _misses(row, (cell[0], cell[1]), exp((cell[2], cell[3])), box):
         return DROPPED
@@ -125,12 +125,12 @@ def examine(row, length, cell, box, work):
         if work.image[a, 0] - work.image[a, 1] > box[2 * a + 1] or work.image[a, 0] + work.image[a, 1] < box[2 * a]:
             return DROPPED
     if _is_inside(box, size, work):
-        _copy(box, work.alone)
+        copy(box, work.alone)
         return PROVED
     if _shrink(box, size, work):
         return SHRUNK
     for attempt in range(2):  # a solution on the box's edge: look around it
-        _copy(box, work.alone)
+        copy(box, work.alone)
         for a in range(size):
             more = (1.3 + attempt) * work.image[a, 1]
             work.alone[2 * a], work.alone[2 * a + 1] = work.image[a, 0] - more, work.image[a, 0] + more
@@ -190,7 +190,8 @@ def lever_moment(row, phi, t, psi, beta):
 
 
 @jit
-def _copy(source, target):
+def copy(source, target):
+    """Write the box *source* to *target*."""
     for k in range(target.shape[0]):
         target[k] = source[k]
 
@@ -316,7 +317,7 @@ def _widen_slopes(size, worst, work):
 @jit
 def _is_inside(box, size, work):
     """Whether the image is inside the box; where the solution is, to work.where."""
-    _copy(box, work.where)
+    copy(box, work.where)
     for a in range(size):
         lo, hi = down(work.image[a, 0] - work.image[a, 1]), up(work.image[a, 0] + work.image[a, 1])
         if not (box[2 * a] < lo and hi < box[2 * a + 1]):

@@ -7,8 +7,8 @@ weights of the slabs give a true one, so how they are found matters for its tigh
 import numpy as np
 
 from cablewright.kernels import jit
+from cablewright.kernels.interval import GAMMA
 
-GAMMA = 1e-13  # more than 900 roundings, of the sum of absolute values
 UNDERFLOW = 1e-290
 SWEEPS = 2  # over the weights, where there are several
 ROUNDS = 100

@@ -14,7 +14,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.kernels.line import SLACK_TENSION, extremes
 from cablewright.kernels.linearise import PARAMETERS, linearise
 from cablewright.kernels.newton import largest
-from cablewright.kernels.rotation import compose
+from cablewright.kernels.rotation import between, compose
 
 __all__ = [
     "CHAIN",
@@ -67,11 +67,11 @@ def forward_rows(packed, lengths, poses, states, codes, iterations, residuals, s
         elif start == NEAR or j == first or codes[j - 1] != OK:
             guess[:] = poses[j]
             result = solve_near(own, lengths[j], poses[j], states[j], work)
-            _between(guess, poses[j], shift)
+            between(guess, poses[j], shift)
         else:
             guess[:] = poses[j]
             result = _follow(own, lengths[j], poses[j], states[j], states[j - 1], shift, work)
-            _between(guess, poses[j], shift)
+            between(guess, poses[j], shift)
         codes[j], iterations[j], residuals[j] = result
         if codes[j] in NO_ANSWER:
             poses[j], states[j] = np.nan, np.nan
@@ -88,22 +88,11 @@ def _follow(packed, lengths, pose, states, neighbour, shift, work):
     expected, moved = pose.copy(), np.zeros(packed.freedoms)
     states[:, :] = neighbour
     result = solve_warm(packed, lengths, pose, states, work)
-    _between(expected, pose, moved)
+    between(expected, pose, moved)
     if result[0] != OK or (packed.freedoms == 6 and largest(moved, 6) > ASTRAY):
         pose[:] = begin
         result = solve_near(packed, lengths, pose, states, work)
     return result
-
-
-@jit
-def _between(start, end, shift):
-    """Write to *shift* what moves the pose *start* to *end*: a translation, and a rotation in space."""
-    for k in range(3):
-        shift[k] = end[k] - start[k]
-    if start.shape[0] == 6:
-        for k in range(3, 6):
-            shift[k] = -start[k]
-        compose(end[3], end[4], end[5], shift[3:])
 
 
 @jit

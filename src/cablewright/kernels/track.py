@@ -23,7 +23,7 @@ from cablewright.kernels.equilibrium import (
 )
 from cablewright.kernels.layout import DEAD, PSI, TAU, UNKNOWNS, WEIGHT
 from cablewright.kernels.newton import largest, least_pivot
-from cablewright.kernels.rotation import compose
+from cablewright.kernels.rotation import between
 
 SUBSTEPS = (1, 4, 16, 64)  # parts that a step is cut into where a single one strays
 
@@ -77,17 +77,12 @@ def _step(packed, lengths, pose, states, jump, work):
     possible, _, _ = newton_step(packed, pose, states, work)
     if not possible:
         return SINGULAR
-    expected = pose.copy()
+    expected, shift = pose.copy(), np.empty_like(pose)
     code, _, _ = refine(packed, lengths, pose, states, work)
     if code != OK:
         return code
-    for k in range(3):
-        expected[k] = pose[k] - expected[k]
-    if packed.freedoms == 6:
-        turned = -expected[3:]
-        compose(pose[3], pose[4], pose[5], turned)
-        expected[3:] = turned
-    strayed = largest(expected, packed.freedoms) > jump or _fell(packed, shapes, states, jump)
+    between(expected, pose, shift)
+    strayed = largest(shift, packed.freedoms) > jump or _fell(packed, shapes, states, jump)
     return JUMPED if strayed else OK
 
 

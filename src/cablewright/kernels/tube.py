@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certify import image, invert, newton_bound, split
-from cablewright.kernels.enclose_all import ROUNDING, jacobian_of_all, place_line, residual_of_all
-from cablewright.kernels.interval import inflate, point
+from cablewright.kernels.enclose_all import jacobian_of_all, place_line, residual_of_all
+from cablewright.kernels.interval import ROUNDING, inflate, point
 from cablewright.kernels.layout import (
     BETA,
     LEVER,
