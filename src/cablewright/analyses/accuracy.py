@@ -19,11 +19,11 @@ from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, of_moduli
-from cablewright.solvers.batch import as_poses, of_rows
+from cablewright.solvers.batch import as_poses, of_rows, silent
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["COMPENSATIONS", "Accuracy", "accuracy", "around", "commanded", "silent"]
+__all__ = ["COMPENSATIONS", "Accuracy", "accuracy", "around", "commanded"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -200,10 +200,6 @@ def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
     first = int(np.argmax(codes == commonest))
     why = held[first].sentence() if held.code[first] else f"with these lengths, {Status.of(commonest).value}"
     return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
-
-
-def silent(_stage: str, _done: int, _total: int) -> None:
-    """The progress of whoever asked for none."""
 
 
 def _scattered(spread: Spread, ok: NDArray[np.bool_]) -> Spread:

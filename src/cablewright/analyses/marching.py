@@ -56,11 +56,11 @@ def _triangles() -> list[list[tuple[tuple[int, int], ...]]]:
     even = [(0, 1, 2, 3), (1, 0, 3, 2), (2, 0, 1, 3), (3, 0, 2, 1)]
     pairs = [(0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 2, 0), (2, 3, 0, 1)]
     table: list[list[tuple[tuple[int, int], ...]]] = [[] for _ in range(16)]
-    for i, j, k, l in even:  # noqa: E741
-        table[1 << i] = [((i, j), (i, k), (i, l))]
-        table[15 ^ (1 << i)] = [((j, i), (l, i), (k, i))]
-    for i, j, k, l in pairs:  # noqa: E741
-        table[(1 << i) | (1 << j)] = [((i, k), (i, l), (j, l)), ((i, k), (j, l), (j, k))]
+    for i, j, k, m in even:
+        table[1 << i] = [((i, j), (i, k), (i, m))]
+        table[15 ^ (1 << i)] = [((j, i), (m, i), (k, i))]
+    for i, j, k, m in pairs:
+        table[(1 << i) | (1 << j)] = [((i, k), (i, m), (j, m)), ((i, k), (j, m), (j, k))]
     return table
 
 

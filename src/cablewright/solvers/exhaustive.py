@@ -26,7 +26,7 @@ from cablewright.solvers.branches import (
 )
 from cablewright.solvers.certify import certify
 
-__all__ = ["Search", "begin", "conclude", "exhaust"]
+__all__ = ["Search", "begin", "exhaust"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -66,10 +66,11 @@ class Search:
 
 def begin(model: Model, box: Array | None) -> Search:
     """A search that has still everything to do. *box* as in `equilibria`."""
-    low, high = box_of(model, box)
-    whole = np.stack([low, high], axis=1).ravel()
-    none = np.empty((0, 6))
-    return Search(whole, whole[None], none, np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
+    return _anew(np.stack(box_of(model, box), axis=1).ravel())
+
+
+def _anew(box: Array) -> Search:
+    return Search(box, box[None], np.empty((0, 6)), np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
 
 
 def exhaust(
@@ -92,13 +93,11 @@ def exhaust(
     deadline = time.monotonic() + time_limit
     solutions = _again(found.solutions, search.poses)
     if solutions is None:
-        search, solutions = replace(begin(model, None), box=search.box, open=search.box[None]), found.solutions
+        search, solutions = _anew(search.box), found.solutions
     search = replace(search, poses=solutions.pose)
     while not search.finished:
         search = _level(solutions, search, deadline, save, progress)
-        if not search.finished:
-            break
-        if not len(search.undecided) or search.level + 1 == len(LEAST):
+        if not search.finished or not len(search.undecided) or search.level + 1 == len(LEAST):
             break
         more = _hunt(solutions, search.undecided)
         search = replace(
@@ -112,7 +111,7 @@ def exhaust(
         solutions = more
     if save:
         save(search)
-    return conclude(found, solutions, search), search
+    return _conclude(found, solutions, search), search
 
 
 def _level(
@@ -202,10 +201,11 @@ def _hunt(solutions: Equilibrium, boxes: Array, most: int = STARTS) -> Equilibri
     return distinct(every, solutions)
 
 
-def conclude(found: Equilibria, solutions: Equilibrium, search: Search) -> Equilibria:
+def _conclude(found: Equilibria, solutions: Equilibrium, search: Search) -> Equilibria:
     """What *search* proves of *solutions*, in place of what the starts of *found* left open."""
     low, high = search.box[::2], search.box[1::2]
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
+    certificates = certify(inside)
     clusters, reasons = _clusters(search)
     why = tuple(_sentence(reason) for reason in reasons)
     if not search.finished:
@@ -216,11 +216,11 @@ def conclude(found: Equilibria, solutions: Equilibrium, search: Search) -> Equil
         text = "the search leaves no place in the box for another whose dead spans hang taut"
     return Equilibria(
         inside,
-        certify(inside),
+        certificates,
         slack_spans(inside),
         found.starts,
         found.outside,
-        search.finished and not len(clusters) and bool(certify(inside).certified.all()),
+        search.finished and not len(clusters) and bool(certificates.certified.all()),
         text,
         clusters,
         why,
@@ -233,24 +233,15 @@ def _sentence(reason: int) -> str:
 
 def _clusters(search: Search) -> tuple[Array, list[int]]:
     """Undecided boxes that touch, as one box each, and why they are undecided."""
-    boxes, reasons = search.undecided.copy(), list(search.reasons)
-    merged = True
-    while merged:
-        merged = False
-        k = 0
-        while k < len(boxes):
-            own = boxes[k]
-            touch = ((boxes[:, ::2] <= own[1::2] + 1e-9) & (boxes[:, 1::2] >= own[::2] - 1e-9)).all(axis=1)
-            touch[k] = False
-            if touch.any():
-                boxes[k, ::2] = np.minimum(own[::2], boxes[touch, ::2].min(axis=0))
-                boxes[k, 1::2] = np.maximum(own[1::2], boxes[touch, 1::2].max(axis=0))
-                for other in np.flatnonzero(touch):
-                    reasons[k] |= reasons[other]
-                keep = ~touch
-                reasons = [reason for reason, kept in zip(reasons, keep, strict=True) if kept]
-                boxes = boxes[keep]
-                merged = True
-                break
+    boxes, reasons, k = search.undecided.copy(), search.reasons.copy(), 0
+    while k < len(boxes):
+        own = boxes[k]
+        touch = ((boxes[:, ::2] <= own[1::2] + 1e-9) & (boxes[:, 1::2] >= own[::2] - 1e-9)).all(axis=1)
+        if touch.sum() == 1:  # itself
             k += 1
+            continue
+        own[::2], own[1::2] = boxes[touch, ::2].min(axis=0), boxes[touch, 1::2].max(axis=0)
+        reasons[k] = np.bitwise_or.reduce(reasons[touch])
+        touch[k] = False
+        boxes, reasons, k = boxes[~touch], reasons[~touch], 0
     return boxes, [int(reason) for reason in reasons]

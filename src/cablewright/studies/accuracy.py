@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accessible import Accessible, Rule, accessible, sheave_rules
-from cablewright.analyses.accuracy import Accuracy, Progress, accuracy, silent
+from cablewright.analyses.accuracy import Accuracy, Progress, accuracy
 from cablewright.analyses.spread import Method
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
@@ -18,6 +18,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
+from cablewright.solvers.batch import silent
 from cablewright.studies.poses import along
 
 __all__ = [

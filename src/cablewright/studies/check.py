@@ -17,6 +17,7 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot
+from cablewright.solvers.batch import silent
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
@@ -141,7 +142,7 @@ def check(
     or as the job's schedule has it. Raises `InputError` for a robot with fewer lines than freedoms, a schedule that it
     cannot follow or a G-code file that cannot be used; an infeasible job is an answer, not an error.
     """
-    report = progress or _silent
+    report = progress or silent
     toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
     samples = job.samples(toolpath)
     law = job.time_law(samples)
@@ -151,10 +152,6 @@ def check(
         robot = robot.model_copy(update={"lines": lines})
     solved = _solve(robot, *along(robot, job, samples), report)
     return _judged(robot, job, samples, law, solved, toolpath.unknown, toolpath.layer_count)
-
-
-def _silent(_stage: str, _done: int, _total: int) -> None:
-    pass
 
 
 def _solve(robot: Robot, poses: Array, retraction: Array | None, report: Progress) -> dict[str, Any]:

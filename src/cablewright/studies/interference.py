@@ -26,6 +26,7 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.stl import Mesh
 from cablewright.robot import Robot
+from cablewright.solvers.batch import silent
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.poses import along
 
@@ -101,7 +102,7 @@ def interference_over_job(
     The part is the strands that the job lays, or *mesh*, which then is there up to the height of what has been laid.
     Raises `InputError` where the robot cannot follow the job's schedule or the G-code cannot be used.
     """
-    report = progress or _silent
+    report = progress or silent
     toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
     samples = job.samples(toolpath)
     poses, retraction = along(model.robot, job, samples)
@@ -180,7 +181,3 @@ def _around(part: Part, robot: Robot) -> tuple[Array, Array]:
     high = np.minimum(middle + half + room, scene.frame_max)
     outside = ~(low < high)  # a part beside the frame: all of that side
     return np.where(outside, scene.frame_min, low), np.where(outside, scene.frame_max, high)
-
-
-def _silent(_stage: str, _done: int, _total: int) -> None:
-    pass

@@ -21,7 +21,7 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
@@ -231,9 +231,6 @@ def _print(values: dict[str, Any]) -> None:
 
 
 def _draw(found: Interference | JobInterference, file: Path) -> None:
-    from cablewright.apps.report import style
     from cablewright.apps.report.interference_picture import interference_picture
 
-    with style.drawing():
-        picture = style.png(interference_picture(found))
-    write_whole(file, picture)
+    write_picture(file, interference_picture, found)

@@ -20,7 +20,7 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, tell, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, tell, write_picture
 
 if TYPE_CHECKING:
     from cablewright.analyses.modes import Modes
@@ -78,12 +78,9 @@ def modes(
 
 
 def _draw(found: Modes, file: Path) -> None:
-    from cablewright.apps.report import style
     from cablewright.apps.report.modes_picture import modes_picture
 
-    with style.drawing():
-        picture = style.png(modes_picture(found))
-    write_whole(file, picture)
+    write_picture(file, modes_picture, found)
 
 
 def _values(held: Equilibrium, found: Modes | None, geometric: bool) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, check_plot
-from cablewright.apps.cli.output import numbers, print_json, tell, write_whole
+from cablewright.apps.cli.output import numbers, print_json, tell, write_picture
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
@@ -145,12 +145,9 @@ def _band(text: str) -> tuple[float, float]:
 
 
 def _draw(test: TensileTest, found: TensileResult, file: Path) -> None:
-    from cablewright.apps.report import style
     from cablewright.apps.report.tensile_picture import tensile_picture
 
-    with style.drawing():
-        picture = style.png(tensile_picture(test, found))
-    write_whole(file, picture)
+    write_picture(file, tensile_picture, test, found)
 
 
 def _print_json(found: TensileResult, plot: Path | None) -> None:

@@ -7,17 +7,20 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from cablewright.errors import EnvironmentFault, InputError
 
-__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_whole"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_picture", "write_whole"]
 
 SCHEMA = 1
 """Version of the JSON that commands print."""
@@ -95,6 +98,15 @@ def write_whole(file: Path, content: bytes) -> None:
             shutil.rmtree(aside, ignore_errors=True)
     except OSError as reason:
         raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror or reason}") from None
+
+
+def write_picture(file: Path, draw: Callable[..., Figure], *found: object) -> None:
+    """Write what *draw* makes of *found* as a PNG. Raises `EnvironmentFault` where it cannot be written."""
+    from cablewright.apps.report import style
+
+    with style.drawing():
+        picture = style.png(draw(*found))
+    write_whole(file, picture)
 
 
 class _Plain:

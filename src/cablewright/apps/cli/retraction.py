@@ -22,7 +22,7 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, write_picture
 from cablewright.apps.cli.workspace import Criterion
 from cablewright.errors import AnswerError
 
@@ -86,12 +86,9 @@ def retraction(
 
 
 def _draw(found: Retracting, file: Path) -> None:
-    from cablewright.apps.report import style
     from cablewright.apps.report.retraction_picture import retraction_picture
 
-    with style.drawing():
-        picture = style.png(retraction_picture(found))
-    write_whole(file, picture)
+    write_picture(file, retraction_picture, found)
 
 
 def _print_json(found: Retracting, plot: Path | None) -> None:

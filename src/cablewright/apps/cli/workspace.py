@@ -22,7 +22,7 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
@@ -144,7 +144,9 @@ def _law(text: str | None, point: str) -> Law | None:
         raise InputError(
             f"--retraction-law = {text!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps"
         )
-    return Law(*values, of=point)  # type: ignore[misc, arg-type]
+    slope, intercept, *clamps = values
+    least, most = clamps or (None, None)
+    return Law(slope, intercept, least, most, point)
 
 
 def _wrench_box(text: str | None, n: int) -> tuple[list[float], list[float]] | None:
@@ -167,12 +169,9 @@ def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, 
         write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
         written["mesh"] = str(mesh)
     if plot is not None:
-        from cablewright.apps.report import style
         from cablewright.apps.report.volume_picture import volume_picture
 
-        with style.drawing():
-            picture = style.png(volume_picture(found))
-        write_whole(plot, picture)
+        write_picture(plot, volume_picture, found)
         written["plot"] = str(plot)
     return written
 
