@@ -101,6 +101,9 @@ def boundary_modes(
         holding = "middle" if criterion.endswith("closed-form") else "least"
     if holding not in HOLDING:
         raise UnknownName("tensions", holding, HOLDING)
+    if model.m < model.n:
+        few = f"{model.m} lines leave some of its {model.n} freedoms to gravity"
+        raise InputError(f"robot {model.robot.name!r}: {few}: a grid of places says too little about its poses")
     if grid > MOST:
         raise InputError(f"grid {grid}: at most {MOST} nodes along a side are allowed for a boundary")
     given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}

@@ -176,7 +176,7 @@ def trade(
             done.add(_combination(replace(model, robot=robots[values]), values, asked))
         report("combinations", len(left), len(left))
     finally:
-        if left:
+        if left and done.known:
             done.write()
     return Trade(model, ranges, asked, tuple(done.known[values] for values in robots))
 

@@ -18,8 +18,10 @@ __all__ = [
     "AsJson",
     "Box",
     "Cable",
+    "Count",
     "Criterion",
     "Geometric",
+    "Grid",
     "Holding",
     "LawOfRetraction",
     "Limits",
@@ -29,9 +31,11 @@ __all__ = [
     "Point",
     "Retracted",
     "RobotName",
+    "Seed",
     "Sheave",
     "Slack",
     "StraightCable",
+    "Tolerance",
     "Wrench",
     "check_plot",
     "described",
@@ -77,6 +81,12 @@ Criterion = Annotated[
         "--criterion", help="closed-form, improved-closed-form, exact, capacity, wrench-closure or static (with sag)."
     ),
 ]
+Count = Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")]
+Grid = Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side.")]
+Tolerance = Annotated[
+    float | None, typer.Option("--tolerance", metavar="T", help="Error of the volume as a share of it; 0.002.")
+]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of the random places.")]
 Orientations = Annotated[
     str | None,
     typer.Option("--orientations", metavar="RX,RY,RZ;...", help="Inside under all of these, rotation vectors, rad."),

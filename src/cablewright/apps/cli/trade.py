@@ -10,8 +10,10 @@ import typer
 from cablewright.apps.cli.options import (
     AsJson,
     Box,
+    Count,
     Criterion,
     Geometric,
+    Grid,
     Holding,
     LawOfRetraction,
     Limits,
@@ -21,7 +23,9 @@ from cablewright.apps.cli.options import (
     Point,
     Retracted,
     RobotName,
+    Seed,
     Sheave,
+    Tolerance,
     Wrench,
     check_plot,
     described,
@@ -52,44 +56,47 @@ Varied = Annotated[
 ]
 
 
+BoundaryGrid = Annotated[int, typer.Option("--boundary-grid", metavar="N", help="Nodes along a side, of boundaries.")]
+Clearance = Annotated[
+    float, typer.Option("--sheave-clearance", metavar="D", help="Distance of exits under which sheaves collide, m.")
+]
+Inertia = Annotated[
+    str, typer.Option("--inertia", help="given, or box: of a box that reaches as far as the platform points.")
+]
+Cable = Annotated[
+    str | None,
+    typer.Option("--cable", help="Of frequencies: rigid, elastic or catenary; catenary of static, else elastic."),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE.json", help="Where it is kept how far the sweep is; by default in runs/."),
+]
+
+
 def trade(
     robot: RobotName,
     vary: Varied,
     criterion: Criterion = "exact",
-    count: Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")] = "volume",
-    grid: Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side, of volumes.")] = None,
-    tolerance: Annotated[
-        float | None, typer.Option("--tolerance", metavar="T", help="Error of a volume as a share of it; 0.002.")
-    ] = None,
-    boundary_grid: Annotated[
-        int, typer.Option("--boundary-grid", metavar="N", help="Nodes along a side, of boundaries.")
-    ] = 21,
+    count: Count = "volume",
+    grid: Grid = None,
+    tolerance: Tolerance = None,
+    boundary_grid: BoundaryGrid = 21,
     geometric: Geometric = True,
     tensions: Holding = None,
-    clearance: Annotated[
-        float, typer.Option("--sheave-clearance", metavar="D", help="Distance of exits under which sheaves collide, m.")
-    ] = 0.1,
-    inertia: Annotated[
-        str, typer.Option("--inertia", help="As given, or of a box that reaches as far as the platform points.")
-    ] = "given",
+    clearance: Clearance = 0.1,
+    inertia: Inertia = "given",
     box: Box = None,
     point: Point = "nozzle",
     orientations: Orientations = None,
     retraction: Retracted = None,
     law: LawOfRetraction = None,
-    cable: Annotated[
-        str | None,
-        typer.Option("--cable", help="Of frequencies: rigid, elastic or catenary; catenary of static, else elastic."),
-    ] = None,
+    cable: Cable = None,
     sheave: Sheave = None,
     tension_limits: Limits = None,
     load: LoadName = None,
     wrench: Wrench = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the random places.")] = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE.json", help="Where it is kept how far the sweep is; by default in runs/."),
-    ] = None,
+    seed: Seed = 0,
+    out: Out = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> int:

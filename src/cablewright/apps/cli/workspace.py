@@ -10,7 +10,9 @@ import typer
 from cablewright.apps.cli.options import (
     AsJson,
     Box,
+    Count,
     Criterion,
+    Grid,
     LawOfRetraction,
     Limits,
     LoadName,
@@ -19,8 +21,10 @@ from cablewright.apps.cli.options import (
     Point,
     Retracted,
     RobotName,
+    Seed,
     Sheave,
     StraightCable,
+    Tolerance,
     Wrench,
     check_plot,
     described,
@@ -44,11 +48,9 @@ SLICES = 21  # heights that are told
 def workspace(
     robot: RobotName,
     criterion: Criterion = "exact",
-    count: Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")] = "volume",
-    grid: Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side.")] = None,
-    tolerance: Annotated[
-        float | None, typer.Option("--tolerance", metavar="T", help="Error of the volume as a share of it; 0.002.")
-    ] = None,
+    count: Count = "volume",
+    grid: Grid = None,
+    tolerance: Tolerance = None,
     orientations: Orientations = None,
     box: Box = None,
     point: Point = "nozzle",
@@ -66,7 +68,7 @@ def workspace(
     arm: Annotated[
         float, typer.Option("--arm", metavar="L", help="Arm on which a moment counts as force for capacity, m.")
     ] = 1.0,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the random places.")] = 0,
+    seed: Seed = 0,
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE.stl|.glb", help="Write the boundary as a closed mesh, m.")
     ] = None,

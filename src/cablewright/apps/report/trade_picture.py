@@ -8,9 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from cablewright.apps.report import style
+from cablewright.robot.changes import Change
 from cablewright.studies.trade import Trade
 
 __all__ = ["trade_picture"]
@@ -18,6 +20,7 @@ __all__ = ["trade_picture"]
 Array = NDArray[Any]
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, "#cc79a7", style.INK)
+_LONGEST: Final = 40
 _HIDDEN: Final[dict[str, Any]] = {"color": style.GREY, "marker": "x", "linestyle": "none", "markersize": 6}
 
 _RING: Final[dict[str, Any]] = {"marker": "o", "markersize": 9, "fillstyle": "none"}
@@ -41,7 +44,7 @@ def trade_picture(found: Trade) -> Figure:
         spread = frequencies[rows].T
         middle.fill_between(values[rows, 0], spread[0], spread[2], color=style.BLUE, alpha=0.13, linewidth=0.0)
         middle.plot(values[rows, 0], spread[1], "--", color=style.BLUE)
-    middle.set(ylabel="lowest frequency in Hz", title="along its boundary, from the least" + " on" * (len(groups) == 1))
+    middle.set(ylabel="lowest frequency in Hz", title="least along its boundary")
     middle.set_ylim(bottom=min(0.0, float(np.nanmin(frequencies, initial=0.0))))
     _against(right, found, volumes, frequencies[:, 0], groups)
     _legend(drawn, found, values, groups)
@@ -67,8 +70,8 @@ def _by_first(axes: Axes, found: Trade, first: Array, wanted: Array, groups: lis
         axes.plot(first[rows], wanted[rows], "o-", color=_colour(k, groups), markersize=4)
     hidden = ~found.clear
     axes.plot(first[hidden], wanted[hidden], zorder=5, **_HIDDEN)
-    change = next(iter(found.varied))
-    axes.set_xlabel(_named(change.name, change.unit))
+    axes.set_xlabel(_named(next(iter(found.varied))))
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
 
 
 def _against(axes: Axes, found: Trade, volumes: Array, least: Array, groups: list[Array]) -> None:
@@ -89,7 +92,7 @@ def _legend(drawn: Figure, found: Trade, values: Array, groups: list[Array]) -> 
     shown = range(len(groups)) if len(groups) <= len(_COLOURS) else (0, len(groups) - 1)
     for k in shown:
         row = values[groups[k][0], 1:]
-        told = ", ".join(f"{_named(change.name)} {value:.4g}" for change, value in zip(others, row, strict=True))
+        told = ", ".join(_valued(change, value) for change, value in zip(others, row, strict=True))
         handles.append(Line2D([], [], color=_colour(k, groups), marker="o", markersize=4, label=told or "least"))
     if len(groups) == 1:
         handles.append(Line2D([], [], color=style.BLUE, linestyle="--", label="median; shaded: from least to greatest"))
@@ -102,9 +105,13 @@ def _legend(drawn: Figure, found: Trade, values: Array, groups: list[Array]) -> 
     drawn.legend(handles=handles, loc="outside lower center", ncols=4)
 
 
-def _named(name: str, unit: str = "1") -> str:
+def _named(change: Change) -> str:
     """A change's name, with its unit unless it is a factor."""
-    return style.label(name, 40) + ("" if unit == "1" else f" in {unit}")
+    return style.label(change.name, _LONGEST) + ("" if change.unit == "1" else f" in {change.unit}")
+
+
+def _valued(change: Change, value: float) -> str:
+    return f"{style.label(change.name, _LONGEST)} {value:.4g}" + ("" if change.unit == "1" else f" {change.unit}")
 
 
 def _title(found: Trade) -> str:
