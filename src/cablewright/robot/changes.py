@@ -137,17 +137,14 @@ def _neighbours(robot: Robot) -> list[tuple[int, int]]:
 
 
 def _corner(robot: Robot, one: Vec3, other: Vec3) -> Vec3 | None:
-    """The corner of the frame's walls at which two exits of one height are, each on another wall; None if they are not.
-
-    Where both walls would do for one of them, it is in the corner itself.
-    """
+    """The corner of the walls at which two exits of one height are, each on another wall; None if they are not."""
     same, scene = _tolerance(robot), robot.scene
     if abs(one[2] - other[2]) > same:
         return None
     for x, y in product(*((scene.frame_min[axis], scene.frame_max[axis]) for axis in (0, 1))):
-        for a, b in ((one, other), (other, one)):
-            if abs(a[0] - x) <= same and abs(b[1] - y) <= same:
-                return x, y, one[2]
+        on_x, on_y = ([abs(each[axis] - wall) <= same for each in (one, other)] for axis, wall in ((0, x), (1, y)))
+        if sorted(zip(on_x, on_y, strict=True)) == [(False, True), (True, False)]:
+            return x, y, one[2]
     return None
 
 

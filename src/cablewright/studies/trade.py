@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from cablewright.analyses.boundary import GRID, boundary_modes, straight
 from cablewright.analyses.question import Law
@@ -257,7 +257,15 @@ def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], asked: A
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
-_COMBINATIONS = TypeAdapter(list[Combination])
+@dataclass(frozen=True)
+class _Stored:
+    """What a file has."""
+
+    question: str
+    combinations: list[Combination]
+
+
+_STORED = TypeAdapter(_Stored)
 
 
 @dataclass
@@ -276,11 +284,11 @@ class _Done:
         if self.file.stat().st_size > MOST_BYTES:
             raise InputError(f"{self.file}: more than {MOST_BYTES} bytes; no sweep has as many")
         try:
-            stored = json.loads(self.file.read_bytes())
-            rows = _COMBINATIONS.validate_python(stored["combinations"]) if stored["question"] == self.question else []
-        except (OSError, ValueError, KeyError, TypeError):
+            stored = _STORED.validate_json(self.file.read_bytes())
+        except (OSError, ValidationError):
             raise InputError(f"{self.file}: not a sweep of this program; remove it or choose another --out") from None
-        self.known.update((each.values, each) for each in rows)
+        if stored.question == self.question:
+            self.known.update((each.values, each) for each in stored.combinations)
 
     def add(self, found: Combination) -> None:
         """Keep one more; written every few seconds."""
@@ -292,7 +300,7 @@ class _Done:
         """Write all that are known; the file appears whole, by rename."""
         if self.file is None:
             return
-        held = {"schema": 1, "question": self.question, "combinations": [asdict(each) for each in self.known.values()]}
-        content = (json.dumps(held, indent=1) + "\n").encode()
+        held = _Stored(self.question, list(self.known.values()))
+        content = (json.dumps(asdict(held), indent=1) + "\n").encode()
         write_stream(self.file, lambda stream: stream.write(content))
         self.written = time.monotonic()
