@@ -135,10 +135,11 @@ def trade(
     except KeyboardInterrupt:
         tell(f"{file} has what is done: the same command goes on")
         raise
-    if plot is not None:
-        _draw(found, plot)
+    drawn = None if _status(found) == "empty" else plot
+    if drawn is not None:
+        _draw(found, drawn)
     if as_json:
-        print_json(_values(found) | {"file": str(file), "plot": None if plot is None else str(plot)})
+        print_json(_values(found) | {"file": str(file), "plot": None if drawn is None else str(drawn)})
     else:
         _print(found)
     return _verdict(found)
