@@ -20,7 +20,7 @@ __all__ = ["GRID", "HOLDING", "Boundary", "boundary_modes", "straight"]
 Array = NDArray[np.float64]
 
 GRID = 21
-MOST = 121  # nodes along a side: rows of modes are in memory at once
+GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
 HOLDING = ("least", "middle")
 """Which tensions hold the platform where several would: those of least norm, or nearest to the middle of the limits."""
 
@@ -104,8 +104,8 @@ def boundary_modes(
     if model.m < model.n:
         few = f"{model.m} lines leave some of its {model.n} freedoms to gravity"
         raise InputError(f"robot {model.robot.name!r}: {few}: a grid of places says too little about its poses")
-    if grid > MOST:
-        raise InputError(f"grid {grid}: at most {MOST} nodes along a side are allowed for a boundary")
+    if not GRIDS[0] <= grid <= GRIDS[1]:
+        raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")
     given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
     given |= {"box": box, "orientations": orientations, "retraction": retraction}
     asked = model if criterion == "static" else straight(model)

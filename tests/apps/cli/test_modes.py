@@ -204,7 +204,7 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
         ([*AT, "--boundary"], "either --at X,Y,Z or --boundary is wanted"),
         ([*AT, "--grid", "9"], "--grid: only with --boundary"),
         ([*AT, "--criterion", "exact"], "--criterion: only with --boundary"),
-        (["--boundary", "--grid", "1000"], "at most 121 nodes"),
+        (["--boundary", "--grid", "1000"], "3 to 121 nodes"),
         (["--boundary", "--tensions", "many"], "unknown tensions 'many'"),
         (["--boundary", "--orientations", "0,0,4"], "at most pi (180 degrees)"),
         (["--boundary", "--retraction", "1.5", "--retraction-law", "0,1.5"], "give one of them"),
