@@ -48,6 +48,11 @@ class Boundary:
         return np.isfinite(self.lowest)
 
     @property
+    def beyond(self) -> int:
+        """How many rows balance, but not within the limits of tension or not stably."""
+        return int((self.known & ~self.modes.equilibrium.ok).sum())
+
+    @property
     def spread(self) -> tuple[float, float, float]:
         """The least, the median and the greatest of the lowest frequencies, Hz."""
         values = self.lowest[self.known]

@@ -152,7 +152,8 @@ def test_along_the_boundary(cli, tmp_path) -> None:
     assert (found["criterion"], found["cable"], found["counts_geometric"]) == ("closed-form", "catenary", False)
     told = found["boundary"]
     assert (told["least"], told["median"], told["greatest"]) == own.spread
-    assert (told["n"], told["unheld"], told["grid"], told["tensions"]) == (len(own.lowest), 0, 11, "middle")
+    assert (told["n"], told["unheld"], told["out_of_limits"]) == (len(own.lowest), 0, 0)
+    assert (told["grid"], told["tensions"]) == (11, "middle")
     assert (told["shares"], told["dominant"]) == (own.shares, "rz")
     assert told["worst_pose"] == found["pose"] == own.modes.equilibrium.pose[own.worst].tolist()
     assert found["frequencies"][0] == pytest.approx(told["least"], rel=1e-12)
@@ -181,6 +182,13 @@ def test_options_reach_the_boundary(cli) -> None:
         ("--cable", "rigid"),
     ):
         assert told(*option) != plain, option
+
+
+def test_poses_out_of_their_limits_are_told(cli) -> None:
+    given = ("--boundary", "--grid", "9", "--criterion", "wrench-closure", "--tension-limits", "10,30")
+    told = cli("modes", "jung2020", *given, "--json").json["boundary"]
+    assert 0 < told["out_of_limits"] <= told["n"]
+    assert f"beyond    {told['out_of_limits']} are held" in cli("modes", "jung2020", *given).out
 
 
 def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:

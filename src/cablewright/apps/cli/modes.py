@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from cablewright.analyses.modes import Modes
     from cablewright.models.statics import Equilibrium, Model
 
-__all__ = ["boundary_values", "modes"]
+__all__ = ["modes"]
 
 NO = 1
 
@@ -139,7 +139,7 @@ def _tell_boundary(found: Boundary, plot: Path | None, as_json: bool) -> int:
         fidelity = found.modes.equilibrium.model.fidelity  # of the modes: the question has straight lines
         values = {"status": status} | of_question(found.nodes.question) | {"cable": fidelity.cable.value}
         values |= dict.fromkeys((*_OF_POSE, *_OF_MODES)) if held is None else _values(held, worst, geometric)
-        values |= {"status": status, "boundary": boundary_values(found)}
+        values |= {"status": status, "boundary": _boundary_values(found)}
         print_json(values | {"plot": None if plot is None or held is None else str(plot)})
     else:
         _print_boundary(found)
@@ -152,13 +152,14 @@ def _tell_boundary(found: Boundary, plot: Path | None, as_json: bool) -> int:
     return 0 if status == "ok" else NO
 
 
-def boundary_values(found: Boundary) -> dict[str, Any]:
+def _boundary_values(found: Boundary) -> dict[str, Any]:
     """Frequencies along a boundary for the JSON; null where there are none."""
     least, median, greatest = found.spread
     return {
         "grid": found.nodes.inside.shape[0],
         "n": len(found.lowest),
         "unheld": int((~found.known).sum()),
+        "out_of_limits": found.beyond,
         "tensions": found.holding,
         "least": least,
         "median": median,
@@ -182,6 +183,8 @@ def _print_boundary(found: Boundary) -> None:
     typer.echo("mostly    " + ", ".join(f"{name} at {100.0 * share:.0f} %" for name, share in shares))
     if not found.known.all():
         typer.echo(f"unheld    {int((~found.known).sum())} of {len(found.lowest)}: not counted")
+    if found.beyond:
+        typer.echo(f"beyond    {found.beyond} are held, but not within the limits of tension or not stably: counted")
 
 
 def _draw(found: Modes, file: Path) -> None:

@@ -22,7 +22,6 @@ Array = NDArray[Any]
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, "#cc79a7", style.INK)
 _LONGEST: Final = 40
 _HIDDEN: Final[dict[str, Any]] = {"color": style.GREY, "marker": "x", "linestyle": "none", "markersize": 6}
-
 _RING: Final[dict[str, Any]] = {"marker": "o", "markersize": 9, "fillstyle": "none"}
 
 
@@ -53,9 +52,10 @@ def trade_picture(found: Trade) -> Figure:
 
 
 def _groups(values: Array) -> list[Array]:
-    """Rows that have all but the first change in common."""
+    """Rows that have all but the first change in common, by that one."""
     _, of = np.unique(values[:, 1:], axis=0, return_inverse=True)
-    return [np.flatnonzero(of.ravel() == k) for k in range(int(of.max()) + 1)]
+    order = np.argsort(values[:, 0], kind="stable")
+    return [order[of.ravel()[order] == k] for k in range(int(of.max()) + 1)]
 
 
 def _colour(k: int, groups: list[Array]) -> Any:
