@@ -50,8 +50,8 @@ Varied = Annotated[
         "--vary",
         metavar="NAME=FROM:TO:N",
         help="A number of the robot and its values, SI; or NAME=V1,V2,.. ; several for all their combinations. NAME: "
-        "exit-distance, width-x, width-y, width-top-x, width-bottom-x, .., retraction, a parameter as of `accuracy`, "
-        "one of a line as mass or exit_point.z@LINE; NAME+NAME for names that have the same value.",
+        "exit-distance, width-x, width-y, width-top-x, width-bottom-x, .., retraction; mass, modulus and others as of "
+        "`accuracy`; exit_point.z@LINE for one line; NAME+NAME for names that have the same value.",
     ),
 ]
 
