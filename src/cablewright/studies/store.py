@@ -20,6 +20,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import Study
 from cablewright.studies.check import Check
@@ -27,6 +28,7 @@ from cablewright.studies.check import Check
 __all__ = [
     "file_hash",
     "folder_name",
+    "job_hashes",
     "robot_hash",
     "run_folder",
     "write_check",
@@ -118,8 +120,14 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     columns = {"time": np.round(check.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
-    inputs = {"robot": robot_hash(robot), "job": file_hash(job), "gcode": file_hash(check.job.gcode)}
+    inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
     write_manifest(folder, "check", inputs, options or {})
+
+
+def job_hashes(path: Path, job: Job) -> dict[str, str]:
+    """Hashes of the file of a *job*, and of its G-code where it has some."""
+    files = {"job": path} | ({} if job.gcode is None else {"gcode": job.gcode})
+    return {key: file_hash(file) for key, file in files.items()}
 
 
 def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> None:

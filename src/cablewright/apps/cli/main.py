@@ -13,6 +13,7 @@ from typer.exceptions import TyperException
 from cablewright.apps.cli import (
     accuracy,
     check,
+    curves,
     equilibria,
     interference,
     modes,
@@ -35,6 +36,7 @@ app = typer.Typer(
 )
 app.command("accuracy")(accuracy.accuracy)
 app.command("check")(check.check)
+app.command("curves")(curves.curves)
 app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
 app.command("interference")(interference.interference)
