@@ -1,16 +1,18 @@
-"""Run folders: they appear whole, by rename, or not at all."""
+"""Run folders and files: they appear whole, by rename, or not at all."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import IO
 
 import numpy as np
 import pyarrow as pa
@@ -32,6 +34,7 @@ __all__ = [
     "write_check",
     "write_manifest",
     "write_places",
+    "write_stream",
 ]
 
 MANIFEST = "manifest.json"
@@ -159,6 +162,24 @@ def write_places(study: Study, folder: Path) -> None:
     columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
     with pa.OSFile(str(folder / "places.parquet"), "wb") as sink:
         pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
+
+
+def write_stream(file: Path, write: Callable[[IO[bytes]], object]) -> None:
+    """Have *write* fill a file, which appears whole, by rename, in a folder that is made if need be.
+
+    Raises `EnvironmentFault`.
+    """
+    part = file.with_name(f".{file.name}.part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(file)
+    except OSError as reason:
+        part.unlink(missing_ok=True)
+        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror}") from reason
 
 
 def robot_hash(robot: str) -> str:

@@ -21,6 +21,7 @@ from cablewright.apps.cli import (
     retraction,
     robots,
     statics,
+    trade,
     workspace,
 )
 from cablewright.errors import CablewrightError
@@ -45,6 +46,7 @@ app.command("modulus")(modulus.modulus)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("trade")(trade.trade)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
