@@ -55,7 +55,7 @@ class Condition(StrEnum):
     POWDER_OUT = "the valve is open but no powder is left"
     SILENT = "nothing came over the wireless link for longer than it should"
     NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
-    REPLAYED = "read from a log"
+    CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
 
 
 @dataclass(frozen=True)
