@@ -75,9 +75,9 @@ class Lidar:
         """Add bias and noise, lose rays, and let some tell any distance; masked ones stay NaN."""
         settings, random, count = self.settings, self._random, len(ranges)
         told = ranges + self.bias + settings.deviation * random.standard_normal(count)
-        told = np.round(told / settings.resolution) / (1.0 / settings.resolution)  # short in a log
         told[~((told >= settings.least) & (told <= settings.most))] = np.nan
         chance, anywhere = random.random(count), random.uniform(settings.least, settings.most, count)
+        told = np.round(told / settings.resolution) / (1.0 / settings.resolution)  # as its protocol counts
         told[chance < settings.dropout] = np.nan
         astray = (chance > 1.0 - settings.outliers) & ~np.isnan(ranges)
         told[astray] = np.round(anywhere[astray], 3)

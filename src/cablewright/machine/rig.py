@@ -27,6 +27,7 @@ __all__ = ["Moment", "Rig", "drum_numbers"]
 Array = NDArray[np.float64]
 
 _DAY = 86400.0  # s
+_HEAP = 2e-5  # m^3: what falls at one place before it lies
 _SAYS = (
     (winding.LIMITED, Condition.LIMITED),
     (winding.STALLED, Condition.STALLED),
@@ -153,7 +154,7 @@ class Rig:
         return Moment(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
-        """Let powder out of the drum; it falls in heaps half a cell apart."""
+        """Let powder out of the drum; it falls in small heaps, half a cell apart where the drum moves."""
         drum = self.settings.drum
         left = min(self.powder, drum.flow * valve * period)
         if valve > 0.0 and left <= 0.0 and drum.flow > 0.0:
@@ -164,7 +165,8 @@ class Rig:
         down = self.work.rotation[:, 2]
         x, y = self.motion[0] - drum.valve * down[0], self.motion[1] - drum.valve * down[1]
         self.powder -= left
-        if self._falling and math.hypot(x - self._falls_at[0], y - self._falls_at[1]) > 0.5 * self.ground.cell:
+        moved = math.hypot(x - self._falls_at[0], y - self._falls_at[1])
+        if moved > 0.5 * self.ground.cell or self._falling > _HEAP:
             self._drop()
         if not self._falling:
             self._falls_at = (float(x), float(y))
