@@ -33,6 +33,7 @@ __all__ = [
     "check_faults",
     "load_settings",
     "settings_names",
+    "settings_text",
 ]
 
 NEWEST_SCHEMA: Final = 1
@@ -292,9 +293,8 @@ class MachineSettings(Description):
 def load_settings(name_or_path: str | Path) -> MachineSettings:
     """Return the settings of that library name, or of that TOML file. Raises `InputError`, one line."""
     if isinstance(name_or_path, str) and name_or_path in settings_names():
-        text = resources.files("cablewright.machine").joinpath("library", f"{name_or_path}.toml").read_text("utf-8")
         origin = f"{name_or_path} (library)"
-        return validated(MachineSettings, parse_table(text, origin), origin)
+        return validated(MachineSettings, parse_table(settings_text(name_or_path), origin), origin)
     path = Path(name_or_path)
     if not str(name_or_path).endswith(".toml") and not path.is_file():
         hint = suggestion(str(name_or_path), settings_names())
@@ -308,6 +308,13 @@ def settings_names() -> tuple[str, ...]:
     """Return the names of the machines that come with cablewright, sorted."""
     folder = resources.files("cablewright.machine") / "library"
     return tuple(sorted(item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")))
+
+
+def settings_text(name: str) -> str:
+    """Return the TOML text of a library machine. Raises `UnknownName`."""
+    if name not in settings_names():
+        raise UnknownName("machine", name, settings_names())
+    return resources.files("cablewright.machine").joinpath("library", f"{name}.toml").read_text("utf-8")
 
 
 def check_faults(settings: MachineSettings, lines: tuple[str, ...]) -> None:

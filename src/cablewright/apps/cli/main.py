@@ -19,6 +19,7 @@ from cablewright.apps.cli import (
     modulus,
     retraction,
     robots,
+    simulate,
     statics,
     workspace,
 )
@@ -28,7 +29,7 @@ __all__ = ["app", "main"]
 
 app = typer.Typer(
     name="cablewright",
-    help="Models and checks cable-driven parallel robots that print large parts.",
+    help="Models, checks and simulates cable-driven parallel robots that print large parts.",
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -38,11 +39,13 @@ app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
 app.command("interference")(interference.interference)
 app.command("inverse")(statics.inverse)
+app.command("machines")(simulate.machines)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("simulate")(simulate.simulate)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
