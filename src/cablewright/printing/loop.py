@@ -56,6 +56,8 @@ def random_loop(
     size = np.subtract(high, low)
     if not (size > 0.0).all() or not length > 0.0:
         raise InputError(f"a loop of {length:g} m from {low} to {high}: a length over 0 and a box with room are wanted")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: a whole number from 0 on is wanted")
     random = np.random.default_rng([seed, 6])
     phase = np.linspace(0.0, 2.0 * np.pi, _FINE + 1)
     waves = np.arange(1, _WAVES + 1)

@@ -43,7 +43,7 @@ class DriveSettings:
     """m/s along the path."""
     ramp: float = 2.0
     """s from rest to that speed."""
-    slack: float = 0.02
+    slack: float = 0.03
     """Excess that the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
     error: float = 2e-3
     """Standard deviation of what each length is off what it should be, m ..."""

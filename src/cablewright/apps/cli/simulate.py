@@ -64,7 +64,7 @@ def simulate(
     valve: Annotated[float, typer.Option("--valve", metavar="O", help="Opening of the powder's valve, 0 to 1.")] = 1.0,
     slack: Annotated[
         float, typer.Option("--slack", metavar="E", help="How far the slackest line is let out, m.")
-    ] = 0.02,
+    ] = 0.03,
     fault: Annotated[
         list[str] | None,
         typer.Option(
