@@ -8,7 +8,7 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import accuracy, bodies, certificates, commands, equilibria, interference, statics, workspace
+from benchmarks import accuracy, bodies, certificates, commands, equilibria, interference, machine, statics, workspace
 
 RESULTS = Path(__file__).with_name("results.json")
 
@@ -17,14 +17,14 @@ def main() -> None:
     """Run everything; an aim that is missed is said, not hidden."""
     rows = []
     print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
-    for source in (statics, bodies, certificates, equilibria, accuracy, workspace, interference, commands):
+    for source in (statics, bodies, certificates, equilibria, accuracy, workspace, interference, machine, commands):
         for row in source.rows():
             print(row.text(), flush=True)
             rows.append(row.fields())
-    machine = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
-    machine |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")}
+    host = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
+    host |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")}
     part = RESULTS.with_suffix(".part")
-    part.write_text(json.dumps({"schema": 1, "machine": machine, "rows": rows}, indent=2, default=float) + "\n")
+    part.write_text(json.dumps({"schema": 1, "machine": host, "rows": rows}, indent=2, default=float) + "\n")
     part.replace(RESULTS)
 
 

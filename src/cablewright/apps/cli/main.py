@@ -20,6 +20,7 @@ from cablewright.apps.cli import (
     modulus,
     retraction,
     robots,
+    simulate,
     statics,
     trade,
     workspace,
@@ -30,7 +31,7 @@ __all__ = ["app", "main"]
 
 app = typer.Typer(
     name="cablewright",
-    help="Models and checks cable-driven parallel robots that print large parts.",
+    help="Models, checks and simulates cable-driven parallel robots that print large parts.",
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -41,11 +42,13 @@ app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
 app.command("interference")(interference.interference)
 app.command("inverse")(statics.inverse)
+app.command("machines")(simulate.machines)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("simulate")(simulate.simulate)
 app.command("trade")(trade.trade)
 app.command("workspace")(workspace.workspace)
 
