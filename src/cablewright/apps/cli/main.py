@@ -20,6 +20,8 @@ from cablewright.apps.cli import (
     retraction,
     robots,
     statics,
+    survey,
+    walls,
     workspace,
 )
 from cablewright.errors import CablewrightError
@@ -43,6 +45,8 @@ app.command("modulus")(modulus.modulus)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("survey")(survey.survey)
+app.command("walls")(walls.walls)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
