@@ -36,11 +36,11 @@ class Clustering:
 
 
 class Clusters(NamedTuple):
-    """k clusters with their sums; points of cluster i are ``members[first[i]:first[i] + count[i]]``."""
+    """k clusters with their sums; points of cluster i are ``members[first[i]:first[i] + size[i]]``."""
 
     members: Index
     first: Index  # (k,)
-    count: Index  # (k,)
+    size: Index  # (k,)
     mean: Array  # (k, 2) m
     scatter: Array  # (k, 3) m^2, sums of xx, xy, yy about the mean
 
@@ -112,7 +112,8 @@ def _aligned(xy: Array, gap: Array, near: NDArray[np.bool_], tolerance: float, r
     length = np.maximum(np.hypot(*chord.T), 1e-12)
     beside = np.abs(chord[:, 0] * own[:, 1] - chord[:, 1] * own[:, 0])
     inner = (before < np.arange(n)) & (after > np.arange(n))
-    return ~inner | (beside <= tolerance * length)
+    aligned: NDArray[np.bool_] = ~inner | (beside <= tolerance * length)
+    return aligned
 
 
 def _summed(xy: Array, keep: Index, first: Index, count: Index) -> Clusters:

@@ -48,7 +48,7 @@ class WallLine(NamedTuple):
     variance: float  # m^2, of the points' distances from the line
     points: int
     ends: Array  # (2, 2) m, the first and last of its points, on the line
-    slant: float  # mean of n . ray: what a bias of all ranges does to the distance
+    per_bias: Array  # (2,) what angle and distance change by per metre that all ranges are off
 
     @property
     def length(self) -> float:
@@ -85,7 +85,7 @@ def _axes(count: Array, scatter: Array) -> _Axes:
 def _groups(clusters: Clusters, search: LineSearch) -> list[NDArray[np.intp]]:
     """Put clusters on one line together, the largest first."""
     k = len(clusters)
-    count = clusters.count.astype(float)
+    count = clusters.size.astype(float)
     axes = _axes(count, clusters.scatter) if k else _Axes(*np.empty((3, 0)))
     reach = axes.half[:, None] * axes.along if k else np.empty((0, 2))
     ends = np.stack([clusters.mean - reach, clusters.mean + reach], axis=1)  # (k, 2, 2)
@@ -111,7 +111,7 @@ def _groups(clusters: Clusters, search: LineSearch) -> list[NDArray[np.intp]]:
 
 def _pooled(clusters: Clusters, group: NDArray[np.intp]) -> tuple[Array, Array, Array]:
     """Return number, mean and scatter of several clusters' points."""
-    count = clusters.count[group].astype(float)
+    count = clusters.size[group].astype(float)
     total = count.sum()
     mean = count @ clusters.mean[group] / total
     x, y = (clusters.mean[group] - mean).T
@@ -126,7 +126,7 @@ def _fitted(
     weight, mean, scatter = _pooled(clusters, group)
     axes = _axes(weight, scatter)
     normal, along = axes.normal[0], axes.along[0]
-    parts = [clusters.members[clusters.first[i] : clusters.first[i] + clusters.count[i]] for i in group]
+    parts = [clusters.members[clusters.first[i] : clusters.first[i] + clusters.size[i]] for i in group]
     members = np.concatenate(parts)
     offset = float(normal @ mean)
     position = points.xy @ along
@@ -142,32 +142,35 @@ def _fitted(
         good = np.abs(xy @ normal - offset) <= np.minimum(search.outlier * scale * noise, most)
         if np.count_nonzero(good) < search.least_points:
             return None
-        normal, along, offset, inverse = _weighted(xy[good], 1.0 / noise[good] ** 2, normal)
+        line = _weighted(xy[good], 1.0 / noise[good] ** 2, normal)
+        normal, along, offset = line.normal, line.along, line.offset
         ratio = (xy[good] @ normal - offset) / noise[good]
         scale = max(1.0, math.sqrt(ratio @ ratio / max(len(ratio) - 2, 1)))
     own = xy[good]
     way = np.sort(own @ along)
     if way[-1] - way[0] < search.least_length or len(own) < search.least_points:
         return None
-    return _line(own, ray[good], normal, along, offset, scale**2 * inverse, (way[0], way[-1]))
+    return _line(own, ray[good], 1.0 / noise[good] ** 2, line, scale, (way[0], way[-1]))
 
 
-def _line(
-    xy: Array, ray: Array, normal: Array, along: Array, offset: float, covariance: Array, ends: tuple[float, float]
-) -> WallLine:
+def _line(xy: Array, ray: Array, weight: Array, line: _Weighted, scale: float, ends: tuple[float, float]) -> WallLine:
     """Turn the normal away from the lidar."""
-    sign = -1.0 if offset < 0 else 1.0
+    sign = -1.0 if line.offset < 0 else 1.0
     flip = np.array([1.0, sign])
-    foot = offset * normal
-    off = xy @ normal - offset
+    foot = line.offset * line.normal
+    off = xy @ line.normal - line.offset
+    # A bias moves each point by how steeply it is seen, which differs along the line.
+    steep, place = ray @ line.normal, xy @ line.along + line.lever
+    turned = line.turn * (weight @ (place * steep))
+    moved = weight @ steep / weight.sum() + line.lever * turned
     return WallLine(
-        angle=math.atan2(sign * normal[1], sign * normal[0]),
-        distance=sign * offset,
-        covariance=covariance * np.outer(flip, flip),
+        angle=math.atan2(sign * line.normal[1], sign * line.normal[0]),
+        distance=sign * line.offset,
+        covariance=scale**2 * line.covariance * np.outer(flip, flip),
         variance=float(off @ off / max(len(off) - 2, 1)),
         points=len(xy),
-        ends=np.array([foot + ends[0] * along, foot + ends[1] * along]),
-        slant=float(np.mean(ray @ (sign * normal))),
+        ends=np.array([foot + ends[0] * line.along, foot + ends[1] * line.along]),
+        per_bias=flip * np.array([turned, moved]),
     )
 
 
@@ -178,19 +181,30 @@ def _noise(ray: Array, far: Array, normal: Array, along: Array, lidar: Lidar) ->
     return np.sqrt((lidar.sigma * steep) ** 2 + across**2)
 
 
-def _weighted(xy: Array, weight: Array, like: Array) -> tuple[Array, Array, float, Array]:
-    """Return normal, direction, offset and their covariance (angle, offset) for noise of the weights' size."""
+class _Weighted(NamedTuple):
+    """A line through weighted points."""
+
+    normal: Array  # (2,)
+    along: Array  # (2,)
+    offset: float  # m
+    lever: float  # m: the offset per radian that the normal turns
+    turn: float  # rad^2, variance of its angle
+    covariance: Array  # (2, 2) of angle and offset, for noise of the weights' size
+
+
+def _weighted(xy: Array, weight: Array, like: Array) -> _Weighted:
+    """Fit a line; its normal is on the side of ``like``."""
     total = weight.sum()
     mean = weight @ xy / total
-    off = xy - mean
-    xx, cross, yy = weight @ off[:, 0] ** 2, weight @ (off[:, 0] * off[:, 1]), weight @ off[:, 1] ** 2
+    x, y = (xy - mean).T
+    xx, cross, yy = weight @ (x * x), weight @ (x * y), weight @ (y * y)
     angle = 0.5 * math.atan2(2.0 * cross, xx - yy)
     along = np.array([math.cos(angle), math.sin(angle)])
     normal = np.array([-along[1], along[0]])
     if normal @ like < 0:
         normal, along = -normal, -along
-    # n(angle) p = offset: the normal's turn moves the offset by the place of the mean along the line.
-    turn = 1.0 / max(0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * cross)), 1e-300)
+    turn = float(1.0 / max(0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * cross)), 1e-300))
+    # n(angle) p = offset holds at the mean: the offset turns by where the mean is along the line.
     lever = float(-(along @ mean))
     covariance = np.array([[turn, lever * turn], [lever * turn, 1.0 / total + lever**2 * turn]])
-    return normal, along, float(normal @ mean), covariance
+    return _Weighted(normal, along, float(normal @ mean), lever, turn, covariance)

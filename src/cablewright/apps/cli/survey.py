@@ -24,7 +24,8 @@ __all__ = ["survey"]
 def survey(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Leica GSI-8 or GSI-16, or CSV.")],
     plan: Annotated[
-        Path | None, typer.Option("--plan", metavar="PLAN.toml", help="Markers, instrument and frame, where they differ.")
+        Path | None,
+        typer.Option("--plan", metavar="PLAN.toml", help="Markers, instrument and frame, where they differ."),
     ] = None,
     robot: Annotated[
         str | None, typer.Option("--robot", metavar="ROBOT", help="Whose lines the markers' numbers count.")
@@ -158,7 +159,9 @@ _ORIGIN = {"station": "below the instrument", "exits": "in the middle of the exi
 def _print(found: Survey, out: Path | None, plot: Path | None) -> None:
     """The figures for people."""
     frame = found.frame
-    along = "x and y of the instrument" if frame.along == "instrument" else f"y along wall {frame.along}, x into the room"
+    along = (
+        "x and y of the instrument" if frame.along == "instrument" else f"y along wall {frame.along}, x into the room"
+    )
     typer.echo(f"frame   {along}; origin {_ORIGIN[frame.origin]}; z = 0 is {_ZERO[frame.floor]}")
     if found.exits:
         typer.echo(f"\n{'line':<14} {'exit point, m':<32} {'sigma, mm':<15} {'winch exit, m':<32} sigma, mm")
