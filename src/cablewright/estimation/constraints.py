@@ -21,7 +21,7 @@ __all__ = ["Candidate", "Constraint", "SeenLine", "candidates_of", "constraints_
 Array = NDArray[np.float64]
 
 _LEAST_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
-_MOST_CANDIDATES: Final = 60
+_MOST_CANDIDATES: Final = 40
 
 
 class SeenLine(NamedTuple):
