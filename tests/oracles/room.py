@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,7 +27,7 @@ def rectangle(south: bool = False, window: bool = True, furniture: bool = True) 
     chain = [*east, (WEST, NORTH), (WEST, SOUTH)]
     if south:
         chain.append((EAST, SOUTH))
-    parts = [(a, b) for a, b in zip(chain[:-1], chain[1:], strict=True)]
+    parts = list(pairwise(chain))
     if furniture:
         parts += box(-1.9, 3.6, 0.5, 0.35, 0.4) + box(1.6, -3.8, 0.3, 0.3, -0.2)
     walls = {"west": ((-1.0, 0.0), -WEST), "east": ((1.0, 0.0), EAST), "north": ((0.0, 1.0), NORTH)}

@@ -171,20 +171,20 @@ def _print(found: Survey, out: Path | None, plot: Path | None) -> None:
     if found.axes:
         typer.echo(f"\n{'axis':<21} {'centre, m':<32} {'sigma, mm':<15} {'direction':<25} radius, mm   arc, deg")
     for axis in found.axes:
-        direction = "({:.4f}, {:.4f}, {:.4f})".format(*axis.direction + 0.0)
+        direction = _vector(axis.direction, 4)
         radius = f"{1e3 * axis.radius:.1f} +- {1e3 * axis.radius_sigma:.1f}"
         typer.echo(
             f"{axis.kind + ' ' + axis.line:<21} {_place(axis.point):<32} {_sigma(axis.sigma):<15} {direction:<25} "
             f"{radius:<12} {math.degrees(axis.arc):.0f}"
         )
     if found.walls:
-        typer.echo(f"\n{'wall':<9} {'normal':<27} {'distance, m':<20} {'azimuth, deg':<12} {'lean, deg':<17} markers")
+        typer.echo(f"\n{'wall':<9} {'normal':<30} {'distance, m':<20} {'azimuth, deg':<12} {'lean, deg':<17} markers")
     for wall in found.walls:
-        normal = "({:.5f}, {:.5f}, {:.0f})".format(*wall.normal + 0.0)
+        normal = _vector(wall.normal, 5)
         distance = f"{wall.distance:.4f} +- {wall.distance_sigma:.4f}"
         lean = "-" if math.isnan(wall.lean) else f"{math.degrees(wall.lean):.2f} +- {math.degrees(wall.lean_sigma):.2f}"
         angle = f"+- {math.degrees(wall.angle_sigma):.3f}"
-        typer.echo(f"{wall.name:<9} {normal:<27} {distance:<20} {angle:<12} {lean:<17} {wall.points}")
+        typer.echo(f"{wall.name:<9} {normal:<30} {distance:<20} {angle:<12} {lean:<17} {wall.points}")
     _print_residuals(found)
     if out is not None:
         typer.echo(f"\nrobot   {out}")
@@ -208,7 +208,12 @@ def _print_residuals(found: Survey) -> None:
 
 
 def _place(place: NDArray[Any] | None) -> str:
-    return "-" if place is None else "({:.4f}, {:.4f}, {:.4f})".format(*place + 0.0)
+    return "-" if place is None else _vector(place, 4)
+
+
+def _vector(values: NDArray[Any], digits: int) -> str:
+    """Three numbers, without a minus before a zero."""
+    return "(" + ", ".join(f"{round(float(value), digits) + 0.0:.{digits}f}" for value in values) + ")"
 
 
 def _sigma(sigma: NDArray[Any] | None) -> str:

@@ -45,10 +45,10 @@ def _draw_room(axes: Axes, found: Survey) -> None:
         along = np.array([-wall.normal[1], wall.normal[0]])
         ends = _within(wall.distance * wall.normal[:2], along, low - 0.2, high + 0.2)
         axes.plot(*ends.T, color=style.GREY, linewidth=2.2, label="wall" if i == 0 else None)
-        middle = ends.mean(axis=0) - 0.03 * float(np.max(high - low)) * wall.normal[:2]
+        x, y = ends.mean(axis=0) - 0.03 * float(np.max(high - low)) * wall.normal[:2]
         turned = 90.0 if abs(wall.normal[0]) > abs(wall.normal[1]) else 0.0
         name = style.label(wall.name)
-        axes.text(*middle, name, rotation=turned, ha="center", va="center", color=style.INK, fontsize=8.5)
+        axes.text(x, y, name, rotation=turned, ha="center", va="center", color=style.INK, fontsize=8.5)
     first = 0
     for one in found.exits:
         for place, colour in ((one.exit_point, style.BLUE), (one.winch_exit, style.ORANGE)):
@@ -64,7 +64,9 @@ def _draw_room(axes: Axes, found: Survey) -> None:
             xy = np.array([place[:2] for _, place in places])
             axes.plot(*xy.T, marker, color=colour, markersize=4, markeredgecolor="white", linestyle="", label=name)
     for line, place in exits or winches:
-        axes.annotate(style.label(line, 16), place[:2], xytext=(7, 7), textcoords="offset points", fontsize=8)
+        axes.annotate(
+            style.label(line, 16), (place[0], place[1]), xytext=(7, 7), textcoords="offset points", fontsize=8
+        )
     axes.plot([], [], color=style.BLUE, linewidth=0.9, label=f"95 % ellipse, {_MAGNIFIED:g} times as large")
     axes.plot(0, 0, "+", color=style.INK, markersize=8, label="origin")
     axes.set_aspect("equal", adjustable="datalim")
