@@ -6,6 +6,7 @@ A fit is a small least-squares problem in which every residual is weighted by th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -58,7 +59,16 @@ Model = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 def _fit(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
-    """Solve by Gauss-Newton; the residuals of one marker do not depend on another's coordinates."""
+    """Solve by Gauss-Newton; where the equations are singular, the fit has not converged."""
+    try:
+        return _solved(model, start, points, covariances)
+    except np.linalg.LinAlgError:
+        r = model(start, points)[0]
+        return Fit(start, np.zeros((len(start), points.size)), r, np.zeros_like(r), math.nan, 0, converged=False)
+
+
+def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
+    """Solve; the residuals of one marker do not depend on another's coordinates."""
     q = start
     converged = False
     for _ in range(_ROUNDS):
@@ -66,7 +76,7 @@ def _fit(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
         weight = np.linalg.inv(np.einsum("kri,kij,ksj->krs", B, covariances, B))
         normal = np.einsum("krp,krs,ksq->pq", A, weight, A)
         scale = 1.0 / np.sqrt(np.diag(normal))  # an angle and a length differ by orders of magnitude
-        inverse = scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, hermitian=True) * scale
+        inverse = scale[:, None] * np.linalg.inv(scale[:, None] * normal * scale) * scale
         step = -inverse @ np.einsum("krp,krs,ks->p", A, weight, r)
         if converged:
             break

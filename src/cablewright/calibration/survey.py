@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 _WORST_AZIMUTH: Final = math.radians(1.0)  # sigma of a wall's direction
 _WORST_CENTRE: Final = 0.02  # m, sigma of a circle's centre
 _LEAN_KNOWN: Final = math.radians(0.5)  # sigma of a lean that is worth telling
+_LIKELY: Final = 9.0  # chi-squared per surplus condition of a fit that is believed
+_FLAT: Final = 1e-3  # how much flatter than long a set of marks on a circle may be
 _LEAST_LEVEL: Final = 0.01  # m: two markers nearer than this in plan give no direction
 
 
@@ -66,6 +68,7 @@ class _Work:
         frame = frame_of(self.plan, walls, levels, places, inside, markers, self.shots.origin)
         placed = {feature: frame.put(place) for feature, place in places.items()}
         self._tell()
+        found = tuple(self._walls(walls, levels, frame))
         rows = tuple(self._residual_of(marker) for marker in markers.all)
         checked = np.array([row.residual for row in rows if not math.isnan(row.residual)])
         chi = sum(fit.chi_squared for fit in self.fits.values())
@@ -74,7 +77,7 @@ class _Work:
         return Survey(
             exits=tuple(self._exit_of(line, placed) for line in self._lines(places)),
             axes=tuple(self._axes(swivels, sheaves, frame)),
-            walls=tuple(self._walls(walls, levels, frame)),
+            walls=found,
             residuals=rows,
             rms=float(np.sqrt(np.mean(checked**2))) if len(checked) else math.nan,
             unit_weight=math.sqrt(chi / surplus) if surplus else math.nan,
@@ -87,15 +90,21 @@ class _Work:
 
     def _wall(self, feature: Feature) -> Linear:
         which = self._enough(feature, 2, "their line is the wall's direction")
-        fit = fits.upright_plane(*self._places(which))
+        places, covariances = self._places(which)
+        apart = math.hypot(*np.ptp(places[:, :2], axis=0))
+        if apart < _LEAST_LEVEL:
+            raise self._no_wall(feature, apart, "not known")
+        fit = fits.upright_plane(places, covariances)
         self._keep(feature, which, fit)
         found = self._linear(fit, which)
         sigma = float(found[:1].sigma(self.covariance)[0])
-        if not sigma <= _WORST_AZIMUTH:
-            apart = np.ptp(self._places(which)[0][:, :2], axis=0)
-            why = f"its markers are {math.hypot(*apart):.3g} m apart in plan, its direction is known to {_deg(sigma)}"
-            raise InputError(f"{self.shots.origin}: {feature.words}: {why}; {_deg(_WORST_AZIMUTH)} is wanted")
+        if not (fit.converged and sigma <= _WORST_AZIMUTH):
+            raise self._no_wall(feature, apart, f"known to {_deg(sigma)}" if fit.converged else "not known")
         return found
+
+    def _no_wall(self, feature: Feature, apart: float, known: str) -> InputError:
+        why = f"its markers are {apart:.3g} m apart in plan, its direction is {known}"
+        return InputError(f"{self.shots.origin}: {feature.words}: {why}; {_deg(_WORST_AZIMUTH)} is wanted")
 
     def _level(self, feature: Feature) -> Linear:
         which = self.markers.on(feature)
@@ -104,27 +113,37 @@ class _Work:
         return self._linear(fit, which)
 
     def _swivel(self, feature: Feature) -> Linear:
-        which = self._enough(feature, 3, "a circle goes through three")
-        fit = fits.level_circle(*self._places(which))
-        return self._circle(feature, which, fit, slice(0, 2))
+        which = self._round(feature, slice(0, 2))
+        return self._circle(feature, which, fits.level_circle(*self._places(which)), slice(0, 2))
 
     def _sheave(self, feature: Feature) -> tuple[Linear, Array]:
-        which = self._enough(feature, 3, "a circle goes through three")
+        which = self._round(feature, slice(0, 3))
         fit, basis = fits.circle(*self._places(which))
         return self._circle(feature, which, fit, slice(0, 3)), basis
+
+    def _round(self, feature: Feature, axes: slice) -> list[int]:
+        """Return the marks of a circle, which must not all lie on one line."""
+        which = self._enough(feature, 3, "a circle goes through three")
+        places = self._places(which)[0][:, axes]
+        size = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+        if not size[1] > _FLAT * size[0]:
+            raise self._no_circle(feature, which, "not at all")
+        return which
 
     def _circle(self, feature: Feature, which: list[int], fit: Fit, centre: slice) -> Linear:
         self._keep(feature, which, fit)
         found = self._linear(fit, which)
         sigma = float(found[centre].sigma(self.covariance).max())
         if not (fit.converged and sigma <= _WORST_CENTRE):
-            known = f"to {1e3 * sigma:.0f} mm" if fit.converged else "not at all"
-            where = f"its {len(which)} markers are nearly on one line or in one place"
-            raise InputError(
-                f"{self.shots.origin}: {feature.words}: {where}: the centre of their circle is known {known}, 20 mm is "
-                "wanted; turn it farther between shots"
-            )
+            raise self._no_circle(feature, which, f"to {1e3 * sigma:.0f} mm" if fit.converged else "not at all")
         return found
+
+    def _no_circle(self, feature: Feature, which: list[int], known: str) -> InputError:
+        where = f"its {len(which)} markers are nearly on one line or in one place"
+        return InputError(
+            f"{self.shots.origin}: {feature.words}: {where}: the centre of their circle is known {known}, "
+            f"{1e3 * _WORST_CENTRE:.0f} mm is wanted; turn it farther between shots"
+        )
 
     def _exits(
         self, swivels: Mapping[Feature, Linear], sheaves: Mapping[Feature, tuple[Linear, Array]]
@@ -312,9 +331,12 @@ class _Work:
             return math.nan, math.nan
         lean = -outward * float(fit.value[1])  # a normal that points down has its wall lean out
         if abs(lean) > 3 * sigma:
-            self.notes.append(
-                f"{feature.words} leans {'out' if lean > 0 else 'in'} by {_deg(abs(lean))}, as its markers lie"
-            )
+            told = f"{feature.words} leans {'out' if lean > 0 else 'in'} at its top by {_deg(abs(lean))}"
+            if fit.surplus and fit.chi_squared < _LIKELY * fit.surplus:
+                self._keep(feature, which, fit)  # its markers are judged by the wall as it is
+                self.notes.append(f"{told}: its distance is that in the middle of its markers' heights")
+            else:
+                self.notes.append(f"{told}, or one of its {len(which)} markers is wrong")
         return lean, sigma
 
     def _tell(self) -> None:

@@ -24,11 +24,11 @@ _MOST_BARS: Final = 40
 def survey_picture(found: Survey) -> Figure:
     """Draw a survey. Call within `style.drawing`."""
     drawn = style.figure(9.6, 5.2)
-    room, bars = drawn.subplots(1, 2, width_ratios=(1.5, 1.0))
+    room, bars = drawn.subplots(1, 2, width_ratios=(1.15, 1.0))
     _draw_room(room, found)
     _draw_residuals(bars, found)
     handles, names = room.get_legend_handles_labels()
-    drawn.legend(handles, names, loc="outside lower center", ncols=4)
+    drawn.legend(handles, names, loc="outside lower center", ncols=5)
     return drawn
 
 
@@ -56,13 +56,12 @@ def _draw_room(axes: Axes, found: Survey) -> None:
                 part = found.covariance[first : first + 2, first : first + 2]
                 axes.plot(*(place[:2, None] + _MAGNIFIED * _ellipse(part)), color=colour, linewidth=0.9)
                 first += 3
-    for name, marker, colour, places in (
-        ("exit point", "o", style.BLUE, exits),
-        ("winch exit", "s", style.ORANGE, winches),
-    ):
-        if places:
-            xy = np.array([place[:2] for _, place in places])
-            axes.plot(*xy.T, marker, color=colour, markersize=4, markeredgecolor="white", linestyle="", label=name)
+    if winches:
+        xy = np.array([place[:2] for _, place in winches])
+        axes.plot(*xy.T, "s", color=style.ORANGE, markersize=8, markerfacecolor="none", label="winch exit")
+    if exits:
+        xy = np.array([place[:2] for _, place in exits])
+        axes.plot(*xy.T, "o", color=style.BLUE, markersize=4, label="exit point")
     for line, place in exits or winches:
         axes.annotate(
             style.label(line, 16), (place[0], place[1]), xytext=(7, 7), textcoords="offset points", fontsize=8

@@ -15,6 +15,7 @@ from cablewright.estimation.wall_lines import WallLine
 __all__ = ["walls_picture"]
 
 _MOST_POINTS: Final = 20_000
+_LABEL_AT: Final = (0.5, 0.3, 0.6, 0.4, 0.7)  # along the wall: a window's number is not on its wall's
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED)
 
 
@@ -29,7 +30,7 @@ def walls_picture(points: Points, lines: Sequence[WallLine]) -> Figure:
         about = f"{i + 1}: {line.distance:.3f} m away, rms {1e3 * line.variance**0.5:.1f} mm, {line.points} points"
         axes.plot(*line.ends.T, color=colour, linewidth=2.0, label=about if i < 12 else None)
         away = (11 * np.cos(line.angle), 11 * np.sin(line.angle))
-        x, y = line.ends.mean(axis=0)
+        x, y = line.ends[0] + _LABEL_AT[i % len(_LABEL_AT)] * (line.ends[1] - line.ends[0])
         axes.annotate(
             str(i + 1), (x, y), xytext=away, textcoords="offset points", ha="center", va="center", color=colour,
             fontsize=9, fontweight="bold",
