@@ -127,8 +127,8 @@ def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
     sight = np.array(shot.position if shot.sight is None else shot.sight)
     if shot.sight is None:
         sight = sight - np.array(instrument.station or (0.0, 0.0, 0.0))
-        if not np.linalg.norm(sight) <= FARTHEST:
-            away = f"{np.linalg.norm(sight):.6g} m from the instrument"
+        if not math.hypot(*sight) <= FARTHEST:
+            away = f"{math.hypot(*sight):.6g} m from the instrument"
             raise InputError(
                 f"{origin}, line {shot.line}: point {shot.point!r} is {away}; give a unit, as in 'x (mm)', or say in "
                 f"the plan where the instrument stands, instrument.station"
