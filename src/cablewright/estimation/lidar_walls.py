@@ -53,8 +53,9 @@ class WallSettings:
     ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two walls may differ besides their
     noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points that a place explains. ``near``: m,
     from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may be behind it. ``gate``: m,
-    by how much a line may be off its wall, besides its noise, to count in the final fit. ``distinct``: m, and
-    ``doubt``, a share: when a second place is another one, and when it explains too much to be sure of the first.
+    by how much a line may be off its wall, besides its noise, to count in the final fit. ``distinct``: m, from
+    which a second candidate is another place, and ``doubt``: what share of the points that the first explains it must
+    explain for the first to be doubted: in a long room turned by half, both long walls and one end fit again.
     """
 
     room: Room
@@ -69,7 +70,7 @@ class WallSettings:
     recess: float = 0.12
     gate: float = 0.015
     distinct: float = 0.02
-    doubt: float = 0.05
+    doubt: float = 0.6
 
     def __post_init__(self) -> None:
         if not 0 < self.yaw_range[1] - self.yaw_range[0] <= math.tau + 1e-9:
@@ -243,7 +244,7 @@ def _answer(
     fits = [one for one in found if one.laser_misfit <= _LASER_FITS]
     rivals = [one.explained for one in fits or found if _apart(one, best, settings)]
     confidence = best.explained - max(rivals, default=0.0)
-    status: WallStatus = "ambiguous" if rivals and confidence < settings.doubt else "ok"
+    status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
     note = _SAID[status]
     if lasers and not fits:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
