@@ -12,7 +12,15 @@ from hypothesis import strategies as st
 
 from cablewright.errors import InputError
 from cablewright.estimation.clusters import Clustering, clusters_of
-from cablewright.estimation.lidar_walls import Scan, WallPose, WallSettings, WallState, start, step
+from cablewright.estimation.lidar_walls import (
+    LidarTurn,
+    WallPose,
+    WallSettings,
+    WallState,
+    start,
+    steady_drift,
+    step,
+)
 from cablewright.estimation.room import Laser, Room, RoomWall
 from cablewright.estimation.scan import Lidar, level_mount, noise_of, points_of
 from cablewright.estimation.wall_lines import LineSearch, WallLine, lines_of
@@ -43,7 +51,7 @@ def run(
     for _ in range(turns):
         for i, lidar in enumerate(settings_.lidars):
             a, r = scan(room, pose, rng, mount=lidar.mount[:2], lidar_yaw=lidar.yaw, bias=bias[i], **how)
-            state, found = step(settings_, state, Scan(a, r, i), lasers)
+            state, found = step(settings_, state, LidarTurn(a, r, i), lasers)
     return state, found
 
 
@@ -166,7 +174,7 @@ def test_no_wall_in_sight(ranges: np.ndarray) -> None:
     """Nothing, a round room, points too near: said, never a crash, and the state stays."""
     angles = np.linspace(0, math.tau, len(ranges), endpoint=False)
     state = replace(start(), yaw=0.1, position=(1.0, 2.0))
-    state, found = step(WallSettings(KNOWN), state, Scan(angles, ranges))
+    state, found = step(WallSettings(KNOWN), state, LidarTurn(angles, ranges))
     assert found.status == "no-wall"
     assert np.isnan(found.position).all()
     assert "no wall is in sight" in found.note
@@ -179,7 +187,7 @@ def test_any_points_give_an_answer(seed: int, n: int, spread: float) -> None:
     rng = np.random.default_rng(seed)
     ranges = np.abs(rng.normal(2.0, spread, n))
     ranges[rng.random(n) < 0.1] = rng.choice([math.nan, math.inf, 0.0])
-    _, found = step(WallSettings(KNOWN), start(), Scan(rng.uniform(-7, 7, n), ranges))
+    _, found = step(WallSettings(KNOWN), start(), LidarTurn(rng.uniform(-7, 7, n), ranges))
     assert found.status in ("ok", "ambiguous", "parallel", "no-wall")
 
 
@@ -317,11 +325,11 @@ def test_a_square_room_is_ambiguous() -> None:
 
 
 def test_the_yaw_is_followed_through_whole_turns() -> None:
-    """Scan by scan the yaw may go round; each answer starts the next one's range."""
+    """LidarTurn by scan the yaw may go round; each answer starts the next one's range."""
     rng, state = np.random.default_rng(2), start()
     settings_ = WallSettings(KNOWN)
     for yaw in np.arange(0.0, 7.0, 0.15):
-        state, found = step(settings_, state, Scan(*scan(ROOM, (0.2, 1.0, yaw), rng)))
+        state, found = step(settings_, state, LidarTurn(*scan(ROOM, (0.2, 1.0, yaw), rng)))
         assert math.remainder(found.yaw - yaw, math.tau) == pytest.approx(0.0, abs=2e-3)
         assert found.position == pytest.approx((0.2, 1.0), abs=3e-3)
 
@@ -335,7 +343,7 @@ def test_moving_with_what_others_know() -> None:
             pose = np.array([-0.5 + 0.018 * k, -0.5 + 0.024 * k, 0.02 * k])
             moved = tuple((pose - before).tolist()) if known else (0.0, 0.0, 0.0)
             a, r = scan(ROOM, tuple(pose), rng, mount=NORTH_LIDAR.mount[:2])
-            state, found = step(replace(BOTH, lidars=(NORTH_LIDAR,)), state, Scan(a, r, moved=moved))
+            state, found = step(replace(BOTH, lidars=(NORTH_LIDAR,)), state, LidarTurn(a, r, moved=moved))
             errors.append(np.abs(found.position - pose[:2]).max())
             before = pose
         assert max(errors) < (2e-3 if known else 0.04)
@@ -357,11 +365,40 @@ def test_a_leaning_platform_is_made_level() -> None:
     level = cast(ROOM, np.array(pose[:2]) + centre[:2], np.arctan2(rays[:, 1], rays[:, 0]))
     r = level / np.hypot(rays[:, 0], rays[:, 1]) + np.random.default_rng(9).normal(0, 2e-3, 720)
     only = WallSettings(KNOWN, (lidar,))
-    _, found = step(only, start(), Scan(a, r, tilt=tilt))
+    _, found = step(only, start(), LidarTurn(a, r, tilt=tilt))
     assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
     assert level_mount(lidar, tilt) == pytest.approx((R @ np.array(lidar.mount))[:2], abs=1e-12)
-    _, wrong = step(only, start(), Scan(a, r))
+    _, wrong = step(only, start(), LidarTurn(a, r))
     assert np.abs(wrong.position - pose[:2]).max() > 0.02
+
+
+def test_a_turn_on_the_way_is_straightened() -> None:
+    """Rays one after another while the platform moves, turns and swings: with its drift known walls are straight."""
+    lidar, velocity, rate = Lidar(mount=(0.1, 0.0, -0.5), yaw=0.3), (0.05, -0.03), 0.06
+    times = np.linspace(0.0, 0.9, 720)
+    end = np.array([0.4, 0.3, 0.2])
+    a = np.linspace(0, math.tau, 720, endpoint=False)
+    tilt = 0.02 * np.stack([np.sin(2.0 * times), np.cos(3.0 * times)], axis=1)
+    rng, r = np.random.default_rng(9), np.empty(720)
+    for k, time in enumerate(times - times[-1]):
+        x, y, yaw = end + np.array([*velocity, rate]) * time
+        rx, ry = tilt[k]
+        K = np.array([[0, 0, ry], [0, 0, -rx], [-ry, rx, 0]])
+        angle = math.hypot(rx, ry)
+        c, s = math.cos(yaw), math.sin(yaw)
+        lean = np.eye(3) + math.sin(angle) / angle * K + (1 - math.cos(angle)) / angle**2 * K @ K
+        R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ lean
+        ray = R @ [math.cos(a[k] + 0.3), math.sin(a[k] + 0.3), 0.0]
+        centre = np.array([x, y]) + (R @ lidar.mount)[:2]
+        r[k] = cast(ROOM, centre, np.array([math.atan2(ray[1], ray[0])]))[0] / math.hypot(ray[0], ray[1])
+    r += rng.normal(0, 2e-3, 720)
+    only = WallSettings(KNOWN, (lidar,))
+    drift = steady_drift(times, velocity, rate, end[2])
+    _, found = step(only, start(), LidarTurn(a, r, tilt=tilt, drift=drift))
+    assert [*found.position, found.yaw] == pytest.approx(end, abs=2e-3)
+    assert max(math.sqrt(found.seen[found.constraints[i].seen].line.variance) for i in found.used) < 3e-3
+    _, skewed = step(only, start(), LidarTurn(a, r))
+    assert np.abs(skewed.position - end[:2]).max() > 0.01
 
 
 # Refusals
@@ -370,11 +407,13 @@ def test_a_leaning_platform_is_made_level() -> None:
 def test_refusals() -> None:
     a, r = scan(ROOM, (0, 0, 0), np.random.default_rng(0))
     with pytest.raises(InputError, match="lidar 1; there are 1"):
-        step(WallSettings(KNOWN), start(), Scan(a, r, 1))
+        step(WallSettings(KNOWN), start(), LidarTurn(a, r, 1))
     with pytest.raises(InputError, match="as many angles as ranges"):
-        step(WallSettings(KNOWN), start(), Scan(a, r[:-1]))
+        step(WallSettings(KNOWN), start(), LidarTurn(a, r[:-1]))
+    with pytest.raises(InputError, match="a tilt \\(2,\\) or \\(n, 2\\) and a drift"):
+        step(WallSettings(KNOWN), start(), LidarTurn(a, r, drift=np.zeros((3, 3))))
     with pytest.raises(InputError, match="room: no wall 'south'; it has west, east, north"):
-        step(WallSettings(KNOWN), start(), Scan(a, r), (Laser("south", 1.0),))
+        step(WallSettings(KNOWN), start(), LidarTurn(a, r), (Laser("south", 1.0),))
     with pytest.raises(InputError, match="0 walls"):
         Room(())
     with pytest.raises(InputError, match="two walls are named 'a'"):

@@ -27,7 +27,7 @@ from cablewright.estimation.room import Laser, Room
 from cablewright.estimation.scan import Lidar, level_mount, points_of
 from cablewright.estimation.wall_lines import LineSearch, lines_of
 
-__all__ = ["Scan", "WallPose", "WallSettings", "WallState", "WallStatus", "start", "step"]
+__all__ = ["LidarTurn", "WallPose", "WallSettings", "WallState", "WallStatus", "start", "steady_drift", "step"]
 
 Array = NDArray[np.float64]
 
@@ -80,21 +80,36 @@ class WallSettings:
             raise InputError("one lidar and one turn to keep at least are wanted")
 
 
-class Scan(NamedTuple):
+class LidarTurn(NamedTuple):
     """One turn of one lidar.
 
-    ``tilt``: rad, rotation vector (x, y) of the platform, by which it leans. ``moved``: (dx, dy, dyaw) m and rad in
-    the reference frame since the scan before, of whatever lidar, where something else knows it; older turns follow.
+    ``tilt``: rad, rotation vector (x, y) of the platform by which it leans, at the end or at each ray. ``drift``: where
+    the platform was at each ray, as `points_of` takes it; `steady_drift` makes one. ``moved``: (dx, dy, dyaw) m and rad
+    in the reference frame since the turn before, of whatever lidar, where something else knows it; older turns follow.
     """
 
     angles: ArrayLike  # (n,) rad, counter-clockwise
     ranges: ArrayLike  # (n,) m; 0 or not finite: no echo
     lidar: int = 0
-    tilt: tuple[float, float] = (0.0, 0.0)
+    tilt: ArrayLike = (0.0, 0.0)  # (2,) or (n, 2)
+    drift: ArrayLike | None = None  # (n, 3)
     moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-class _Turn(NamedTuple):
+def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: float, yaw: float) -> Array:
+    """(n, 3) m and rad: where the platform was at each ray, if it moves steadily.
+
+    ``times``: (n,) s, of the rays; the last one is the end. ``velocity``: m/s, reference frame; ``yaw``: rad, at the
+    end.
+    """
+    before = np.asarray(times, dtype=np.float64)
+    before = before - before[-1:]
+    c, s = math.cos(yaw), math.sin(yaw)
+    ahead, left = c * velocity[0] + s * velocity[1], c * velocity[1] - s * velocity[0]
+    return np.outer(before, [ahead, left, yaw_rate])
+
+
+class _KeptTurn(NamedTuple):
     """What is kept of a turn, in the platform's present level frame."""
 
     lidar: int
@@ -106,7 +121,7 @@ class _Turn(NamedTuple):
 class WallState:
     """What `step` hands to the next."""
 
-    turns: tuple[_Turn, ...] = ()
+    turns: tuple[_KeptTurn, ...] = ()
     yaw: float | None = None  # rad, the last that was found
     position: tuple[float, float] | None = None
 
@@ -134,7 +149,7 @@ def start() -> WallState:
 
 
 def step(
-    settings: WallSettings, state: WallState, scan: Scan, lasers: Sequence[Laser] = ()
+    settings: WallSettings, state: WallState, scan: LidarTurn, lasers: Sequence[Laser] = ()
 ) -> tuple[WallState, WallPose]:
     """Take one turn of a lidar. ``lasers``: what an operator measured at this place; it picks among candidates.
 
@@ -159,10 +174,10 @@ def step(
     return WallState(turns, yaw, position), pose
 
 
-def _seen(settings: WallSettings, scan: Scan) -> _Turn:
+def _seen(settings: WallSettings, scan: LidarTurn) -> _KeptTurn:
     """Find the lines of a new turn and bring them into the platform's level frame."""
     lidar = settings.lidars[scan.lidar]
-    points = points_of(lidar, scan.angles, scan.ranges, scan.tilt)
+    points = points_of(lidar, scan.angles, scan.ranges, scan.tilt, scan.drift)
     mount = level_mount(lidar, scan.tilt)
     lines = lines_of(points, lidar, settings.search)
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
@@ -171,10 +186,10 @@ def _seen(settings: WallSettings, scan: Scan) -> _Turn:
         SeenLine(scan.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ turn.T + mount))
         for line in lines
     )
-    return _Turn(scan.lidar, seen, points.xy @ turn.T + mount)
+    return _KeptTurn(scan.lidar, seen, points.xy @ turn.T + mount)
 
 
-def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_Turn, ...]:
+def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_KeptTurn, ...]:
     """Bring older turns to where the platform is now: what moved one way is seen to have moved the other."""
     if moved == (0.0, 0.0, 0.0) or state.yaw is None:
         return state.turns
@@ -192,10 +207,10 @@ def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_Turn
         )
         return SeenLine(one.lidar, mount, line)
 
-    return tuple(_Turn(t.lidar, tuple(shifted(one) for one in t.seen), t.xy @ turn.T - back) for t in state.turns)
+    return tuple(_KeptTurn(t.lidar, tuple(shifted(one) for one in t.seen), t.xy @ turn.T - back) for t in state.turns)
 
 
-def _kept(settings: WallSettings, older: tuple[_Turn, ...], newest: _Turn) -> tuple[_Turn, ...]:
+def _kept(settings: WallSettings, older: tuple[_KeptTurn, ...], newest: _KeptTurn) -> tuple[_KeptTurn, ...]:
     """Return the last turns of each lidar, the newest last."""
     turns = (*older, newest)
     own = [i for i, turn in enumerate(turns) if turn.lidar == newest.lidar]
@@ -203,7 +218,7 @@ def _kept(settings: WallSettings, older: tuple[_Turn, ...], newest: _Turn) -> tu
     return tuple(turn for i, turn in enumerate(turns) if i not in gone)
 
 
-def _newest(turns: Sequence[_Turn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
+def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
     """Return the points of each lidar's last turn, and which walls they may be on."""
     last = {turn.lidar: turn.xy for turn in turns}
     names = [wall.name for wall in settings.room.walls]

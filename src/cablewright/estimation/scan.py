@@ -59,36 +59,61 @@ class Points(NamedTuple):
         return len(self.xy)
 
 
-def points_of(lidar: Lidar, angles: ArrayLike, ranges: ArrayLike, tilt: tuple[float, float] = (0.0, 0.0)) -> Points:
+def points_of(
+    lidar: Lidar, angles: ArrayLike, ranges: ArrayLike, tilt: ArrayLike = (0.0, 0.0), drift: ArrayLike | None = None
+) -> Points:
     """Return the points of a scan that count: finite, within the unit's range, not on the platform.
 
-    ``angles``: (n,) rad, counter-clockwise; ``ranges``: (n,) m, 0 or not finite where nothing came back. ``tilt``: rad,
-    rotation vector (x, y) of the platform frame by which the level one became the real one; points are made level.
+    ``angles``: (n,) rad, counter-clockwise; ``ranges``: (n,) m, 0 or not finite where nothing came back. ``tilt``: (2,)
+    or (n, 2) rad, rotation vector (x, y) of the platform frame by which the level one became the real one, at the end
+    or at each ray. ``drift``: (n, 3) m and rad, where the platform was at each ray, x, y and yaw from where it is at
+    the end, along its level axes there. Points are made level and brought to where the lidar is at the end.
 
-    Raises `InputError` unless both are one-dimensional and as long as each other.
+    Raises `InputError` unless the arrays fit each other.
     """
     a, r = np.asarray(angles, dtype=np.float64), np.asarray(ranges, dtype=np.float64)
     if a.ndim != 1 or a.shape != r.shape:
         raise InputError(f"scan: as many angles as ranges are wanted, not shapes {a.shape} and {r.shape}")
+    leaning = np.asarray(tilt, dtype=np.float64)
+    moved = None if drift is None else np.asarray(drift, dtype=np.float64)
+    if leaning.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
+        shapes = f"{leaning.shape} and {None if moved is None else moved.shape}"
+        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are wanted, not {shapes}")
     with np.errstate(invalid="ignore"):
         good = np.isfinite(a) & (r >= lidar.least) & (r <= lidar.most)
         for begin, end in lidar.masked:
             good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
-    a, r = a[good] % math.tau, r[good]
-    order = np.argsort(a, kind="stable")
-    a, r = a[order], r[order]
-    step = np.diff(a, append=a[:1] + math.tau)
-    if len(a):
+    bearing = a[good] % math.tau
+    order = np.argsort(bearing, kind="stable")
+    step = np.diff(bearing[order], append=bearing[order][:1] + math.tau)
+    if len(order):
         first = int(step.argmax()) + 1
-        a, r, step = np.roll(a, -first), np.roll(r, -first), np.roll(step, -first)
-    ray = np.stack([np.cos(a), np.sin(a)], axis=1)
-    if tilt == (0.0, 0.0):
-        return Points(r[:, None] * ray, ray, r, step)
+        order, step = np.roll(order, -first), np.roll(step, -first)
+    chosen = np.flatnonzero(good)[order]
+    ray, far = np.stack([np.cos(bearing[order]), np.sin(bearing[order])], axis=1), r[chosen]
+    xy = far[:, None] * ray
+    if moved is None and not leaning.any():
+        return Points(xy, ray, far, step)
+    xy = _at_the_end(
+        lidar, xy, leaning[chosen] if leaning.ndim == 2 else leaning, None if moved is None else moved[chosen],
+        leaning[-1] if leaning.ndim == 2 and len(leaning) else leaning,
+    )  # fmt: skip
+    far = np.hypot(*xy.T)
+    return Points(xy, xy / np.maximum(far, 1e-12)[:, None], far, step)
+
+
+def _at_the_end(lidar: Lidar, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
+    """Bring points (n, 2) of the lidar's plane to where its centre is at the end, level, along its level axes."""
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
-    turn = _turn((c * tilt[0] + s * tilt[1], c * tilt[1] - s * tilt[0]))
-    xy = r[:, None] * ray @ turn[:2, :2].T
-    level = np.hypot(xy[:, 0], xy[:, 1])
-    return Points(xy, xy / level[:, None], level, step)
+    turn = np.array([[c, -s], [s, c]])
+    on_platform = np.column_stack([xy @ turn.T, np.zeros(len(xy))]) + np.array(lidar.mount)
+    level = _tilted(on_platform, np.broadcast_to(tilt, (len(xy), 2)))[:, :2]
+    if drift is not None:
+        c_, s_ = np.cos(drift[:, 2]), np.sin(drift[:, 2])
+        x, y = level.T
+        level = np.stack([c_ * x - s_ * y, s_ * x + c_ * y], axis=1) + drift[:, :2]
+    there: Array = (level - level_mount(lidar, last)) @ turn
+    return there
 
 
 def noise_of(points: Points, least: float = 5e-4, most: float = 0.05) -> float:
@@ -103,23 +128,17 @@ def noise_of(points: Points, least: float = 5e-4, most: float = 0.05) -> float:
     return float(np.clip(np.median(bend) / (_MEDIAN_OF_NORMAL * math.sqrt(6.0)), least, most))
 
 
-def level_mount(lidar: Lidar, tilt: tuple[float, float] = (0.0, 0.0)) -> Array:
+def level_mount(lidar: Lidar, tilt: ArrayLike = (0.0, 0.0)) -> Array:
     """(2,) m: where the lidar's centre is from the platform point, seen from above, platform frame without its tilt."""
-    mount: Array = (_turn(tilt) @ np.array(lidar.mount))[:2]
-    return mount
+    leaning = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
+    return _tilted(np.array([lidar.mount]), leaning)[0, :2]
 
 
-def _turn(tilt: tuple[float, float]) -> Array:
-    """(3, 3): the rotation by a level rotation vector."""
-    angle = math.hypot(*tilt)
-    if angle < 1e-300:
-        return np.eye(3)
-    x, y = tilt[0] / angle, tilt[1] / angle
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array(
-        [
-            [c + x * x * (1 - c), x * y * (1 - c), y * s],
-            [x * y * (1 - c), c + y * y * (1 - c), -x * s],
-            [-y * s, x * s, c],
-        ]
-    )
+def _tilted(points: Array, tilt: Array) -> Array:
+    """Turn each point (n, 3) by its level rotation vector (n, 2): Rodrigues' formula."""
+    angle = np.hypot(*tilt.T)
+    axis = np.column_stack([tilt, np.zeros(len(tilt))]) / np.maximum(angle, 1e-300)[:, None]
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    along = np.einsum("ni,ni->n", axis, points)[:, None]
+    turned: Array = c * points + s * np.cross(axis, points) + (1 - c) * along * axis
+    return turned

@@ -115,13 +115,13 @@ def _search(sigma: float) -> Any:
 
 
 def _placed(known: Room, lidar: Lidar, scan: FileScan, yaws: tuple[float, float], lasers: Sequence[Laser]) -> WallPose:
-    from cablewright.estimation.lidar_walls import Scan, WallSettings, start, step
+    from cablewright.estimation.lidar_walls import LidarTurn, WallSettings, start, step
 
     wide = max(1.0, 4.0 * lidar.sigma / 0.012)  # as lines are merged
     settings = WallSettings(
         known, (lidar,), _search(lidar.sigma), yaws, near=0.02 * wide, gate=0.015 * wide, distinct=0.02 * wide
     )
-    return step(settings, start(), Scan(scan.angles, scan.ranges), lasers)[1]
+    return step(settings, start(), LidarTurn(scan.angles, scan.ranges), lasers)[1]
 
 
 def _pair(text: str, option: str) -> tuple[float, float]:
