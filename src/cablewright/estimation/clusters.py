@@ -16,6 +16,8 @@ __all__ = ["Clustering", "Clusters", "clusters_of"]
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_CLEAR_OF_NOISE = 5.0  # sigmas apart from which points tell how far it is from one to the next
+
 
 @dataclass(frozen=True)
 class Clustering:
@@ -58,7 +60,8 @@ def clusters_of(points: Points, sigma: float, settings: Clustering) -> Clusters:
     bearing = np.concatenate([[0.0], np.cumsum(points.step)])[keep]
     gap = np.hypot(*np.diff(xy, axis=0).T)
     near = gap <= _expected(points.distance[keep], np.diff(bearing), _usual(points.step), sigma, settings)
-    aligned = _aligned(xy, gap, near, 3.0 * math.sqrt(1.5) * sigma + settings.alignment, settings.reach)
+    way = _way(xy, gap, sigma, float(np.median(points.distance[keep])) * _usual(points.step))
+    aligned = _aligned(xy, way, near, 3.0 * math.sqrt(1.5) * sigma + settings.alignment, settings.reach)
     joined = near & aligned[1:] & aligned[:-1]  # (n - 1,) point i and the next
     edges = np.flatnonzero(np.diff(np.concatenate([[False], joined, [False]]).astype(np.int8)))
     first, count = edges[::2], edges[1::2] - edges[::2] + 1
@@ -98,11 +101,21 @@ def _without_strays(points: Points, sigma: float, settings: Clustering) -> Index
     return everything[~stray]
 
 
-def _aligned(xy: Array, gap: Array, near: NDArray[np.bool_], tolerance: float, reach: float) -> NDArray[np.bool_]:
+def _way(xy: Array, gap: Array, sigma: float, usual: float) -> Array:
+    """Return the way along the points (n,), m. Where they are nearer than their noise, only some of them tell it."""
+    few = math.ceil(_CLEAR_OF_NOISE * sigma / max(usual, 1e-9))
+    if few <= 1:
+        return np.concatenate([[0.0], np.cumsum(gap)])
+    at = np.append(np.arange(0, len(xy) - 1, min(few, len(xy))), len(xy) - 1)
+    chords = np.hypot(*np.diff(xy[at], axis=0).T)
+    way: Array = np.interp(np.arange(len(xy)), at, np.concatenate([[0.0], np.cumsum(chords)]))
+    return way
+
+
+def _aligned(xy: Array, way: Array, near: NDArray[np.bool_], tolerance: float, reach: float) -> NDArray[np.bool_]:
     """Say which points lie on the line of two others, one before and one after, ``reach`` away along the points."""
     n = len(xy)
     run = np.concatenate([[0], np.cumsum(~near)])  # (n,) of successive points that are near each other
-    way = np.concatenate([[0.0], np.cumsum(gap)])
     begin = np.searchsorted(run, run, side="left")
     end = np.searchsorted(run, run, side="right") - 1
     before = np.maximum(np.searchsorted(way, way - reach, side="right") - 1, begin)

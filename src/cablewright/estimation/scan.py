@@ -117,15 +117,15 @@ def _at_the_end(lidar: Lidar, xy: Array, tilt: Array, drift: Array | None, last:
 
 
 def noise_of(points: Points, least: float = 5e-4, most: float = 0.05) -> float:
-    """Return the sigma of one range (m) from how much ranges bend between neighbours, within ``least`` and ``most``.
+    """Return the sigma of one range (m) from how little ranges go on as before, within ``least`` and ``most``.
 
-    Half of all bends decide, so corners and things in the way do not count. Straight walls bend ranges too, but seen in
-    steps of a degree or less by fractions of a millimetre.
+    From third differences of neighbours: a straight wall bends ranges, but seen in steps of two degrees or less hardly
+    changes how they bend. Half of all decide, so corners and things in the way do not count.
     """
-    if len(points) < 3:
+    if len(points) < 4:
         return least
-    bend = np.abs(np.diff(points.distance, 2))
-    return float(np.clip(np.median(bend) / (_MEDIAN_OF_NORMAL * math.sqrt(6.0)), least, most))
+    jerk = np.abs(np.diff(points.distance, 3))
+    return float(np.clip(np.median(jerk) / (_MEDIAN_OF_NORMAL * math.sqrt(20.0)), least, most))
 
 
 def level_mount(lidar: Lidar, tilt: ArrayLike = (0.0, 0.0)) -> Array:
