@@ -1,0 +1,99 @@
+"""Height of B from the vertical lidar, over the floor and over what lies on it (Merlet and Papegay 2023, III.A)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError
+from cablewright.signals import Scan
+
+__all__ = ["Height", "HeightSettings", "height_of"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HeightSettings:
+    """The vertical lidar and how its points are chosen.
+
+    ``place``: (3,) m and ``axes``: x and y of its plane, in the drum's frame. ``cone``: rad to both sides of the drum's
+    axis. ``lowest``: how many points count as floor. ``alone``: m by which a point that both its neighbours differ from
+    is no point. ``slope``: of the line through the lowest, beyond which they are no floor. ``floor``: m, world.
+    """
+
+    place: tuple[float, float, float]
+    axes: tuple[tuple[float, float, float], tuple[float, float, float]]
+    cone: float = math.radians(20.0)
+    lowest: int = 5
+    alone: float = 0.05
+    slope: float = 0.2
+    floor: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a line through one point."""
+        if self.lowest < 2:
+            raise InputError(f"lowest = {self.lowest}: 2 points at least make a line")
+
+
+class Height(NamedTuple):
+    """What one vertical scan tells. Both heights are B's, m; NaN where `note` says why not."""
+
+    over_floor: float  # world: z of B
+    over_structure: float  # over all that lies in the cone, on average: the paper's fictive height
+    slope: float  # of the line through the lowest points; near 0 on a level floor
+    points: int  # in the cone
+    note: str
+
+
+def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
+    """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray."""
+    x, y = np.array(settings.axes)
+    angles = scan.angles
+    rays = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y  # (n, 3), drum
+    good = np.isfinite(scan.ranges) & (-rays[:, 2] >= math.cos(settings.cone))
+    if np.count_nonzero(good) < 2 * settings.lowest:
+        return Height(math.nan, math.nan, math.nan, int(np.count_nonzero(good)), "no floor in sight")
+    lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
+    points = np.array(settings.place) + scan.ranges[good, None] * rays[good]
+    level = _leaned(points, lean)
+    depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
+    near = np.abs(np.diff(depth)) <= settings.alone
+    kept = np.append(near, False) | np.append(False, near)
+    depth, along = depth[kept], along[kept]
+    if len(depth) < 2 * settings.lowest:
+        return Height(math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together")
+    order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
+    under = float(_leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
+    slope, at = _line(along[order] - under, depth[order])
+    fictive = settings.floor + float(depth.mean())
+    if not abs(slope) <= settings.slope:
+        said = f"the lowest points slope by {slope:.2f}: no floor"
+        return Height(math.nan, fictive, slope, len(depth), said)
+    return Height(settings.floor + at, fictive, slope, len(depth), "")
+
+
+def _line(x: Array, y: Array) -> tuple[float, float]:
+    """Slope and value at 0 of the line through some points; level where they stand above each other."""
+    away = x - x.mean()
+    spread = float(away @ away)
+    slope = float(away @ y) / spread if spread > 1e-12 else 0.0
+    return slope, float(y.mean()) - slope * float(x.mean())
+
+
+def _heading(settings: HeightSettings) -> Array:
+    """Unit direction (2,), level, in which the scan's plane stands."""
+    x, y = np.array(settings.axes)[:, :2]
+    way = x if np.hypot(*x) > np.hypot(*y) else y
+    return np.asarray(way / np.hypot(*way))
+
+
+def _leaned(points: Array, lean: Array) -> Array:
+    """Points (n, 3) turned by small rotation vectors (n, 2), to second order."""
+    turn = np.column_stack([lean, np.zeros(len(lean))])
+    once = np.cross(turn, points)
+    return np.asarray(points + once + 0.5 * np.cross(turn, once))

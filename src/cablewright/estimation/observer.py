@@ -1,0 +1,422 @@
+"""The machine's state by the chain of Merlet and Papegay 2023, section III: `step` takes a frame, tells an estimate.
+
+Lidars tell where the drum is about once a second, line accelerometers which line is slack, and from both the lengths
+follow; encoders carry the lengths on, and a forward solve the drum, at every step in between.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError, Status
+from cablewright.estimation import drum_radius, lengths, lidar_walls, slackness, tilt
+from cablewright.estimation.drum_radius import RadiusSettings, RadiusState
+from cablewright.estimation.height import Height, HeightSettings, height_of
+from cablewright.estimation.lidar_walls import LidarTurn, WallPose, WallSettings, WallState
+from cablewright.estimation.room import Laser
+from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut, taut_at
+from cablewright.estimation.tilt import TiltSettings, TiltState
+from cablewright.estimation.trail import Trail
+from cablewright.estimation.watch import Watch
+from cablewright.models.statics import Model
+from cablewright.signals import (
+    Distance,
+    Encoders,
+    Estimate,
+    Inertial,
+    LineAngles,
+    Reading,
+    Scan,
+    SensorFrame,
+    frozen,
+)
+from cablewright.solvers.track import Tracker, TrackerSettings
+
+__all__ = ["ObserverSettings", "ObserverState", "start", "step"]
+
+Array = NDArray[np.float64]
+
+_KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
+_LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
+_STUCK: Final = 10  # readings in a row, the same to the last bit
+_ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverSettings:
+    """What is believed of the machine, and how its sensors are judged.
+
+    ``model``: the robot as described, with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
+    ``counts``: of an encoder for a radian of a winch drum. ``fastest``: rad/s of a winch drum. ``valve``: m, from B
+    down to the distance sensor. ``lasers``: what an operator measured at the start. ``straighten``: bring the rays of a
+    turn to its end by odometry, not by tilt alone. ``gather``: s to wait for the other lidars' turns. ``gate``: m, by
+    which lidars may put the drum elsewhere than expected; after ``believe`` times in a row they are believed. ``lost``:
+    s without lidars until the position is a guess. ``quiet``: s by source, without a reading, until it is said.
+    """
+
+    model: Model
+    walls: WallSettings
+    lidars: tuple[str, ...]
+    slackness: SlacknessSettings
+    radius: RadiusSettings
+    counts: float
+    height: HeightSettings | None = None
+    tilt: TiltSettings = field(default_factory=TiltSettings)
+    fastest: float = math.inf
+    valve: float | None = None
+    lasers: tuple[Laser, ...] = ()
+    straighten: bool = True
+    certify: bool = False
+    gather: float = 0.1
+    gate: float = 0.1
+    believe: int = 4
+    lost: float = 30.0
+    quiet: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse what does not hang together."""
+        if len(self.lidars) != len(self.walls.lidars):
+            raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
+        if self.model.n != 3:
+            raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
+        if not self.counts > 0.0:
+            raise InputError(f"counts = {self.counts:g}: over 0 is wanted")
+
+
+@dataclass(eq=False)
+class ObserverState:
+    """What `step` changes. Odometry (x, y, z, yaw) goes on without the lidars; `anchor` is what they add to it."""
+
+    watch: Watch
+    walls: WallState
+    slackness: SlacknessState
+    radius: RadiusState
+    tilt: TiltState
+    places: Trail  # x, y, z by odometry, at the encoders' times
+    attitudes: Trail  # yaw by odometry, tilt x and y, at the inertial readings' times
+    time: float = -math.inf
+    odometry: Array = field(default_factory=lambda: np.zeros(3))
+    yaw: float = 0.0  # rad by odometry
+    yaw_rate: float = 0.0
+    yaw_bias: float = 0.0
+    anchor: Array = field(default_factory=lambda: np.full(3, np.nan))  # m: position less odometry
+    anchor_yaw: float = math.nan
+    yaw_fixed: float = -math.inf  # s: when the lidars told a yaw last
+    inertial: Inertial | None = None
+    alike: int = 0
+    encoders: Encoders | None = None
+    angles: Array | None = None  # (m,) rad paid out
+    lengths: Array | None = None
+    tracker: Tracker | None = None
+    velocity: Array = field(default_factory=lambda: np.zeros(3))
+    taut: Taut | None = None
+    pending: list[Scan] = field(default_factory=list)
+    last_ranges: dict[str, Array] = field(default_factory=dict)
+    turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
+    gathered: set[str] = field(default_factory=set)
+    gathering: float = math.inf  # s: since when
+    refused: int = 0
+    fixed: float = -math.inf  # s: when the lidars told a place last
+    pose: WallPose | None = None
+    height: Height | None = None
+    depth: Distance | None = None
+
+
+def start(settings: ObserverSettings) -> ObserverState:
+    """Return the state before the first frame: nothing is known."""
+    return ObserverState(
+        Watch(dict(settings.quiet)),
+        lidar_walls.start(),
+        slackness.start(settings.slackness),
+        drum_radius.start(settings.radius),
+        tilt.start(),
+        Trail(3, _KEPT),
+        Trail(3, _KEPT),
+    )
+
+
+def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -> Estimate:
+    """Take one frame; *state* changes in place. Raises nothing for what a frame holds: faults are in the estimate."""
+    if not frame.time > state.time:
+        _clock_back(state, frame.time)
+    dt = frame.time - state.time if math.isfinite(state.time) else 0.0
+    state.time = frame.time
+    told: LineAngles | None = None
+    for reading in frame.readings:
+        source = state.watch.heard(reading, frame.time)
+        if source is None:
+            continue
+        if isinstance(reading, LineAngles):
+            told = reading
+        else:
+            _take(settings, state, reading)
+    _carry_on(settings, state, dt)
+    if state.pending:
+        _look(settings, state, state.pending.pop(0))
+    due = state.gathered.issuperset((*settings.lidars, "vertical")) or state.time - state.gathering > settings.gather
+    if due and not state.pending:
+        _settle(settings, state)
+    if state.tracker is not None:
+        state.taut = taut_at(settings.model, state.tracker.pose)
+        if told is not None:
+            state.slackness = slackness.step(settings.slackness, state.slackness, told, state.taut)
+            _check_lines(settings, state)
+    elif told is not None and np.isfinite(state.anchor).all():
+        there = taut_at(settings.model, state.anchor + state.odometry)
+        state.slackness = slackness.step(settings.slackness, state.slackness, told, there)
+    state.watch.check(state.time)
+    return _estimate(settings, state)
+
+
+def _clock_back(state: ObserverState, now: float) -> None:
+    """Begin to count time anew: nothing of the past can be put in order with what comes."""
+    state.watch.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
+    state.places.clear()
+    state.attitudes.clear()
+    state.pending.clear()
+    state.gathered.clear()
+    state.tilt = state.tilt._replace(time=-math.inf)
+    state.slackness = state.slackness._replace(time=-math.inf, heard=np.full_like(state.slackness.heard, -np.inf))
+    state.walls = WallState(yaw=state.walls.yaw, position=state.walls.position)
+    state.turn_end, state.inertial, state.encoders = None, None, None
+    state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
+
+
+def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
+    """Take what is not of the lines."""
+    if isinstance(reading, Inertial):
+        _turn(settings, state, reading)
+    elif isinstance(reading, Encoders):
+        _count(settings, state, reading)
+    elif isinstance(reading, Distance):
+        state.depth = reading
+    elif isinstance(reading, Scan):
+        last = state.last_ranges.get(reading.source)
+        if last is not None and np.array_equal(last, reading.ranges, equal_nan=True):
+            state.watch.say(reading.source, "stuck", "tells the same scan again and again: not used")
+            return
+        state.watch.clear(reading.source, "stuck")
+        state.last_ranges[reading.source] = reading.ranges
+        if reading.source in settings.lidars or reading.source == "vertical":
+            state.pending.append(reading)
+            state.gathering = min(state.gathering, state.time)
+
+
+def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
+    """Carry yaw and tilt on."""
+    last = state.inertial
+    same = last is not None and np.array_equal(last.rate, reading.rate)
+    same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)
+    state.alike = state.alike + 1 if same else 0
+    state.inertial = reading
+    if state.alike >= _STUCK:
+        state.watch.say("inertial", "stuck", "tells the same again and again: not used")
+        state.yaw_rate = 0.0
+        return
+    state.watch.clear("inertial", "stuck")
+    rate = float(reading.rate[2]) - state.yaw_bias
+    if not math.isfinite(rate):
+        return
+    state.yaw_rate = rate
+    if last is not None:
+        state.yaw += rate * min(max(reading.time - last.time, 0.0), 1.0)
+    state.tilt = tilt.step(settings.tilt, state.tilt, reading, rate)
+    state.attitudes.add(reading.time, (state.yaw, state.tilt.x, state.tilt.y))
+
+
+def _count(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
+    """Carry the lengths on."""
+    last, state.encoders = state.encoders, reading
+    if last is None or state.angles is None:
+        if state.angles is None:
+            state.angles = np.zeros(len(reading.counts))
+        return
+    turned = (reading.counts - last.counts) / settings.counts
+    if np.abs(turned).max() > 2.0 * settings.fastest * max(reading.time - last.time, 0.02):
+        state.watch.say("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
+        return
+    state.angles = state.angles + turned
+    if state.lengths is not None:
+        state.lengths = state.lengths + state.radius.radii * turned
+
+
+def _carry_on(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
+    """Let the drum follow the lengths."""
+    tracker, paid = state.tracker, state.lengths
+    if tracker is None or paid is None:
+        return
+    before = tracker.pose
+    status = tracker.step(paid) if (paid > 0.0).all() else Status.NOT_CONVERGED
+    if status is not Status.OK:
+        state.watch.say("encoders", "lost", f"the drum could not be followed: {status.value}")
+        return
+    state.watch.clear("encoders", "lost")
+    moved = tracker.pose - before
+    state.odometry = state.odometry + moved
+    if state.encoders is not None:
+        state.places.add(state.encoders.time, state.odometry)
+    if dt > 0.0:
+        state.velocity = state.velocity + min(1.0, dt / settings.slackness.smooth) * (moved / dt - state.velocity)
+
+
+def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
+    """Take one turn of a lidar."""
+    state.gathered.add(scan.source)
+    times = scan.times
+    attitudes, places = state.attitudes.at(times), state.places.at(times)
+    if scan.source == "vertical":
+        if settings.height is not None:
+            state.height = height_of(settings.height, scan, attitudes[:, 1:])
+            if state.height.note:
+                state.watch.say("vertical", "floor", state.height.note)
+            else:
+                state.watch.clear("vertical", "floor")
+                state.anchor[2] = state.height.over_floor - float(places[len(times) // 2, 2])
+        return
+    end, yaw = places[-1], float(attitudes[-1, 0])
+    drift = _drift(state, places, attitudes) if settings.straighten else None
+    moved = (0.0, 0.0, 0.0)
+    if state.turn_end is not None:
+        was, was_yaw = state.turn_end
+        moved = (float(end[0] - was[0]), float(end[1] - was[1]), yaw - was_yaw)
+    state.turn_end = end, yaw
+    turn = LidarTurn(scan.angles, scan.ranges, settings.lidars.index(scan.source), attitudes[:, 1:], drift, moved)
+    lasers = settings.lasers if state.tracker is None else ()
+    state.walls, state.pose = lidar_walls.step(settings.walls, state.walls, turn, lasers)
+    _judge(settings, state, scan, state.pose, end, yaw)
+
+
+def _drift(state: ObserverState, places: Array, attitudes: Array) -> Array:
+    """Where the drum was at each ray, (n, 3), from where it was at the last, along its level axes there."""
+    at = state.anchor_yaw if math.isfinite(state.anchor_yaw) else 0.0
+    yaw = at + float(attitudes[-1, 0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    away = places[:, :2] - places[-1, :2]
+    return np.column_stack([away @ np.array([[c, -s], [s, c]]), attitudes[:, 0] - attitudes[-1, 0]])
+
+
+def _judge(
+    settings: ObserverSettings, state: ObserverState, scan: Scan, pose: WallPose, end: Array, yaw: float
+) -> None:
+    """Believe what the walls tell, or say why not. *end* and *yaw*: by odometry, at the end of the turn."""
+    known = bool(np.isfinite(state.anchor[:2]).all())
+    if pose.status not in (("ok", "ambiguous") if known else ("ok",)) or not pose.used:
+        state.watch.say(scan.source, "walls", pose.note)
+        return
+    state.watch.clear(scan.source, "walls")
+    anchor = pose.position - end[:2]
+    off = float(np.hypot(*(anchor - state.anchor[:2]))) if known else 0.0
+    if off > settings.gate and state.refused < settings.believe:
+        state.refused += 1
+        state.watch.say(scan.source, "gate", f"its walls put the drum {off:.2f} m from where it should be: not used")
+        return
+    state.refused = 0
+    state.watch.clear(scan.source, "gate")
+    state.anchor[:2] = anchor
+    turned = pose.yaw - yaw
+    since = scan.time - state.yaw_fixed
+    if 0.5 < since < 5.0 and math.isfinite(state.anchor_yaw):
+        state.yaw_bias -= _LEARN * math.remainder(turned - state.anchor_yaw, math.tau) / since
+    if not since <= 0.5:
+        state.yaw_fixed = scan.time
+    state.anchor_yaw, state.fixed = turned, state.time
+
+
+def _settle(settings: ObserverSettings, state: ObserverState) -> None:
+    """Make a state of what the lidars told: lengths that put the drum there, and the radii of the winch drums."""
+    state.gathered.clear()
+    state.gathering = math.inf
+    if math.isnan(state.anchor[2]) and state.depth is not None and settings.valve is not None:
+        state.anchor[2] = state.depth.distance + settings.valve - state.odometry[2]  # over what lies there
+    target = state.anchor + state.odometry
+    if not np.isfinite(target).all():
+        return
+    angular = settings.slackness
+    if state.tracker is None or state.lengths is None or state.watch.has("encoders", "lost"):
+        hung = lengths.hang(angular, state.slackness, target, TrackerSettings(certify=settings.certify))
+        if isinstance(hung, str):
+            state.watch.say("walls", "hang", hung)
+            return
+        state.tracker, state.lengths = hung
+        state.watch.clear("encoders", "lost")
+    else:
+        state.lengths, status = lengths.bring(angular, state.slackness, state.tracker, state.lengths, target)
+        if status is not Status.OK:
+            state.watch.say("walls", "hang", f"the drum cannot be brought to where the lidars put it: {status.value}")
+            return
+    state.watch.clear("walls", "hang")
+    _measure_radii(settings, state, state.lengths)
+
+
+def _measure_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
+    """Learn the radii of the winch drums from the lengths *found* (m,), m."""
+    if state.angles is None:
+        return
+    last, was = state.radius.lengths, state.radius.angles
+    if last is not None and was is not None:
+        off = float(np.abs(found - last).max())
+        if (state.angles != was).any():
+            state.watch.clear("encoders", "stand")
+        elif off > _ENCODERS_OFF:
+            state.watch.say("encoders", "stand", f"no winch drum turned, but a length changed by {1e3 * off:.0f} mm")
+    known = np.isfinite(state.slackness.excess)
+    state.radius = drum_radius.step(settings.radius, state.radius, found, state.angles, known)
+
+
+def _check_lines(settings: ObserverSettings, state: ObserverState) -> None:
+    """Say which lines' accelerometers are dead."""
+    found, names = state.slackness, settings.model.robot.lines
+    for line, dead, stuck in zip(names, np.isnan(found.excess), found.stuck, strict=True):
+        if stuck or dead:
+            why = "tells the same again and again" if stuck else "tells nothing"
+            state.watch.say("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
+        else:
+            state.watch.clear("line_angles", line.name)
+
+
+def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
+    """Say what is believed."""
+    m = settings.model.m
+    yaw = state.yaw + (state.anchor_yaw if math.isfinite(state.anchor_yaw) else 0.0)
+    rotation = frozen(_rotation(yaw, state.tilt.x, state.tilt.y))
+    if state.tracker is None or state.lengths is None or state.taut is None:
+        nothing = frozen(np.full(m, np.nan))
+        place, still = frozen(state.anchor + state.odometry), frozen(np.zeros(3))
+        slack = np.zeros(m, dtype=np.bool_)
+        radii = frozen(state.radius.radii)
+        return Estimate(
+            state.time, place, still, rotation, nothing, nothing, slack, radii, None, state.watch.faults, valid=False
+        )
+    excess = lengths.excess_now(settings.slackness, state.slackness, state.taut, state.lengths)
+    return Estimate(
+        state.time,
+        frozen(state.tracker.pose),
+        frozen(state.velocity),
+        rotation,
+        frozen(state.lengths),
+        frozen(excess),
+        excess > settings.slackness.slack,
+        frozen(state.radius.radii),
+        None,
+        state.watch.faults,
+        valid=state.time - state.fixed <= settings.lost and not state.watch.has("encoders", "lost"),
+    )
+
+
+def _rotation(yaw: float, x: float, y: float) -> tuple[float, float, float]:
+    """Rotation vector of a drum that is leaned by (x, y) and then turned by *yaw*: by quaternions."""
+    lean = math.hypot(x, y)
+    c, s = math.cos(0.5 * lean), (0.5 if lean < 1e-9 else math.sin(0.5 * lean) / lean)
+    a, b, d = math.cos(0.5 * yaw), math.sin(0.5 * yaw), s
+    w, i, j, k = a * c, d * (a * x - b * y), d * (a * y + b * x), b * c
+    if w < 0.0:
+        w, i, j, k = -w, -i, -j, -k
+    size = math.sqrt(i * i + j * j + k * k)
+    scale = 2.0 if size < 1e-12 else 2.0 * math.atan2(size, w) / size
+    return scale * i, scale * j, scale * k

@@ -1,0 +1,82 @@
+"""How the drum leans, from its accelerometer and gyro: the gyro for swings, gravity for the rest.
+
+Tilt is the rotation vector (x, y), rad, that leans the level drum, in the drum's own level frame: yaw comes after it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from cablewright.errors import InputError
+from cablewright.signals import Inertial
+
+__all__ = ["TiltSettings", "TiltState", "start", "step"]
+
+
+@dataclass(frozen=True)
+class TiltSettings:
+    """How much each sensor is believed.
+
+    ``blend``: s, how long the gyro is believed before gravity corrects it; over a swing's period, for a pendulum's
+    accelerometer hardly feels its swing. ``rest``: s over which the drum leans and turns by nothing on average, since
+    it hangs from one point: what the sensors tell on average is their bias. ``gap``: s without a reading after which
+    nothing is carried on.
+    """
+
+    gravity: float = 9.81
+    blend: float = 4.0
+    rest: float = 30.0
+    gap: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuse what is no time."""
+        for name in ("gravity", "blend", "rest", "gap"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+
+
+class TiltState(NamedTuple):
+    """Tilt (rad), and what the sensors are off: the accelerometer (rad) and the gyro (rad/s)."""
+
+    time: float
+    x: float
+    y: float
+    lean_bias: tuple[float, float]
+    rate_bias: tuple[float, float]
+    spent: float  # s, since the first reading
+
+
+def start() -> TiltState:
+    """Return the state before the first reading: upright."""
+    return TiltState(-math.inf, 0.0, 0.0, (0.0, 0.0), (0.0, 0.0), 0.0)
+
+
+def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: float) -> TiltState:
+    """Take one reading. *yaw_rate*: rad/s, of the drum. A reading that is not finite or not new changes nothing."""
+    fx, fy, _ = reading.acceleration.tolist()
+    wx, wy, _ = reading.rate.tolist()
+    dt = reading.time - state.time
+    if not (math.isfinite(fx + fy + wx + wy) and dt > 0.0):
+        return state
+    # R^T z = (-y, x, 1) for a small tilt (x, y): what the accelerometer feels at rest, over g
+    lean_x, lean_y = fy / settings.gravity, -fx / settings.gravity
+    if dt > settings.gap:
+        first = state.spent == 0.0
+        bias, rates = ((lean_x, lean_y), (wx, wy)) if first else (state.lean_bias, state.rate_bias)
+        return TiltState(reading.time, lean_x - bias[0], lean_y - bias[1], bias, rates, state.spent + settings.gap)
+    spent = min(state.spent + dt, settings.rest)
+    slow = dt / spent
+    lean = _toward(state.lean_bias, (lean_x, lean_y), slow)
+    rate = _toward(state.rate_bias, (wx, wy), slow)
+    x = state.x + dt * (wx - rate[0] + yaw_rate * state.y)
+    y = state.y + dt * (wy - rate[1] - yaw_rate * state.x)
+    share = dt / settings.blend
+    x += share * (lean_x - lean[0] - x)
+    y += share * (lean_y - lean[1] - y)
+    return TiltState(reading.time, x, y, lean, rate, spent)
+
+
+def _toward(old: tuple[float, float], new: tuple[float, float], share: float) -> tuple[float, float]:
+    return old[0] + share * (new[0] - old[0]), old[1] + share * (new[1] - old[1])

@@ -1,0 +1,52 @@
+"""Where something was a little while ago: rows of numbers by time, for readings that tell of the past."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Trail"]
+
+Array = NDArray[np.float64]
+
+
+class Trail:
+    """The last rows of some numbers, with their times, which rise. Between two it goes evenly, beyond it stands."""
+
+    def __init__(self, width: int, length: int) -> None:
+        """Keep at least the last *length* rows of *width* numbers."""
+        self._length = length
+        self._times = np.empty(2 * length)
+        self._rows = np.empty((2 * length, width))
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._count = 0
+
+    def add(self, time: float, row: ArrayLike) -> None:
+        """Add a row; one that is not later than the last is left out."""
+        if self._count and not time > self._times[self._count - 1]:
+            return
+        if self._count == len(self._times):
+            self._times[: self._length] = self._times[self._length :]
+            self._rows[: self._length] = self._rows[self._length :]
+            self._count = self._length
+        self._times[self._count] = time
+        self._rows[self._count] = row
+        self._count += 1
+
+    def at(self, times: ArrayLike) -> Array:
+        """Rows at *times* (k,): (k, width); zeros where nothing was added yet."""
+        wanted = np.asarray(times, dtype=np.float64)
+        if not self._count:
+            return np.zeros((len(wanted), self._rows.shape[1]))
+        known = self._times[: self._count]
+        after = np.clip(np.searchsorted(known, wanted), 1, max(self._count - 1, 1))
+        if self._count == 1:
+            return np.repeat(self._rows[:1], len(wanted), axis=0)
+        share = np.clip((wanted - known[after - 1]) / (known[after] - known[after - 1]), 0.0, 1.0)[:, None]
+        return np.asarray((1.0 - share) * self._rows[after - 1] + share * self._rows[after])

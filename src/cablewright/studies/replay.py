@@ -1,0 +1,234 @@
+"""Estimation run again on a machine's log, beside the truth where the log has it."""
+
+from __future__ import annotations
+
+import math
+import time
+from array import array
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import UnknownName
+from cablewright.estimation import observer
+from cablewright.estimation.observer import ObserverState
+from cablewright.estimation.room import Laser
+from cablewright.machine.log import Entry, LogHead, read_log
+from cablewright.signals import Estimate, Fault, LineAngles, Scan, Truth
+from cablewright.studies.observing import observer_settings
+
+__all__ = ["ESTIMATORS", "SLACK", "Replay", "Spread", "replay", "spread"]
+
+Array = NDArray[np.float64]
+ESTIMATORS: Final = ("paper",)
+
+SLACK: Final = 5e-3
+"""True excess from which a slack line has to be named, m."""
+
+_STILL: Final = 3e-3  # m in the last second: what moves less is static
+_TURNS: Final = 3  # of each horizontal lidar, before errors count
+_TRACE: Final = 0.1  # s between points of a picture
+_MOST_TRACE: Final = 100_000
+_MOST_FAULTS: Final = 1000
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of some errors: how many, and their root mean square, middle, 95 and 99 in a hundred, and most."""
+
+    count: int
+    rms: float
+    median: float
+    p95: float
+    p99: float
+    most: float
+
+
+def spread(values: Array) -> Spread:
+    """Return the spread of the sizes of *values* (k,); NaN of none."""
+    size = np.abs(values[np.isfinite(values)])
+    if not len(size):
+        return Spread(0, *(math.nan,) * 5)
+    middle, p95, p99 = np.percentile(size, (50.0, 95.0, 99.0)).tolist()
+    return Spread(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
+
+
+_COLUMNS: Final = (
+    "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "loose", "named", "clean",
+)  # fmt: skip
+
+
+@dataclass(eq=False)
+class Replay:
+    """What came of a replay. Errors are estimated less true, of steps that count; see `column`."""
+
+    head: LogHead
+    estimator: str
+    steps: int = 0
+    duration: float = 0.0
+    """s on the machine's clock."""
+    notes: tuple[str, ...] = ()
+    """What is wrong with the file."""
+    faults: dict[tuple[str, str], list[float]] = field(default_factory=dict)
+    """By source and sentence: since when, until when (s), in how many steps."""
+    valid: int = 0
+    """Steps whose estimate is not a guess."""
+    begin: float = math.nan
+    """s, from when on errors count: each horizontal lidar has turned three times."""
+    slack_steps: Array = field(default_factory=lambda: np.zeros(0))
+    """Valid steps in which each line was said to be slack, (m,)."""
+    step_times: array[float] = field(default_factory=lambda: array("d"))
+    """s that each step took."""
+    trace: list[tuple[float, ...]] = field(default_factory=list)
+    """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position, then gamma taut and measured by line."""
+    _errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
+    _radii: list[array[float]] = field(default_factory=list)
+
+    def column(self, name: str) -> Array:
+        """Return a column of the errors (k,): m and rad; ``moving``, ``named`` and ``clean`` are 0 or 1.
+
+        ``true_excess``: of the loosest line, ``excess_error`` the estimate's of it. ``named``: each line with an excess
+        over `SLACK` is called slack; ``clean``: no line is that has none.
+        """
+        return np.array(self._errors[name])
+
+    @property
+    def radius_errors(self) -> Array:
+        """Relative errors of the radii (k, m), steps that count."""
+        return np.array(self._radii).reshape(len(self._radii), -1).T
+
+    def chosen(self, *, moving: bool) -> NDArray[np.bool_]:
+        """Return which steps count as moving, or as static, (k,)."""
+        return np.asarray((self.column("moving") > 0.5) == moving)
+
+    def position(self, *, moving: bool) -> Array:
+        """Return sizes of the position's errors in space, (k,) m, of steps that move or stand."""
+        columns = [self.column(name)[self.chosen(moving=moving)] for name in ("x", "y", "z")]
+        return np.asarray(np.sqrt(sum(c**2 for c in columns)))
+
+    def level(self, *, moving: bool) -> Array:
+        """Return sizes of the position's errors seen from above, (k,) m."""
+        columns = [self.column(name)[self.chosen(moving=moving)] for name in ("x", "y")]
+        return np.asarray(np.hypot(*columns))
+
+    def named_share(self) -> tuple[int, float]:
+        """Return in how many steps a line is slack by over `SLACK`, and in which share the slack are named rightly."""
+        due = self.column("true_excess") > SLACK
+        right = due & (self.column("named") > 0.5) & (self.column("clean") > 0.5)
+        count = int(np.count_nonzero(due))
+        return count, float(np.count_nonzero(right)) / count if count else math.nan
+
+
+def replay(
+    path: str | Path,
+    estimator: str = "paper",
+    lasers: Sequence[Laser] = (),
+    *,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Replay:
+    """Run *estimator* on the log at *path*. *lasers*: what an operator measured at the start.
+
+    Raises `InputError` for a file that is no log, an estimator that is not there, a machine that cannot be observed.
+    """
+    if estimator not in ESTIMATORS:
+        raise UnknownName("estimator", estimator, ESTIMATORS)
+    with read_log(path) as log:
+        settings = observer_settings(log.head.robot, log.head.settings, lasers)
+        state, judge = observer.start(settings), _Judge(Replay(log.head, estimator), settings.lidars)
+        for entry in log.entries():
+            begin = time.perf_counter()
+            estimate = observer.step(settings, state, entry.frame)
+            judge.add(entry, estimate, state, time.perf_counter() - begin)
+            if progress is not None and judge.found.steps % 500 == 0:
+                progress("replaying", judge.found.steps, judge.found.steps + 1)
+        judge.found.notes = tuple(log.notes)
+    return judge.found
+
+
+class _Judge:
+    """Compares estimates with the truth, step by step."""
+
+    def __init__(self, found: Replay, lidars: tuple[str, ...]) -> None:
+        """Fill *found*."""
+        m = found.head.robot.m
+        self.found = found
+        found.slack_steps = np.zeros(m)
+        found._radii = [array("d") for _ in range(m)]
+        self._turns = dict.fromkeys(lidars, 0)
+        self._way: deque[tuple[float, Array]] = deque()
+        self._angles = np.full(m, np.nan)
+        self._traced = -math.inf
+
+    def add(self, entry: Entry, estimate: Estimate, state: ObserverState, seconds: float) -> None:
+        """Count one step in."""
+        found, now = self.found, entry.frame.time
+        found.steps += 1
+        found.duration = now
+        found.step_times.append(seconds)
+        self._note(estimate.faults, now)
+        for scan in entry.frame.of(Scan):
+            assert isinstance(scan, Scan)
+            if scan.source in self._turns:
+                self._turns[scan.source] += 1
+        for told in entry.frame.of(LineAngles):
+            assert isinstance(told, LineAngles)
+            self._angles = told.angles
+        if not estimate.valid:
+            return
+        found.valid += 1
+        found.slack_steps += estimate.slack
+        counts = min(self._turns.values()) >= _TURNS
+        if entry.truth is not None and counts:
+            if math.isnan(found.begin):
+                found.begin = now
+            self._compare(now, estimate, entry.truth)
+        if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MOST_TRACE:
+            self._traced = now
+            self._draw(now, estimate, entry.truth, state)
+
+    def _note(self, faults: tuple[Fault, ...], now: float) -> None:
+        for fault in faults:
+            key = fault.source, fault.sentence
+            if key in self.found.faults:
+                self.found.faults[key][1:] = [now, self.found.faults[key][2] + 1]
+            elif len(self.found.faults) < _MOST_FAULTS:
+                self.found.faults[key] = [fault.since, now, 1]
+
+    def _compare(self, now: float, estimate: Estimate, truth: Truth) -> None:
+        self._way.append((now, truth.position))
+        while now - self._way[0][0] > 1.0:
+            self._way.popleft()
+        error = (estimate.position - truth.position).tolist()
+        line = int(np.argmax(truth.excess))
+        slack, excess = estimate.slack, truth.excess
+        row = (
+            now, *error, math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
+            _lean(estimate.rotation) - _lean(truth.rotation),
+            float(np.sqrt(((truth.position - self._way[0][1]) ** 2).sum()) > _STILL),
+            float(estimate.excess[line] - excess[line]), float(excess[line]), float(line),
+            float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()),
+        )  # fmt: skip
+        for name, value in zip(_COLUMNS, row, strict=True):
+            self.found._errors[name].append(value)
+        for column, value in zip(self.found._radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
+            column.append(value)
+
+    def _draw(self, now: float, estimate: Estimate, truth: Truth | None, state: ObserverState) -> None:
+        nothing = (math.nan,) * 3
+        true = nothing
+        if truth is not None:
+            away = float(np.sqrt(((estimate.position - truth.position) ** 2).sum()))
+            true = float(truth.rotation[2]), _lean(truth.rotation), away
+        taut = np.full(len(self._angles), np.nan) if state.taut is None else state.taut.angles
+        row = (now, estimate.yaw, _lean(estimate.rotation), *true, *taut.tolist(), *self._angles.tolist())
+        self.found.trace.append(row)
+
+
+def _lean(rotation: Array) -> float:
+    """Angle between the drum's axis and the vertical, rad, where it is leaned by little."""
+    return float(np.hypot(rotation[0], rotation[1]))
