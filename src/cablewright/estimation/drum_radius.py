@@ -36,7 +36,7 @@ class RadiusSettings:
     rule: Literal["paper", "filter"] = "filter"
     sigma: float = 4e-3
     walk: float = 2e-4
-    length_sigma: float = 1.5e-3
+    length_sigma: float = 1e-3
     least_turn: float = 0.05
 
     def __post_init__(self) -> None:

@@ -36,7 +36,6 @@ WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
 _MOST_JUDGED: Final = 240  # points of a turn that judge candidates: evenly chosen, these tell shares as well as all
 _LASER_FITS: Final = 3.0  # sigmas
 _LEAST_SIGMA: Final = 1e-6  # m: what is called exact
-_NOT_KNOWN: Final = 1e-6  # weight of the candidate's place: a kilometre, so that a fit without lines has an answer
 
 _SAID: Final[dict[str, str]] = {
     "ok": "position and yaw are found",
@@ -296,7 +295,7 @@ def _fit(
     x, y, yaw (3,), their covariance (3, 3), the biases (l,) m, and which constraints are used.
     """
     room, lidars = settings.room, settings.lidars
-    prior = [_NOT_KNOWN] * 3 + [max(one.bias_sigma, _LEAST_SIGMA) ** -2 for one in lidars]
+    prior = [0.0] * 3 + [max(one.bias_sigma, _LEAST_SIGMA) ** -2 for one in lidars]
     prior += [max(wall.distance_sigma, _LEAST_SIGMA) ** -2 for wall in room.walls]
     k, rows = len(constraints), np.arange(len(constraints))
     lines = [seen[one.seen].line for one in constraints]
@@ -318,7 +317,6 @@ def _fit(
     J[rows, 1, 3 + len(lidars) + walls] = -1.0
     q = np.zeros(len(prior))
     q[:3] = *best.position, best.yaw
-    first = q.copy()
     for _ in range(2):
         c, s = math.cos(q[2]), math.sin(q[2])
         lever = mounts @ np.array([[c, s], [-s, c]])
@@ -328,8 +326,7 @@ def _fit(
         used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
         weighted = np.einsum("kip,kij->kpj", J[used], weights[used])
         normal_matrix = np.diag(prior) + np.einsum("kpj,kjq->pq", weighted, J[used])
-        right = np.einsum("kpj,kj->p", weighted, np.stack([turn[used], off[used]], axis=1))
-        right += np.array(prior) * (q - first)
+        right = np.einsum("kpj,kj->p", weighted, np.stack([turn[used], off[used]], axis=1)) + np.array(prior) * q
         q = q - np.linalg.solve(normal_matrix, right)
     covariance = np.linalg.inv(normal_matrix)[:3, :3]
     return q[:3], covariance, q[3 : 3 + len(lidars)], tuple(np.flatnonzero(used).tolist())

@@ -121,6 +121,7 @@ class ObserverState:
     turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
     gathered: set[str] = field(default_factory=set)
     gathering: float = math.inf  # s: since when
+    settled: int = 0  # how many states were made of what lidars told
     refused: int = 0
     fixed: float = -math.inf  # s: when the lidars told a place last
     pose: WallPose | None = None
@@ -129,11 +130,18 @@ class ObserverState:
 
 
 def start(settings: ObserverSettings) -> ObserverState:
-    """Return the state before the first frame: nothing is known."""
+    """Return the state before the first frame: nothing is known. Kernels are loaded, so that no step is late."""
+    scene = settings.model.robot.scene
+    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+    unheard = slackness.start(settings.slackness)
+    begun = lengths.hang(settings.slackness, unheard, middle, TrackerSettings(certify=settings.certify))
+    if not isinstance(begun, str):
+        tracker, paid = begun
+        lengths.bring(settings.slackness, unheard, tracker, paid, middle)
     return ObserverState(
         Watch(dict(settings.quiet)),
         lidar_walls.start(),
-        slackness.start(settings.slackness),
+        unheard,
         drum_radius.start(settings.radius),
         tilt.start(),
         Trail(3, _KEPT),
@@ -356,7 +364,8 @@ def _settle(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _measure_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
     """Learn the radii of the winch drums from the lengths *found* (m,), m."""
-    if state.angles is None:
+    state.settled += 1
+    if state.angles is None or state.settled < settings.walls.keep:
         return
     last, was = state.radius.lengths, state.radius.angles
     if last is not None and was is not None:

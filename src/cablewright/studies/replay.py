@@ -83,7 +83,7 @@ class Replay:
     slack_steps: Array = field(default_factory=lambda: np.zeros(0))
     """Valid steps in which each line was said to be slack, (m,)."""
     step_times: array[float] = field(default_factory=lambda: array("d"))
-    """s that each step took."""
+    """s of processor time that each step took: what else the machine does meanwhile does not count."""
     trace: list[tuple[float, ...]] = field(default_factory=list)
     """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position, then gamma taut and measured by line."""
     _errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
@@ -141,9 +141,9 @@ def replay(
         settings = observer_settings(log.head.robot, log.head.settings, lasers)
         state, judge = observer.start(settings), _Judge(Replay(log.head, estimator), settings.lidars)
         for entry in log.entries():
-            begin = time.perf_counter()
+            begin = time.thread_time()
             estimate = observer.step(settings, state, entry.frame)
-            judge.add(entry, estimate, state, time.perf_counter() - begin)
+            judge.add(entry, estimate, state, time.thread_time() - begin)
             if progress is not None and judge.found.steps % 500 == 0:
                 progress("replaying", judge.found.steps, judge.found.steps + 1)
         judge.found.notes = tuple(log.notes)
