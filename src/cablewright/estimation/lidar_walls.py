@@ -49,13 +49,14 @@ _SAID: Final[dict[str, str]] = {
 class WallSettings:
     """What is known of room and lidars, and how scans are judged.
 
-    ``yaw_range``: rad, of the platform at the start; ``yaw_step``: rad, by how much it may differ from the last answer.
-    ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two walls may differ besides their
-    noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points that a place explains. ``near``: m,
-    from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may be behind it. ``gate``: m,
-    by how much a line may be off its wall, besides its noise, to count in the final fit. ``distinct``: m, from
-    which a second candidate is another place, and ``doubt``: what share of the points that the first explains it must
-    explain for the first to be doubted: in a long room turned by half, both long walls and one end fit again.
+    ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``stray``: m, by how much yaw and place may
+    differ from the last answer. ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two
+    walls may differ besides their noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points that a
+    place explains. ``near``: m, from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may
+    be behind it. ``gate``: m, by how much a line may be off its wall, besides its noise, to count in the final fit.
+    ``distinct``: m, from which a second candidate is another place, and ``doubt``: what share of the points that the
+    first explains it must explain for the first to be doubted: in a long room turned by half, both long walls and one
+    end fit again.
     """
 
     room: Room
@@ -63,6 +64,7 @@ class WallSettings:
     search: LineSearch = field(default_factory=LineSearch)
     yaw_range: tuple[float, float] = (-math.pi / 4, math.pi / 4)
     yaw_step: float = math.radians(15.0)
+    stray: float = 0.5
     keep: int = 3
     agree: float = math.radians(1.0)
     rank: Literal["variance", "evidence"] = "evidence"
@@ -166,8 +168,9 @@ def step(
     constraints = constraints_of(seen, settings.lidars, room, yaws)
     found = candidates_of(constraints, room, settings.agree, settings.recess)
     found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
-    found = _ranked(found, settings.rank)
-    pose = _answer(settings, constraints, found, seen, lasers)
+    expected = None if state.position is None else np.add(state.position, scan.moved[:2])
+    found = _ranked(found, settings, expected)
+    pose = _answer(settings, constraints, found, seen, lasers, expected)
     lost = pose.status in ("no-wall", "ambiguous")
     position = state.position if lost or np.isnan(pose.position).any() else (pose.position[0], pose.position[1])
     yaw = state.yaw if lost or math.isnan(pose.yaw) else wrapped(pose.yaw)
@@ -191,8 +194,10 @@ def _seen(settings: WallSettings, scan: LidarTurn) -> _KeptTurn:
 
 def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_KeptTurn, ...]:
     """Bring older turns to where the platform is now: what moved one way is seen to have moved the other."""
-    if moved == (0.0, 0.0, 0.0) or state.yaw is None:
+    if moved == (0.0, 0.0, 0.0):
         return state.turns
+    if state.yaw is None:
+        return ()  # which way it moved for the lidars is not known
     yaw = state.yaw + moved[2]
     back = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]) @ np.array(moved[:2])
     c, s = math.cos(moved[2]), math.sin(moved[2])
@@ -227,14 +232,20 @@ def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Ar
     return [(xy[:: 1 + len(xy) // _MOST_JUDGED], masks[i]) for i, xy in last.items()]
 
 
-def _ranked(found: Sequence[Candidate], rank: str) -> list[Candidate]:
-    """Put those that fit the operator's distances first, then by the rank."""
+def _ranked(found: Sequence[Candidate], settings: WallSettings, expected: Array | None) -> list[Candidate]:
+    """Put those that fit the operator's distances first, then those where the platform can be, then by the rank."""
 
-    def key(one: Candidate) -> tuple[float, float]:
+    def key(one: Candidate) -> tuple[float, float, float]:
         misfit = max(0.0, one.laser_misfit - _LASER_FITS)
-        return misfit, (one.variance if rank == "variance" else -one.explained)
+        return misfit, _beyond(one, settings, expected), one.variance if by_variance else -one.explained
 
+    by_variance = settings.rank == "variance"
     return sorted(found, key=key)
+
+
+def _beyond(one: Candidate, settings: WallSettings, expected: Array | None) -> float:
+    """By how much a candidate is farther from where the platform should be than allowed, m."""
+    return 0.0 if expected is None else max(0.0, math.dist(one.position, expected) - settings.stray)
 
 
 def _answer(
@@ -243,7 +254,9 @@ def _answer(
     found: Sequence[Candidate],
     seen: Sequence[SeenLine],
     lasers: Sequence[Laser],
+    expected: Array | None,
 ) -> WallPose:
+    """Fit the first candidate, and say how sure it is."""
     biases = np.zeros(len(settings.lidars))
     nothing = WallPose(
         "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), tuple(found), tuple(constraints),
@@ -256,17 +269,20 @@ def _answer(
         return _half(nothing)
     best = found[0]
     x, covariance, bias, used = _fit(settings, constraints, seen, best)
-    fits = [one for one in found if one.laser_misfit <= _LASER_FITS]
-    rivals = [one.explained for one in fits or found if _apart(one, best, settings)]
-    confidence = best.explained - max(rivals, default=0.0)
+    fits = [one for one in found if one.laser_misfit <= _LASER_FITS] or found
+    likely = [one for one in fits if not _beyond(one, settings, expected)] or fits
+    rivals = [one.explained for one in likely if _apart(one, best, settings)]
     status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
     note = _SAID[status]
-    if lasers and not fits:
+    if best.laser_misfit > _LASER_FITS:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
+        status = "ambiguous"
+    elif not lasers and (far := _beyond(best, settings, expected)):
+        note = f"the place jumps: the nearest that fits is {far + settings.stray:.2f} m from where it should be"
         status = "ambiguous"
     return replace(
         nothing, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
-        confidence=confidence, note=note,
+        confidence=best.explained - max(rivals, default=0.0), note=note,
     )  # fmt: skip
 
 
@@ -276,7 +292,7 @@ def _half(nothing: WallPose) -> WallPose:
     one_way = len({one.kind for one in nothing.constraints}) == 1
     covariance = nothing.covariance.copy()
     covariance[2, 2] = best.yaw_sigma**2
-    note = _SAID["parallel"] if one_way else "no two walls agree in yaw, or they put the platform outside"
+    note = _SAID["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
     return replace(nothing, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 
 
