@@ -51,7 +51,7 @@ class WallSettings:
 
     ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``stray``: m, by how much yaw and place may
     differ from the last answer. ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two
-    walls may differ besides their noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points that a
+    walls may differ besides their noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points a
     place explains. ``near``: m, from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may
     be behind it. ``gate``: m, by how much a line may be off its wall, besides its noise, to count in the final fit.
     ``distinct``: m, from which a second candidate is another place, and ``doubt``: what share of the points that the
