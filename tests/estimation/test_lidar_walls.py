@@ -193,6 +193,23 @@ def test_any_points_give_an_answer(seed: int, n: int, spread: float) -> None:
     assert found.status in ("ok", "ambiguous", "parallel", "no-wall")
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.3), st.sampled_from(["variance", "evidence"]))
+def test_any_room_gives_an_answer(seed: int, jump: float, rank: str) -> None:
+    """Straight things anywhere, a platform that jumps between turns: an answer with a status, never a crash."""
+    rng = np.random.default_rng(seed)
+    room = InRoom(rng.uniform(-4, 4, (rng.integers(1, 9), 1, 2)) + rng.normal(0, 3, (1, 2, 2)))
+    wide = replace(BOTH, rank=rank, yaw_range=(-math.pi, math.pi), lidars=(NORTH_LIDAR,))
+    state, pose = start(), rng.normal(0, 1, 3)
+    for _ in range(4):
+        pose = pose + rng.normal(0, jump, 3)
+        state, found = step(wide, state, LidarTurn(*scan(room, tuple(pose), rng)))
+        assert found.status in ("ok", "ambiguous", "parallel", "no-wall")
+        known = np.isfinite(found.position).all()
+        assert known == (found.status in ("ok", "ambiguous"))
+        assert np.linalg.eigvalsh(found.covariance).min() > 0 if known else np.isnan(found.covariance[0, 0])
+
+
 # Place
 
 

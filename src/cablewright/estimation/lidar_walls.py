@@ -333,13 +333,16 @@ def _fit(
     J[rows, 1, 3 + len(lidars) + walls] = -1.0
     q = np.zeros(len(prior))
     q[:3] = *best.position, best.yaw
+    used = np.zeros(k, dtype=np.bool_)
     for _ in range(2):
         c, s = math.cos(q[2]), math.sin(q[2])
         lever = mounts @ np.array([[c, s], [-s, c]])
         J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
         off = np.einsum("ki,ki->k", n, lever) + distances + J[:, 1, :2] @ q[:2] + J[:, 1, 3:] @ q[3:]
         turn = np.remainder(q[2] - yaws + math.pi, math.tau) - math.pi + J[:, 0, 3:] @ q[3:]
-        used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
+        if not used.any():  # what fits the candidate, and always its own two lines
+            used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
+            used[list(best.constraints)] = True
         weighted = np.einsum("kip,kij->kpj", J[used], weights[used])
         normal_matrix = np.diag(prior) + np.einsum("kpj,kjq->pq", weighted, J[used])
         right = np.einsum("kpj,kj->p", weighted, np.stack([turn[used], off[used]], axis=1)) + np.array(prior) * q
