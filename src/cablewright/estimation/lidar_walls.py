@@ -170,7 +170,7 @@ def step(
     found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
     expected = None if state.position is None else np.add(state.position, scan.moved[:2])
     found = _ranked(found, settings, expected)
-    pose = _answer(settings, constraints, found, seen, lasers, expected)
+    pose = _answer(settings, constraints, found, seen, _fresh(turns), expected)
     lost = pose.status in ("no-wall", "ambiguous")
     position = state.position if lost or np.isnan(pose.position).any() else (pose.position[0], pose.position[1])
     yaw = state.yaw if lost or math.isnan(pose.yaw) else wrapped(pose.yaw)
@@ -232,6 +232,13 @@ def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Ar
     return [(xy[:: 1 + len(xy) // _MOST_JUDGED], masks[i]) for i, xy in last.items()]
 
 
+def _fresh(turns: Sequence[_KeptTurn]) -> frozenset[int]:
+    """Return which of all lines are of the last turn of their lidar."""
+    last = {turn.lidar: i for i, turn in enumerate(turns)}
+    of_turn = [i for i, turn in enumerate(turns) for _ in turn.seen]
+    return frozenset(line for line, i in enumerate(of_turn) if last[turns[i].lidar] == i)
+
+
 def _ranked(found: Sequence[Candidate], settings: WallSettings, expected: Array | None) -> list[Candidate]:
     """Put those that fit the operator's distances first, then those where the platform can be, then by the rank."""
 
@@ -253,7 +260,7 @@ def _answer(
     constraints: Sequence[Constraint],
     found: Sequence[Candidate],
     seen: Sequence[SeenLine],
-    lasers: Sequence[Laser],
+    fresh: frozenset[int],
     expected: Array | None,
 ) -> WallPose:
     """Fit the first candidate, and say how sure it is."""
@@ -271,13 +278,14 @@ def _answer(
     x, covariance, bias, used = _fit(settings, constraints, seen, best)
     fits = [one for one in found if one.laser_misfit <= _LASER_FITS] or found
     likely = [one for one in fits if not _beyond(one, settings, expected)] or fits
-    rivals = [one.explained for one in likely if _apart(one, best, settings)]
+    now = [all(constraints[i].seen in fresh for i in one.constraints) for one in likely]
+    rivals = [one.explained for one, new in zip(likely, now, strict=True) if _apart(one, best, settings, new)]
     status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
     note = _SAID[status]
     if best.laser_misfit > _LASER_FITS:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
         status = "ambiguous"
-    elif not lasers and (far := _beyond(best, settings, expected)):
+    elif far := _beyond(best, settings, expected):
         note = f"the place jumps: the nearest that fits is {far + settings.stray:.2f} m from where it should be"
         status = "ambiguous"
     return replace(
@@ -296,10 +304,10 @@ def _half(nothing: WallPose) -> WallPose:
     return replace(nothing, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 
 
-def _apart(one: Candidate, other: Candidate, settings: WallSettings) -> bool:
-    """Say whether two candidates are different places or yaws."""
-    far = math.dist(one.position, other.position) > settings.distinct
-    return far or abs(wrapped(one.yaw - other.yaw)) > 3.0 * settings.agree
+def _apart(one: Candidate, other: Candidate, settings: WallSettings, new: bool) -> bool:
+    """Say whether two candidates are different places or yaws; one of older turns may be so far away by motion."""
+    far = math.dist(one.position, other.position) > (settings.distinct if new else settings.stray)
+    return far or abs(wrapped(one.yaw - other.yaw)) > (3.0 * settings.agree if new else settings.yaw_step)
 
 
 def _fit(
