@@ -299,6 +299,14 @@ def test_plan_points_must_be_in_the_file() -> None:
         survey(exact(site()), plan)
 
 
+def test_plan_lines_must_be_lines() -> None:
+    plan = Plan.model_validate({"schema": 1, "lines": {"south-wst": {"exit": {"offset": [0, 0, 0]}}}})
+    with pytest.raises(InputError, match="unknown line of the plan 'south-wst'; did you mean 'south-west'"):
+        survey(exact(site()), plan, [line.name for line in load("merlet2023").lines])
+    with pytest.raises(InputError, match="unknown line of the plan 'south-wst'; allowed: 1, 2, 3, 4"):
+        survey(exact(site()), plan)
+
+
 def test_the_robot_has_the_exits() -> None:
     robot = load("merlet2023")
     found = survey(exact(site()), PLAN, [line.name for line in robot.lines])

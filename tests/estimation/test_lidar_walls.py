@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from cablewright.estimation.room import Laser, Room, RoomWall
 from cablewright.estimation.scan import Lidar, level_mount, noise_of, points_of
 from cablewright.estimation.wall_lines import LineSearch, WallLine, lines_of
 from oracles.room import EAST, NORTH, WEST, cast, rectangle, scan
+from oracles.room import Room as InRoom
 
 ROOM = rectangle()
 KNOWN = Room.of(ROOM.walls)
@@ -191,6 +193,23 @@ def test_any_points_give_an_answer(seed: int, n: int, spread: float) -> None:
     assert found.status in ("ok", "ambiguous", "parallel", "no-wall")
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.3), st.sampled_from(["variance", "evidence"]))
+def test_any_room_gives_an_answer(seed: int, jump: float, rank: str) -> None:
+    """Straight things anywhere, a platform that jumps between turns: an answer with a status, never a crash."""
+    rng = np.random.default_rng(seed)
+    room = InRoom(rng.uniform(-4, 4, (rng.integers(1, 9), 1, 2)) + rng.normal(0, 3, (1, 2, 2)))
+    wide = replace(BOTH, rank=rank, yaw_range=(-math.pi, math.pi), lidars=(NORTH_LIDAR,))
+    state, pose = start(), rng.normal(0, 1, 3)
+    for _ in range(4):
+        pose = pose + rng.normal(0, jump, 3)
+        state, found = step(wide, state, LidarTurn(*scan(room, tuple(pose), rng)))
+        assert found.status in ("ok", "ambiguous", "parallel", "no-wall")
+        known = np.isfinite(found.position).all()
+        assert known == (found.status in ("ok", "ambiguous"))
+        assert np.linalg.eigvalsh(found.covariance).min() > 0 if known else np.isnan(found.covariance[0, 0])
+
+
 # Place
 
 
@@ -304,17 +323,19 @@ def test_east_taken_for_west_is_caught() -> None:
     assert doubted > 5
 
 
-def test_a_square_room_is_ambiguous() -> None:
-    """Four equal walls look the same at four yaws: said, not guessed; a yaw range or a laser decides."""
-    side = [
-        ((-2.0, -2.0), (2.0, -2.0)),
-        ((2.0, -2.0), (2.0, 2.0)),
-        ((2.0, 2.0), (-2.0, 2.0)),
-        ((-2.0, 2.0), (-2.0, -2.0)),
-    ]
-    room = replace(ROOM, segments=np.array(side))
+def square() -> InRoom:
+    corners = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), (-2.0, -2.0)]
+    return InRoom(np.array(list(pairwise(corners))))
+
+
+def square_settings() -> WallSettings:
     walls = {"west": ((-1, 0), 2.0), "east": ((1, 0), 2.0), "north": ((0, 1), 2.0), "south": ((0, -1), 2.0)}
-    wide = WallSettings(Room.of(walls), yaw_range=(-math.pi, math.pi))
+    return WallSettings(Room.of(walls), yaw_range=(-math.pi, math.pi))
+
+
+def test_a_square_room_is_ambiguous() -> None:
+    """Four equal walls look the same at four yaws: said, not guessed; a laser decides."""
+    room, wide = square(), square_settings()
     pose = (0.5, -0.7, 0.2)
     _, found = run(wide, pose, np.random.default_rng(1), turns=1, room=room)
     assert found.status == "ambiguous"
@@ -332,6 +353,19 @@ def test_the_yaw_is_followed_through_whole_turns() -> None:
         state, found = step(settings_, state, LidarTurn(*scan(ROOM, (0.2, 1.0, yaw), rng)))
         assert math.remainder(found.yaw - yaw, math.tau) == pytest.approx(0.0, abs=2e-3)
         assert found.position == pytest.approx((0.2, 1.0), abs=3e-3)
+
+
+def test_where_it_was_decides() -> None:
+    """A square room looks the same at four yaws; who knows where the platform was is not in doubt, and sees a jump."""
+    room, wide, pose = square(), square_settings(), (0.5, -0.7, 0.2)
+    state = WallState(yaw=0.25, position=(0.4, -0.6))
+    turn = LidarTurn(*scan(room, pose, np.random.default_rng(1)))
+    _, found = step(replace(wide, yaw_step=math.pi), state, turn)
+    assert found.status == "ok"
+    assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
+    _, jumped = step(wide, replace(state, position=(-1.0, 1.5)), turn)
+    assert jumped.status == "ambiguous"
+    assert "the place jumps" in jumped.note
 
 
 def test_moving_with_what_others_know() -> None:

@@ -19,7 +19,7 @@ from cablewright.calibration.shots import Shots, read_shots
 from cablewright.calibration.survey_frame import SurveyFrame, frame_of
 from cablewright.calibration.survey_plan import Feature, Placing, Plan, load_plan
 from cablewright.calibration.survey_result import Axis, Exit, MarkerResidual, Survey, Wall
-from cablewright.errors import InputError
+from cablewright.errors import InputError, UnknownName
 
 __all__ = ["load_plan", "read_shots", "survey"]
 
@@ -53,6 +53,12 @@ class _Work:
         self.notes = list(shots.notes)
         self.residuals: dict[str, tuple[float, float]] = {}
         self.order = list(lines) if lines is not None else []
+        known = lines or dict.fromkeys(
+            f.name for f in self.markers.features if f.kind not in ("wall", "floor", "ceiling")
+        )
+        for name in plan.lines:
+            if name not in known:
+                raise UnknownName("line of the plan", name, known)
 
     def done(self) -> Survey:
         """Run all steps."""

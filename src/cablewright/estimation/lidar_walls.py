@@ -49,13 +49,14 @@ _SAID: Final[dict[str, str]] = {
 class WallSettings:
     """What is known of room and lidars, and how scans are judged.
 
-    ``yaw_range``: rad, of the platform at the start; ``yaw_step``: rad, by how much it may differ from the last answer.
-    ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two walls may differ besides their
-    noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points that a place explains. ``near``: m,
-    from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may be behind it. ``gate``: m,
-    by how much a line may be off its wall, besides its noise, to count in the final fit. ``distinct``: m, from
-    which a second candidate is another place, and ``doubt``: what share of the points that the first explains it must
-    explain for the first to be doubted: in a long room turned by half, both long walls and one end fit again.
+    ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``stray``: m, by how much yaw and place may
+    differ from the last answer. ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two
+    walls may differ besides their noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points a
+    place explains. ``near``: m, from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may
+    be behind it. ``gate``: m, by how much a line may be off its wall, besides its noise, to count in the final fit.
+    ``distinct``: m, from which a second candidate is another place, and ``doubt``: what share of the points that the
+    first explains it must explain for the first to be doubted: in a long room turned by half, both long walls and one
+    end fit again.
     """
 
     room: Room
@@ -63,6 +64,7 @@ class WallSettings:
     search: LineSearch = field(default_factory=LineSearch)
     yaw_range: tuple[float, float] = (-math.pi / 4, math.pi / 4)
     yaw_step: float = math.radians(15.0)
+    stray: float = 0.5
     keep: int = 3
     agree: float = math.radians(1.0)
     rank: Literal["variance", "evidence"] = "evidence"
@@ -166,8 +168,9 @@ def step(
     constraints = constraints_of(seen, settings.lidars, room, yaws)
     found = candidates_of(constraints, room, settings.agree, settings.recess)
     found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
-    found = _ranked(found, settings.rank)
-    pose = _answer(settings, constraints, found, seen, lasers)
+    expected = None if state.position is None else np.add(state.position, scan.moved[:2])
+    found = _ranked(found, settings, expected)
+    pose = _answer(settings, constraints, found, seen, _fresh(turns), expected)
     lost = pose.status in ("no-wall", "ambiguous")
     position = state.position if lost or np.isnan(pose.position).any() else (pose.position[0], pose.position[1])
     yaw = state.yaw if lost or math.isnan(pose.yaw) else wrapped(pose.yaw)
@@ -191,8 +194,10 @@ def _seen(settings: WallSettings, scan: LidarTurn) -> _KeptTurn:
 
 def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_KeptTurn, ...]:
     """Bring older turns to where the platform is now: what moved one way is seen to have moved the other."""
-    if moved == (0.0, 0.0, 0.0) or state.yaw is None:
+    if moved == (0.0, 0.0, 0.0):
         return state.turns
+    if state.yaw is None:
+        return ()  # which way it moved for the lidars is not known
     yaw = state.yaw + moved[2]
     back = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]) @ np.array(moved[:2])
     c, s = math.cos(moved[2]), math.sin(moved[2])
@@ -227,14 +232,27 @@ def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Ar
     return [(xy[:: 1 + len(xy) // _MOST_JUDGED], masks[i]) for i, xy in last.items()]
 
 
-def _ranked(found: Sequence[Candidate], rank: str) -> list[Candidate]:
-    """Put those that fit the operator's distances first, then by the rank."""
+def _fresh(turns: Sequence[_KeptTurn]) -> frozenset[int]:
+    """Return which of all lines are of the last turn of their lidar."""
+    last = {turn.lidar: i for i, turn in enumerate(turns)}
+    of_turn = [i for i, turn in enumerate(turns) for _ in turn.seen]
+    return frozenset(line for line, i in enumerate(of_turn) if last[turns[i].lidar] == i)
 
-    def key(one: Candidate) -> tuple[float, float]:
+
+def _ranked(found: Sequence[Candidate], settings: WallSettings, expected: Array | None) -> list[Candidate]:
+    """Put those that fit the operator's distances first, then those where the platform can be, then by the rank."""
+
+    def key(one: Candidate) -> tuple[float, float, float]:
         misfit = max(0.0, one.laser_misfit - _LASER_FITS)
-        return misfit, (one.variance if rank == "variance" else -one.explained)
+        return misfit, _beyond(one, settings, expected), one.variance if by_variance else -one.explained
 
+    by_variance = settings.rank == "variance"
     return sorted(found, key=key)
+
+
+def _beyond(one: Candidate, settings: WallSettings, expected: Array | None) -> float:
+    """By how much a candidate is farther from where the platform should be than allowed, m."""
+    return 0.0 if expected is None else max(0.0, math.dist(one.position, expected) - settings.stray)
 
 
 def _answer(
@@ -242,8 +260,10 @@ def _answer(
     constraints: Sequence[Constraint],
     found: Sequence[Candidate],
     seen: Sequence[SeenLine],
-    lasers: Sequence[Laser],
+    fresh: frozenset[int],
+    expected: Array | None,
 ) -> WallPose:
+    """Fit the first candidate, and say how sure it is."""
     biases = np.zeros(len(settings.lidars))
     nothing = WallPose(
         "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), tuple(found), tuple(constraints),
@@ -256,17 +276,21 @@ def _answer(
         return _half(nothing)
     best = found[0]
     x, covariance, bias, used = _fit(settings, constraints, seen, best)
-    fits = [one for one in found if one.laser_misfit <= _LASER_FITS]
-    rivals = [one.explained for one in fits or found if _apart(one, best, settings)]
-    confidence = best.explained - max(rivals, default=0.0)
+    fits = [one for one in found if one.laser_misfit <= _LASER_FITS] or found
+    likely = [one for one in fits if not _beyond(one, settings, expected)] or fits
+    now = [all(constraints[i].seen in fresh for i in one.constraints) for one in likely]
+    rivals = [one.explained for one, new in zip(likely, now, strict=True) if _apart(one, best, settings, new)]
     status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
     note = _SAID[status]
-    if lasers and not fits:
+    if best.laser_misfit > _LASER_FITS:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
+        status = "ambiguous"
+    elif far := _beyond(best, settings, expected):
+        note = f"the place jumps: the nearest that fits is {far + settings.stray:.2f} m from where it should be"
         status = "ambiguous"
     return replace(
         nothing, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
-        confidence=confidence, note=note,
+        confidence=best.explained - max(rivals, default=0.0), note=note,
     )  # fmt: skip
 
 
@@ -276,14 +300,14 @@ def _half(nothing: WallPose) -> WallPose:
     one_way = len({one.kind for one in nothing.constraints}) == 1
     covariance = nothing.covariance.copy()
     covariance[2, 2] = best.yaw_sigma**2
-    note = _SAID["parallel"] if one_way else "no two walls agree in yaw, or they put the platform outside"
+    note = _SAID["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
     return replace(nothing, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 
 
-def _apart(one: Candidate, other: Candidate, settings: WallSettings) -> bool:
-    """Say whether two candidates are different places or yaws."""
-    far = math.dist(one.position, other.position) > settings.distinct
-    return far or abs(wrapped(one.yaw - other.yaw)) > 3.0 * settings.agree
+def _apart(one: Candidate, other: Candidate, settings: WallSettings, new: bool) -> bool:
+    """Say whether two candidates are different places or yaws; one of older turns may be so far away by motion."""
+    far = math.dist(one.position, other.position) > (settings.distinct if new else settings.stray)
+    return far or abs(wrapped(one.yaw - other.yaw)) > (3.0 * settings.agree if new else settings.yaw_step)
 
 
 def _fit(
@@ -317,13 +341,16 @@ def _fit(
     J[rows, 1, 3 + len(lidars) + walls] = -1.0
     q = np.zeros(len(prior))
     q[:3] = *best.position, best.yaw
+    used = np.zeros(k, dtype=np.bool_)
     for _ in range(2):
         c, s = math.cos(q[2]), math.sin(q[2])
         lever = mounts @ np.array([[c, s], [-s, c]])
         J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
         off = np.einsum("ki,ki->k", n, lever) + distances + J[:, 1, :2] @ q[:2] + J[:, 1, 3:] @ q[3:]
         turn = np.remainder(q[2] - yaws + math.pi, math.tau) - math.pi + J[:, 0, 3:] @ q[3:]
-        used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
+        if not used.any():  # what fits the candidate, and always its own two lines
+            used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
+            used[list(best.constraints)] = True
         weighted = np.einsum("kip,kij->kpj", J[used], weights[used])
         normal_matrix = np.diag(prior) + np.einsum("kpj,kjq->pq", weighted, J[used])
         right = np.einsum("kpj,kj->p", weighted, np.stack([turn[used], off[used]], axis=1)) + np.array(prior) * q

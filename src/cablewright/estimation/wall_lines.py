@@ -6,7 +6,7 @@ Total least squares, weighted: a range's noise counts by how steeply its ray mee
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +37,13 @@ class LineSearch:
     outlier: float = 3.5
     least_points: int = 10
     least_length: float = 0.4
+
+    @classmethod
+    def of_noise(cls, sigma: float) -> LineSearch:
+        """Return a search that suits ranges of that noise, m; that of a good lidar or less leaves all as it is."""
+        usual = cls()
+        clustering = replace(usual.clustering, reach=max(usual.clustering.reach, 20.0 * sigma))
+        return replace(usual, clustering=clustering, merge=max(usual.merge, 4.0 * sigma))
 
 
 class WallLine(NamedTuple):

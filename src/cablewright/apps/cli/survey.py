@@ -68,9 +68,7 @@ def _described(name: str) -> tuple[Robot, str]:
     from cablewright.robot import library_names, library_text, load
     from cablewright.toml_input import read_table
 
-    robot = load(name)
-    known = name in library_names() and not Path(name).suffix
-    return robot, library_text(name) if known else read_table(name)[1]
+    return load(name), library_text(name) if name in library_names() else read_table(name)[1]
 
 
 def _write(own: tuple[Robot, str], found: Survey, out: Path) -> tuple[str, ...]:

@@ -95,7 +95,7 @@ def _searched(
 ) -> tuple[Lidar, Points, list[WallLine]]:
     """The points that count and the walls among them."""
     from cablewright.estimation.scan import Lidar, noise_of, points_of
-    from cablewright.estimation.wall_lines import lines_of
+    from cablewright.estimation.wall_lines import LineSearch, lines_of
 
     least, most = _pair(within, "--range")
     masked = _masked(mask)
@@ -104,23 +104,16 @@ def _searched(
     lidar = Lidar(least=least, most=most, masked=masked, bias_sigma=0.0)
     points = points_of(lidar, scan.angles, scan.ranges)
     lidar = Lidar(least=least, most=most, masked=masked, bias_sigma=0.0, sigma=noise or noise_of(points))
-    return lidar, points, lines_of(points, lidar, _search(lidar.sigma))
-
-
-def _search(sigma: float) -> Any:
-    """How lines are looked for in a scan of that noise."""
-    from cablewright.estimation.wall_lines import LineSearch
-
-    return LineSearch(merge=max(LineSearch().merge, 4.0 * sigma))
+    return lidar, points, lines_of(points, lidar, LineSearch.of_noise(lidar.sigma))
 
 
 def _placed(known: Room, lidar: Lidar, scan: FileScan, yaws: tuple[float, float], lasers: Sequence[Laser]) -> WallPose:
     from cablewright.estimation.lidar_walls import LidarTurn, WallSettings, start, step
+    from cablewright.estimation.wall_lines import LineSearch
 
-    wide = max(1.0, 4.0 * lidar.sigma / 0.012)  # as lines are merged
-    settings = WallSettings(
-        known, (lidar,), _search(lidar.sigma), yaws, near=0.02 * wide, gate=0.015 * wide, distinct=0.02 * wide
-    )
+    search = LineSearch.of_noise(lidar.sigma)
+    wide = search.merge / LineSearch().merge
+    settings = WallSettings(known, (lidar,), search, yaws, near=0.02 * wide, gate=0.015 * wide, distinct=0.02 * wide)
     return step(settings, start(), LidarTurn(scan.angles, scan.ranges), lasers)[1]
 
 
@@ -269,7 +262,7 @@ def _print(
         )
     for i, line in enumerate(lines, 1):
         turn, far = math.sqrt(line.covariance[0, 0]), math.sqrt(line.covariance[1, 1])
-        angle = f"{math.degrees(line.angle):.2f} +- {math.degrees(turn):.2f}"
+        angle = f"{math.degrees(line.angle):.3f} +- {math.degrees(turn):.3f}"
         distance = f"{line.distance:.4f} +- {far:.4f}"
         rms = 1e3 * math.sqrt(line.variance)
         typer.echo(f"{i:>4} {angle:>18} {distance:>18} {rms:>9.2f} {line.points:>7} {line.length:>10.2f}")
