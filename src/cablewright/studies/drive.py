@@ -44,7 +44,9 @@ class DriveSettings:
     ramp: float = 2.0
     """s from rest to that speed."""
     slack: float = 0.03
-    """Excess that the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
+    """What the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
+    ease: float = 20.0
+    """s over which that begins, so that the start is calm."""
     error: float = 2e-3
     """Standard deviation of what each length is off what it should be, m ..."""
     memory: float = 20.0
@@ -56,7 +58,7 @@ class DriveSettings:
 
     def __post_init__(self) -> None:
         """Refuse what is no drive."""
-        for name in ("speed", "ramp", "memory", "gain"):
+        for name in ("speed", "ramp", "ease", "memory", "gain"):
             if not 0.0 < getattr(self, name) < 1e6:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
         for name in ("slack", "error"):
@@ -88,7 +90,7 @@ class Pilot:
             bad = int(np.flatnonzero(~held.ok)[0])
             place = ", ".join(f"{x:.2f}" for x in poses[bad])
             raise AnswerError(f"the path cannot be held at {place} m: {held[bad].sentence()}")
-        self._lengths = held.lengths + settings.slack * self._share(held.tensions)  # (k, m)
+        self._taut, self._slack = held.lengths, settings.slack * self._share(held.tensions)  # (k, m)
 
     def distance(self, now: float) -> float:
         """How far along the path one should be at *now* (s), m."""
@@ -110,7 +112,12 @@ class Pilot:
 
     def _wanted(self, now: float) -> Array:
         along = np.mod(self.distance(now), self._length) if self._length else 0.0
-        return np.array([np.interp(along, self._at, column) for column in self._lengths.T])
+        place = float(along) / self._length * (len(self._at) - 1) if self._length else 0.0
+        piece = min(int(place), len(self._at) - 2)
+        weights = np.array([piece + 1 - place, place - piece])
+        eased = min(1.0, now / self.settings.ease)
+        both = slice(piece, piece + 2)
+        return np.asarray(weights @ self._taut[both] + eased * (weights @ self._slack[both]))
 
     def _share(self, tensions: Array) -> Array:
         """Which line is let slack where, (k, m) from 0 to 1: that with the least tension, where it has least by far."""
