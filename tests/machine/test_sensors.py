@@ -229,6 +229,26 @@ def test_the_room_is_told() -> None:
     assert all(0.0 <= reading.humidity <= 1.0 for reading in told)
 
 
+def test_every_sensor_may_lose_readings_and_tell_anything() -> None:
+    spoiled = {"dropout": 0.3, "outliers": 0.1}
+    names = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
+    settings = perfect(changed(**dict.fromkeys(names, spoiled)))
+    tables = {name: {**spoiled, "rate": 5.0} for name in names}
+    readings = run(machine(changed(settings, **tables), plant="quasi-static"), 2000)
+    for kind in (Inertial, Encoders, Climate):
+        assert len(of(kind, readings)) == pytest.approx(0.7 * 2000, rel=0.05)
+    lost = np.mean([np.isnan(reading.angles) for reading in of(LineAngles, readings)])
+    assert lost == pytest.approx(0.3, rel=0.1)
+    assert np.mean([np.isnan(reading.distance) for reading in of(Distance, readings)]) == pytest.approx(0.3, rel=0.1)
+    wrong = {
+        Inertial: [np.abs(reading.acceleration - [0, 0, 9.81]).max() > 0.01 for reading in of(Inertial, readings)],
+        Encoders: [np.abs(reading.counts).max() > 0 for reading in of(Encoders, readings)],
+        Climate: [abs(reading.temperature - 22.0) > 1.0 for reading in of(Climate, readings)],
+    }
+    for kind, found in wrong.items():
+        assert np.mean(found) == pytest.approx(0.1 / 0.7, rel=0.35), kind
+
+
 def test_messages_come_late_in_order_and_some_never() -> None:
     channel = Channel(Link(latency=0.02, jitter=0.05, loss=0.2), np.random.default_rng(0))
     came = []

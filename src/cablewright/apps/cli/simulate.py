@@ -10,7 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, RobotName, check_plot
 from cablewright.apps.cli.output import numbers, print_json, progress, tell, write_picture
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 
 if TYPE_CHECKING:
     from cablewright.machine.log import LogHead
@@ -129,6 +129,9 @@ def _run(
             with part.open("wb") as file, LogWriter(file, head) as log:
                 found = drive(twin, path, duration, settings=settings, seed=head.seed, log=log, progress=tells)
             part.replace(out)
+        except CablewrightError:
+            part.unlink(missing_ok=True)
+            raise
         except OSError as reason:
             raise EnvironmentFault(f"{out}: cannot be written: {reason.strerror or reason}") from None
         return found
