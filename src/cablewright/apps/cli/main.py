@@ -13,6 +13,7 @@ from typer.exceptions import TyperException
 from cablewright.apps.cli import (
     accuracy,
     check,
+    curves,
     equilibria,
     interference,
     modes,
@@ -21,6 +22,7 @@ from cablewright.apps.cli import (
     robots,
     simulate,
     statics,
+    trade,
     workspace,
 )
 from cablewright.errors import CablewrightError
@@ -35,6 +37,7 @@ app = typer.Typer(
 )
 app.command("accuracy")(accuracy.accuracy)
 app.command("check")(check.check)
+app.command("curves")(curves.curves)
 app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
 app.command("interference")(interference.interference)
@@ -46,6 +49,7 @@ app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
 app.command("simulate")(simulate.simulate)
+app.command("trade")(trade.trade)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
