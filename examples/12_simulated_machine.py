@@ -4,15 +4,14 @@ import math
 
 from cablewright.machine.settings import load_settings
 from cablewright.machine.simulated import SimulatedMachine
-from cablewright.printing.loop import random_loop
 from cablewright.robot import load
 from cablewright.signals import Encoders, SensorFrame
-from cablewright.studies.drive import DriveSettings, Pilot
+from cablewright.studies.drive import DriveSettings, Pilot, random_round
 
 robot, settings = load("merlet2023"), load_settings("merlet2023")
-loop = random_loop(28.0, (-1.5, -4.0), (1.5, 4.0), seed=7)  # m
-machine = SimulatedMachine(robot, settings, [*loop.points[0], 1.2], seed=7, plant="quasi-static")
-pilot, begin = Pilot(machine, loop, DriveSettings(), seed=7), machine.truth.lengths
+way = random_round(robot, 28.0, seed=7)  # 28 m, closed
+machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=7, plant="quasi-static")
+pilot, begin = Pilot(machine, way, DriveSettings(), seed=7), machine.truth.lengths
 frame = SensorFrame(0.0)
 while machine.time < 60.0:
     frame = machine.step(pilot.command())  # a controller would make its commands from frames alone
