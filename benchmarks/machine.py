@@ -23,10 +23,9 @@ from cablewright.machine.rig import drum_numbers
 from cablewright.machine.settings import MachineSettings, load_settings
 from cablewright.machine.simulated import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
-from cablewright.printing.loop import random_loop
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.drive import DriveSettings, Pilot
+from cablewright.studies.drive import DriveSettings, Pilot, random_round
 
 Array = NDArray[np.float64]
 START = (0.3, -1.0, 1.2)
@@ -61,9 +60,10 @@ def rows() -> Iterator[Row]:
 
 def speed(settings: MachineSettings, plant: PlantName) -> float:
     """Times real time of a drive round a loop: what the pilot takes is not counted."""
-    loop = random_loop(28.0, (-1.5, -4.0), (1.5, 4.0), seed=1)
-    machine = SimulatedMachine(load("merlet2023"), settings, [*loop.points[0], 1.2], seed=1, plant=plant)
-    pilot, spent, ratios = Pilot(machine, loop, DriveSettings(), 1), 0.0, []
+    robot = load("merlet2023")
+    way = random_round(robot, 28.0, seed=1)
+    machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=1, plant=plant)
+    pilot, spent, ratios = Pilot(machine, way, DriveSettings(), 1), 0.0, []
     steps = round(10.0 / machine.period) if plant == "dynamic" else round(60.0 / machine.period)
     for _ in range(6):  # the first compiles
         spent = 0.0

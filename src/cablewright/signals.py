@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +35,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_Kind = TypeVar("_Kind")
 
 SOURCES = ("north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate")
 """Names of the sensors; the first three are lidars."""
@@ -159,7 +161,7 @@ class SensorFrame:
     readings: tuple[Reading, ...] = ()
     notices: tuple[Notice, ...] = ()
 
-    def of(self, kind: type) -> tuple[Reading, ...]:
+    def of(self, kind: type[_Kind]) -> tuple[_Kind, ...]:
         """Return the readings of one kind: ``frame.of(Scan)``."""
         return tuple(reading for reading in self.readings if isinstance(reading, kind))
 

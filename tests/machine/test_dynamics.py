@@ -193,29 +193,37 @@ def test_lengths_paid_out_evenly_carry_the_drum_along() -> None:
     np.testing.assert_allclose(moving.motion[:3], rest.pose, atol=3e-4)
 
 
-def test_mujoco_moves_the_same_drum_alike() -> None:
-    """Lines almost without weight through eyelets: MuJoCo's tendons have none, and its drum hangs by a ball joint."""
-    robot = without_sheaves(density=1e-6)
+def over_sheaves(density: float) -> Robot:
+    """merlet2023 as it is, but for cable that stretches on its sheaves too and weighs almost nothing."""
+    robot = load("merlet2023")
+    lines = []
+    for line in robot.lines:
+        cable = line.cable.model_copy(update={"linear_density": density})
+        lines.append(line.model_copy(update={"cable": cable, "arc_elastic": True}))
+    return robot.model_copy(update={"lines": tuple(lines)})
+
+
+@pytest.mark.parametrize("robot", [without_sheaves(1e-6), over_sheaves(1e-6)], ids=["eyelets", "swivels"])
+def test_mujoco_moves_the_same_drum_alike(robot: Robot) -> None:
+    """MuJoCo's tendons weigh nothing, and its drum hangs by a ball joint. Swivels are turned to B before each step."""
     moving = Moving(robot, PLACED)
     moving.motion[2] += 0.0005
     moving.motion[RATE : RATE + 3] = 0.5, -0.3, 0.8
     dt, duration = 0.5e-3, 1.0
     ours = moving.run(dt, duration)
-    light = robot.platform.model_copy(update={"mass": 1e-3})
-    text = xml(moving.model.robot.model_copy(update={"platform": light}), moving.rest.lengths)
-    about = moving.drum[INERTIA : INERTIA + 3] - 60.0 * 0.5**2 * np.array([1, 1, 0])
-    inertial = f'<inertial pos="0 0 -0.5" mass="60" diaginertia="{" ".join(map(str, about))}"/>'
-    drum = f'<body name="drum"><joint name="ball" type="ball"/>{inertial}</body>'
-    text = text.replace("</body>", f"{drum}</body>", 1)
-    text = text.replace("<option ", '<option timestep="2e-4" integrator="RK4" ', 1)
-    model = mujoco.MjModel.from_xml_string(text)
+    model = mujoco.MjModel.from_xml_string(hanging(moving))
     data = mujoco.MjData(model)
     data.qpos[:3] = moving.rest.pose
     data.qpos[2] += 0.0005
     data.qvel[3:6] = 0.5, -0.3, 0.8
+    swivels = [i for i, line in enumerate(robot.lines) if not isinstance(line.sheave, Eyelet)]
+    joints = [(model.joint(f"V{i}"), robot.lines[i].exit_point) for i in swivels]
     theirs, turned = [], []
     for _ in range(round(duration / dt)):
-        while data.time < dt * (len(theirs) + 1) - 1e-9:
+        for _ in range(round(dt / model.opt.timestep)):
+            for joint, (x, y, _) in joints:
+                data.qpos[joint.qposadr[0]] = math.atan2(data.qpos[1] - y, data.qpos[0] - x)
+                data.qvel[joint.dofadr[0]] = 0.0
             mujoco.mj_step(model, data)
         theirs.append(data.qpos[:3].copy())
         vector = np.zeros(3)
@@ -225,3 +233,15 @@ def test_mujoco_moves_the_same_drum_alike() -> None:
     assert moved.min() > 3e-4  # it does move
     assert np.abs(ours[:, PLACE : PLACE + 3] - theirs).max() < 2e-5
     assert np.abs(ours[:, TURN : TURN + 3] - turned).max() < 2e-4
+
+
+def hanging(moving: Moving) -> str:
+    """The machine in MuJoCo's format, with the drum on a ball joint under a point of a gram."""
+    robot = moving.model.robot
+    light = robot.platform.model_copy(update={"mass": 1e-3})
+    text = xml(robot.model_copy(update={"platform": light}), moving.rest.lengths)
+    about = moving.drum[INERTIA : INERTIA + 3] - 60.0 * 0.5**2 * np.array([1, 1, 0])
+    inertial = f'<inertial pos="0 0 -0.5" mass="60" diaginertia="{" ".join(map(str, about))}"/>'
+    drum = f'<body name="drum"><joint name="ball" type="ball"/>{inertial}</body>'
+    text = text.replace("</body>", f"{drum}</body>", 1)
+    return text.replace("<option ", '<option timestep="2.5e-4" integrator="RK4" ', 1)

@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
 from cablewright.kernels import moving
 from cablewright.kernels.scan import FAR, ray_to_floor, ray_to_wall
@@ -16,6 +15,7 @@ from cablewright.machine.link import Channel
 from cablewright.machine.room import Ground
 from cablewright.machine.settings import FaultPlan, Link
 from cablewright.models.statics import Model
+from cablewright.robot import load
 from cablewright.signals import Climate, Condition, Distance, Encoders, Inertial, LineAngles, Reading, Scan
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.slack import tangent_angle
@@ -119,31 +119,27 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
 
 
 def test_heights_of_heaps_are_seen_from_above() -> None:
-    ground = Ground((-2.0, -2.0), (2.0, 2.0))
-    ground.pour(0.31, -0.2, 2e-3)
-    assert ground.volume == pytest.approx(2e-3, rel=1e-12)
-    ground.pour(5.0, 0.0, 1e-3)
-    ground.pour(1.99, 1.99, 1e-3)
-    assert ground.volume == pytest.approx(4e-3, rel=1e-12)
-    grid, heights = ground.grid, ground.heights
+    ground = Ground(load("merlet2023"), SETTINGS.drum)
+    ground.pour((0.21, -0.2), (0.41, -0.2), 3.0)
+    assert ground.mass == pytest.approx(3.0, rel=1e-9)
+    ground.pour((5.0, 0.0), (5.0, 0.0), 1.5)
+    ground.pour((2.49, 4.99), (2.49, 4.99), 1.5)
+    assert ground.mass == pytest.approx(6.0, rel=1e-9)
+    grid, heights, shown = ground.grid, ground.heights, ground.field
+    assert grid[3] == heights.max()
     for x, y in ((0.31, -0.2), (0.28, -0.21), (0.5, 0.5)):
         down = ray_to_floor(x, y, 1.5, 0.0, 0.0, -1.0, 10.0, grid, heights)
-        assert 1.5 - down == pytest.approx(interpolated(ground, x, y), abs=1e-9)
+        assert 1.5 - down == pytest.approx(shown.at(np.array([[x, y]]))[0], abs=1e-9)
     for slope in (0.3, -0.5):
         way = np.array([slope, 0.1, -1.0]) / math.hypot(slope, 0.1, 1.0)
-        met = ray_to_floor(0.31 - slope, -0.2 - 0.1, 1.0, *way, 10.0, grid, heights)
-        x, y, z = np.array([0.31 - slope, -0.3, 1.0]) + met * way
-        assert z == pytest.approx(interpolated(ground, x, y), abs=1e-6)
-        before = np.linspace(0, met * 0.9999, 3000)
-        above = [1.0 + b * way[2] - interpolated(ground, 0.31 - slope + b * way[0], -0.3 + b * way[1]) for b in before]
-        assert min(above) > -1e-6
+        origin = np.array([0.31 - slope, -0.3, 1.0])
+        met = ray_to_floor(*origin, *way, 10.0, grid, heights)
+        on_way = origin + np.linspace(0.0, met, 3000)[:, None] * way
+        above = on_way[:, 2] - shown.at(on_way)
+        assert above[-1] == pytest.approx(0.0, abs=1e-6)
+        assert above[:-1].min() > -1e-6
     assert ray_to_floor(0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.5, grid, heights) == FAR
     assert ray_to_wall(0.0, 0.0, 1.0, 0.0, np.array([2.0, 1.0, 2.0, 3.0])) == FAR
-
-
-def interpolated(ground: Ground, x: float, y: float) -> float:
-    axes = [low + ground.cell * np.arange(n) for low, n in zip(ground.low, ground.heights.shape, strict=True)]
-    return float(RegularGridInterpolator(axes, ground.heights)([x, y])[0])
 
 
 def test_vertical_lidar_and_distance_sensor_tell_the_height() -> None:
@@ -227,6 +223,26 @@ def test_the_room_is_told() -> None:
     assert len(told) == 9  # that of the last moment is on its way
     assert abs(np.mean([reading.temperature for reading in told]) - 22.0) < 0.2
     assert all(0.0 <= reading.humidity <= 1.0 for reading in told)
+
+
+def test_every_sensor_may_lose_readings_and_tell_anything() -> None:
+    spoiled = {"dropout": 0.3, "outliers": 0.1}
+    names = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
+    settings = perfect(changed(**dict.fromkeys(names, spoiled)))
+    tables = {name: {**spoiled, "rate": 5.0} for name in names}
+    readings = run(machine(changed(settings, **tables), plant="quasi-static"), 2000)
+    for kind in (Inertial, Encoders, Climate):
+        assert len(of(kind, readings)) == pytest.approx(0.7 * 2000, rel=0.05)
+    lost = np.mean([np.isnan(reading.angles) for reading in of(LineAngles, readings)])
+    assert lost == pytest.approx(0.3, rel=0.1)
+    assert np.mean([np.isnan(reading.distance) for reading in of(Distance, readings)]) == pytest.approx(0.3, rel=0.1)
+    wrong = {
+        Inertial: [np.abs(reading.acceleration - [0, 0, 9.81]).max() > 0.01 for reading in of(Inertial, readings)],
+        Encoders: [np.abs(reading.counts).max() > 0 for reading in of(Encoders, readings)],
+        Climate: [abs(reading.temperature - 22.0) > 1.0 for reading in of(Climate, readings)],
+    }
+    for kind, found in wrong.items():
+        assert np.mean(found) == pytest.approx(0.1 / 0.7, rel=0.35), kind
 
 
 def test_messages_come_late_in_order_and_some_never() -> None:

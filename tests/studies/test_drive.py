@@ -7,20 +7,20 @@ import pytest
 
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log import LogHead, LogWriter, read_log
-from cablewright.printing.loop import random_loop
 from cablewright.robot import load
-from cablewright.studies.drive import SLACK, DriveSettings, drive
+from cablewright.studies.drive import SLACK, DriveSettings, drive, length_of, random_round
 from twins import SETTINGS, machine
 
-LOOP = random_loop(28.0, (-1.5, -4.0), (1.5, 4.0), seed=2)
-START = (*LOOP.points[0], 1.2)
+LOOP = random_round(load("merlet2023"), 28.0, seed=2)
+START = (*LOOP[0], 1.2)
 
 
 def test_the_machine_goes_along_the_loop_at_its_speed() -> None:
     settings = DriveSettings()
     twin = machine(plant="quasi-static", start=START)
     drive(twin, LOOP, 20.0, seed=2)
-    expected = LOOP.at(settings.speed * (20.0 - 0.5 * settings.ramp))
+    gone = settings.speed * (20.0 - 0.5 * settings.ramp) / length_of(LOOP) * (len(LOOP) - 1)
+    expected = LOOP[round(gone)]
     assert np.linalg.norm(twin.truth.position[:2] - expected) < 0.03
     assert abs(twin.truth.position[2] - 1.2) < 0.03
 
@@ -29,7 +29,7 @@ def test_a_drive_comes_to_the_end_of_its_round() -> None:
     twin = machine(plant="quasi-static", start=START)
     found = drive(twin, LOOP, 935.0, seed=2)
     assert found.distance == pytest.approx(28.0, rel=0.02)
-    assert np.linalg.norm(twin.truth.position[:2] - LOOP.points[0]) < 0.05
+    assert np.linalg.norm(twin.truth.position[:2] - LOOP[0]) < 0.05
     assert found.powder == pytest.approx(SETTINGS.drum.powder - 935.0 * SETTINGS.drum.flow, abs=1e-6)
     assert found.notices.total() == 0
     assert found.slack_share.sum() > 0.1
@@ -63,7 +63,7 @@ def test_what_cannot_be_driven_is_refused() -> None:
     with pytest.raises(InputError, match="duration = 0 s"):
         drive(twin, None, 0.0)
     with pytest.raises(AnswerError, match="the path cannot be held at"):
-        drive(twin, random_loop(80.0, (-9.0, -9.0), (9.0, 9.0), seed=1), 1.0)
+        drive(twin, 4.0 * LOOP, 1.0)
     for wrong, says in (
         ({"speed": 0.0}, "speed = 0"),
         ({"slack": 2.0}, "slack = 2 m"),

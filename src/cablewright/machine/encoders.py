@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from cablewright.machine.rig import Moment
@@ -12,20 +14,30 @@ from cablewright.signals import Climate, Encoders
 __all__ = ["Counters", "Thermometer"]
 
 
+_BITS: Final = 24  # of a counter
+
+
 class Counters:
     """All encoders, read at once; their error is that they count in whole numbers."""
 
-    def __init__(self, settings: Encoder, period: float) -> None:
+    def __init__(self, settings: Encoder, period: float, random: np.random.Generator) -> None:
         """Raise `InputError` for a rate that does not fit the machine's *period*, s."""
+        self.settings, self._random = settings, random
         self._every, self._step = every(period, 1.0 / settings.rate, f"encoders.rate = {settings.rate:g} Hz"), 0
 
     def read(self, moment: Moment) -> Encoders | None:
-        """Return a reading when one is due."""
+        """Return a reading when one is due and not lost."""
         self._step += 1
         if self._step % self._every:
             return None
-        moment.counts.flags.writeable = False
-        return Encoders(moment.truth.time, moment.counts)
+        chance, which, bit = self._random.random(), self._random.random(), int(self._random.integers(_BITS))
+        if chance < self.settings.dropout:
+            return None
+        counts = moment.counts
+        if chance > 1.0 - self.settings.outliers:
+            counts[int(which * len(counts))] ^= 1 << bit
+        counts.flags.writeable = False
+        return Encoders(moment.truth.time, counts)
 
 
 class Thermometer:
@@ -37,12 +49,17 @@ class Thermometer:
         self._every, self._step = every(period, 1.0 / settings.rate, f"climate_sensor.rate = {settings.rate:g} Hz"), 0
 
     def read(self, moment: Moment) -> Climate | None:
-        """Return a reading when one is due."""
+        """Return a reading when one is due and not lost."""
         self._step += 1
         if self._step % self._every:
             return None
-        warmth, damp = self._random.standard_normal(2).tolist()
         settings = self.settings
-        humidity = moment.humidity + settings.humidity_deviation * damp
+        warmth, damp = self._random.standard_normal(2).tolist()
+        chance, hot, wet = self._random.random(3).tolist()
+        if chance < settings.dropout:
+            return None
         temperature = moment.temperature + settings.temperature_deviation * warmth
+        humidity = moment.humidity + settings.humidity_deviation * damp
+        if chance > 1.0 - settings.outliers:
+            temperature, humidity = -40.0 + 125.0 * hot, wet
         return Climate(moment.truth.time, temperature, min(1.0, max(0.0, humidity)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from cablewright.machine.rig import Moment
@@ -10,6 +12,10 @@ from cablewright.machine.ticks import every
 from cablewright.signals import Inertial
 
 __all__ = ["InertialUnit"]
+
+
+_RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
+"""What an outlier tells at most: 4 g and 500 degrees a second, the range of such a unit."""
 
 
 class InertialUnit:
@@ -30,6 +36,7 @@ class InertialUnit:
         if self._step % self._every:
             return None
         noise, chance = self._random.standard_normal(6), self._random.random()
+        anywhere = self._random.uniform(-1.0, 1.0, 6)
         if chance < self.settings.dropout:
             return None
         R, rate = moment.rotation, moment.truth.rate
@@ -37,6 +44,8 @@ class InertialUnit:
         force = moment.acceleration[:3] + _cross(moment.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
         force[2] += self._gravity
         told = np.concatenate([force @ R, rate @ R]) + self.bias + self._deviation * noise
+        if chance > 1.0 - self.settings.outliers:
+            told = anywhere * _RANGE
         told.flags.writeable = False
         return Inertial(moment.truth.time, told[:3], told[3:])
 

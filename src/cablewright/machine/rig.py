@@ -13,7 +13,7 @@ from cablewright.kernels import dynamics, layout, moving, winding
 from cablewright.kernels.equilibrium import evaluate
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.rotation import matrix
-from cablewright.machine.room import Ground
+from cablewright.machine.room import CELL, Ground
 from cablewright.machine.settings import ClimateLaw, MachineSettings
 from cablewright.machine.winches import Winches
 from cablewright.models.statics import Model
@@ -27,7 +27,7 @@ __all__ = ["Moment", "Rig", "drum_numbers"]
 Array = NDArray[np.float64]
 
 _DAY = 86400.0  # s
-_HEAP = 2e-5  # m^3: what falls at one place before it lies
+_HEAP = 0.03  # kg: what falls at one place before it lies
 _SAYS = (
     (winding.LIMITED, Condition.LIMITED),
     (winding.STALLED, Condition.STALLED),
@@ -79,10 +79,9 @@ class Rig:
         self.work, self.swing = dynamics.moving_workspace(robot.m)
         evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
         self.drum = drum_numbers(settings, self.powder)
-        low, high = robot.scene.frame_min, robot.scene.frame_max
-        self.ground = Ground((low[0], low[1]), (high[0], high[1]))
-        self._falling = 0.0  # m^3 on its way, poured where it began
-        self._falls_at = (0.0, 0.0)
+        self.ground = Ground(robot, settings.drum)
+        self.falling = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
+        self._falls_from = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = np.zeros(layout.STATE)
@@ -91,11 +90,6 @@ class Rig:
     @property
     def _mass(self) -> float:
         return self.settings.drum.empty_mass + self.powder
-
-    @property
-    def falling(self) -> float:
-        """Powder that has left the drum and does not lie yet, kg."""
-        return self._falling * self.settings.drum.powder_density
 
     def live(self, time: float, period: float, valve: float) -> list[Notice]:
         """Let all that is slow happen during a *period* that begins at *time*: powder, twist of the lines, warmth."""
@@ -154,33 +148,26 @@ class Rig:
         return Moment(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
-        """Let powder out of the drum; it falls in small heaps, half a cell apart where the drum moves."""
+        """Let powder out of the drum; it lies once the drum has gone on by half a cell, or enough has fallen."""
         drum = self.settings.drum
         left = min(self.powder, drum.flow * valve * period)
-        if valve > 0.0 and left <= 0.0 and drum.flow > 0.0:
-            return [Notice(Condition.POWDER_OUT), *self._drop()]
-        if left <= 0.0:
-            return self._drop()
         matrix(self.motion[6:9], self.work.rotation)
         down = self.work.rotation[:, 2]
-        x, y = self.motion[0] - drum.valve * down[0], self.motion[1] - drum.valve * down[1]
+        here = (float(self.motion[0] - drum.valve * down[0]), float(self.motion[1] - drum.valve * down[1]))
+        gone = math.dist(here, self._falls_from)
+        if self.falling and (left <= 0.0 or gone > 0.5 * CELL or self.falling > _HEAP):
+            self.ground.pour(self._falls_from, here, self.falling)
+            self.falling = 0.0
+        if left <= 0.0:
+            return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and drum.flow > 0.0 else []
+        if not self.falling:
+            self._falls_from = here
+        self.falling += left
         self.powder -= left
-        moved = math.hypot(x - self._falls_at[0], y - self._falls_at[1])
-        if moved > 0.5 * self.ground.cell or self._falling > _HEAP:
-            self._drop()
-        if not self._falling:
-            self._falls_at = (float(x), float(y))
-        self._falling += left / drum.powder_density
         yaw_rest = self.drum[dynamics.YAW_REST]
         self.drum = drum_numbers(self.settings, self.powder)
         self.drum[dynamics.YAW_REST] = yaw_rest
         self.packed.platform[layout.PLATFORM_WEIGHT] = self._mass * self.robot.scene.gravity
-        return []
-
-    def _drop(self) -> list[Notice]:
-        if self._falling:
-            self.ground.pour(*self._falls_at, self._falling)
-            self._falling = 0.0
         return []
 
 

@@ -1,21 +1,21 @@
-"""What is around the machine: walls, ceiling, and a floor with what lies on it, as heights on a grid."""
+"""What is around the machine: walls, ceiling, and a floor with what lies on it."""
 
 from __future__ import annotations
-
-import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.machine.settings import Room
+from cablewright.machine.settings import Drum, Room
+from cablewright.printing.deposition import Powder, pour
+from cablewright.printing.heightfield import HeightField
+from cablewright.robot import Robot
 
-__all__ = ["Ground", "walls_of"]
+__all__ = ["CELL", "Ground", "walls_of"]
 
 Array = NDArray[np.float64]
 
-_SPREAD: Final = 0.06
-"""Radius of the heap that falling powder makes, m; assumed. How heaps then slide is not modelled here."""
+CELL = 0.02
+"""Side of a cell of the floor, m."""
 
 
 def walls_of(room: Room) -> Array:
@@ -24,48 +24,42 @@ def walls_of(room: Room) -> Array:
 
 
 class Ground:
-    """Heights of what lies on the floor, on a square grid; linear between four nodes, nothing outside.
+    """The floor of a robot's frame and the powder on it, which lies at its angle of repose.
 
-    Changes in place as powder falls. Powder that falls outside is kept count of, so that no mass is lost.
+    Changes in place. Powder that falls outside the frame is kept count of, so that no mass is lost.
     """
 
-    def __init__(self, low: tuple[float, float], high: tuple[float, float], cell: float = 0.02) -> None:
-        """Begin bare, over the rectangle from *low* to *high*, m, with nodes every *cell*, m."""
-        counts = [math.ceil((b - a) / cell - 1e-9) + 1 for a, b in zip(low, high, strict=True)]
-        self.heights: Array = np.zeros(counts)
-        self.low, self.cell, self.outside = low, cell, 0.0
-        reach = math.ceil(_SPREAD / cell)
-        self._offsets = np.arange(-reach, reach + 2)
+    def __init__(self, robot: Robot, drum: Drum) -> None:
+        """Begin bare."""
+        low, high = robot.scene.frame_min, robot.scene.frame_max
+        self.field = HeightField.flat(low[:2], high[:2], CELL)
+        self.outside = 0.0  # kg
+        self._powder = Powder(density=drum.powder_density)
+        self._top = 0.0
+
+    @property
+    def mass(self) -> float:
+        """What has fallen, kg."""
+        return self.field.volume * self._powder.density + self.outside
+
+    @property
+    def heights(self) -> Array:
+        """Heights (nx, ny) of the grid's nodes, m."""
+        return self.field.heights
 
     @property
     def grid(self) -> Array:
-        """Where the grid is, as a lidar's kernel takes it: first node's x and y, distance of nodes, highest height."""
-        return np.array([*self.low, self.cell, self._top])
+        """Where the nodes are, for a lidar's kernel: x and y of the first, their distance, the highest height."""
+        x, y = self.field.low
+        return np.array([x + 0.5 * CELL, y + 0.5 * CELL, CELL, self._top])
 
-    @property
-    def volume(self) -> float:
-        """What lies on the floor, m^3, with what fell outside."""
-        return float(self.heights.sum()) * self.cell**2 + self.outside
-
-    _top = 0.0
-
-    def pour(self, x: float, y: float, volume: float) -> None:
-        """Let *volume* (m^3) fall at (x, y), m, world: a round heap, all of it."""
-        u, v = (x - self.low[0]) / self.cell, (y - self.low[1]) / self.cell
-        i, j = self._offsets + math.floor(u), self._offsets + math.floor(v)
-        away = ((i - u)[:, None] ** 2 + (j - v)[None, :] ** 2) * (self.cell / _SPREAD) ** 2
-        share = np.maximum(0.0, 1.0 - away) ** 2
-        heap = share * (volume / (share.sum() * self.cell**2))
-        nx, ny = self.heights.shape
-        inside_x, inside_y = (i >= 0) & (i < nx), (j >= 0) & (j < ny)
-        if inside_x.all() and inside_y.all():
-            target = self.heights[i[0] : i[-1] + 1, j[0] : j[-1] + 1]
-            target += heap
-        else:
-            kept = heap[np.ix_(inside_x, inside_y)]
-            self.outside += volume - float(kept.sum()) * self.cell**2
-            if kept.size == 0:
-                return
-            target = self.heights[np.ix_(i[inside_x], j[inside_y])] + kept
-            self.heights[np.ix_(i[inside_x], j[inside_y])] = target
-        self._top = max(self._top, float(target.max()))
+    def pour(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
+        """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
+        ends = np.array([start, end])
+        cells = self.field.cells_of(ends)
+        if not ((cells >= 0) & (cells < self.field.shape)).all():
+            self.outside += mass
+            return
+        pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
+        near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
+        self._top = max(self._top, float(self.field.heights[tuple(near)].max()))

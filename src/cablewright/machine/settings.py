@@ -210,6 +210,7 @@ class InertialSensor(Description):
     rate_deviation: _Size
     rate_bias: _Size
     dropout: _Share = 0.0
+    outliers: _Share = 0.0
 
 
 class LineSensor(Description):
@@ -234,9 +235,11 @@ class DistanceSensor(Description):
 
 
 class Encoder(Description):
-    """How often the counters are read."""
+    """How often the counters are read; an outlier is one counter with one bit turned."""
 
     rate: _Rate
+    dropout: _Share = 0.0
+    outliers: _Share = 0.0
 
 
 class ClimateSensor(Description):
@@ -245,6 +248,8 @@ class ClimateSensor(Description):
     rate: _Rate
     temperature_deviation: _Size
     humidity_deviation: _Share
+    dropout: _Share = 0.0
+    outliers: _Share = 0.0
 
 
 class FaultPlan(Description):

@@ -148,7 +148,7 @@ class SimulatedMachine:
         if settings.distance is not None:
             yield "distance", Rangefinder(settings.distance, settings.drum.valve, period, random["distance"])
         if settings.encoders is not None:
-            yield "encoders", Counters(settings.encoders, period)
+            yield "encoders", Counters(settings.encoders, period, random["encoders"])
         if settings.climate_sensor is not None:
             yield "climate", Thermometer(settings.climate_sensor, period, random["climate"])
 

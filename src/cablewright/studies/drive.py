@@ -19,16 +19,20 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log import LogWriter
 from cablewright.machine.simulated import SimulatedMachine
 from cablewright.models.statics import Model
-from cablewright.printing.loop import Loop
+from cablewright.printing.curve import Wanted, draw
+from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["Drive", "DriveSettings", "Pilot", "drive"]
+__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "length_of", "random_round"]
 
 Array = NDArray[np.float64]
 
 SLACK: Final = 5e-3
 """Excess from which a line counts as slack in a summary, m."""
+
+INSET: Final = 1.0
+"""How far a random round keeps from the sides of the robot's frame, m."""
 
 _STEP: Final = 0.02  # m between places whose lengths are solved for
 _SMOOTH: Final = 0.3  # m along which a line is let slack
@@ -44,7 +48,9 @@ class DriveSettings:
     ramp: float = 2.0
     """s from rest to that speed."""
     slack: float = 0.03
-    """Excess that the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
+    """What the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
+    ease: float = 20.0
+    """s over which that begins, so that the start is calm."""
     error: float = 2e-3
     """Standard deviation of what each length is off what it should be, m ..."""
     memory: float = 20.0
@@ -56,7 +62,7 @@ class DriveSettings:
 
     def __post_init__(self) -> None:
         """Refuse what is no drive."""
-        for name in ("speed", "ramp", "memory", "gain"):
+        for name in ("speed", "ramp", "ease", "memory", "gain"):
             if not 0.0 < getattr(self, name) < 1e6:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
         for name in ("slack", "error"):
@@ -67,28 +73,27 @@ class DriveSettings:
 
 
 class Pilot:
-    """Drives the winches of one machine round a loop, or holds it where it hangs."""
+    """Drives the winches of one machine round after round, or holds it where it hangs."""
 
-    def __init__(self, machine: SimulatedMachine, loop: Loop | None, settings: DriveSettings, seed: int) -> None:
-        """Work out the lengths round *loop* at the height where *machine* hangs; None: it stays.
+    def __init__(self, machine: SimulatedMachine, way: Array | None, settings: DriveSettings, seed: int) -> None:
+        """Work out the lengths along *way* at the height where *machine* hangs; None: it stays.
 
-        Raises `AnswerError` where the drum cannot be held somewhere on the way.
+        *way* (k, 2), m, world: places evenly along a closed path, the first again at the end. Raises `AnswerError`
+        where the drum cannot be held somewhere on it.
         """
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])
         self._off = np.zeros(machine.robot.m)
         start = machine.truth.position
-        pieces = 1 if loop is None else max(2, round(loop.length / _STEP))
-        self._length = 0.0 if loop is None else loop.length
-        self._at = np.linspace(0.0, self._length, pieces + 1)
-        level = np.broadcast_to(start[:2], (pieces + 1, 2)) if loop is None else loop.at(self._at)
-        poses = np.column_stack([level, np.full(pieces + 1, start[2])])
+        level = np.array([start[:2], start[:2]]) if way is None else way
+        self._length = 0.0 if way is None else length_of(way)
+        poses = np.column_stack([level, np.full(len(level), start[2])])
         held = solve_inverse(Model(machine.robot), poses)
         if not held.ok.all():
             bad = int(np.flatnonzero(~held.ok)[0])
             place = ", ".join(f"{x:.2f}" for x in poses[bad])
             raise AnswerError(f"the path cannot be held at {place} m: {held[bad].sentence()}")
-        self._lengths = held.lengths + settings.slack * self._share(held.tensions)  # (k, m)
+        self._taut, self._slack = held.lengths, settings.slack * self._share(held.tensions)  # (k, m)
 
     def distance(self, now: float) -> float:
         """How far along the path one should be at *now* (s), m."""
@@ -109,8 +114,13 @@ class Pilot:
         return Command(now, rate / truth.radii, settings.valve)
 
     def _wanted(self, now: float) -> Array:
-        along = np.mod(self.distance(now), self._length) if self._length else 0.0
-        return np.array([np.interp(along, self._at, column) for column in self._lengths.T])
+        pieces = len(self._taut) - 1
+        place = (self.distance(now) / self._length % 1.0) * pieces if self._length else 0.0
+        piece = min(int(place), pieces - 1)
+        weights = np.array([piece + 1 - place, place - piece])
+        eased = min(1.0, now / self.settings.ease)
+        both = slice(piece, piece + 2)
+        return np.asarray(weights @ self._taut[both] + eased * (weights @ self._slack[both]))
 
     def _share(self, tensions: Array) -> Array:
         """Which line is let slack where, (k, m) from 0 to 1: that with the least tension, where it has least by far."""
@@ -179,9 +189,28 @@ class Drive:
             self.path.append((frame.time, *truth.position.tolist(), tilt, yaw, *truth.excess.tolist()))
 
 
+def random_round(robot: Robot, length: float, seed: int) -> Array:
+    """Return a random closed path of that *length* (m) through the middle of the robot's frame, as `Pilot` takes it.
+
+    It crosses itself at least twice: curve number 0 of *seed*, see `printing/curve.py`. Raises `InputError` where none
+    is found that long.
+    """
+    if seed < 0:
+        raise InputError(f"seed = {seed}: a whole number from 0 on is wanted")
+    low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
+    wide, deep = (high - low - 2.0 * INSET).tolist()
+    curve = draw(Wanted(length, (wide, deep)), seed, 0)
+    return np.asarray(curve.even(max(16, round(length / _STEP))) + 0.5 * (low + high))
+
+
+def length_of(way: Array) -> float:
+    """Length of a path (k, 2) of short straight pieces, m."""
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+
 def drive(
     machine: SimulatedMachine,
-    loop: Loop | None,
+    way: Array | None,
     duration: float,
     *,
     settings: DriveSettings | None = None,
@@ -189,14 +218,14 @@ def drive(
     log: LogWriter | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Drive:
-    """Drive *machine* for *duration* (s) round *loop*, or hold it, and write each step to *log*.
+    """Drive *machine* for *duration* (s) along *way*, or hold it, and write each step to *log*.
 
     Raises `InputError` for a duration of no step, `AnswerError` where the path cannot be held.
     """
     steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
     if steps < 1:
         raise InputError(f"duration = {duration:g} s: at least one step of {machine.period:g} s is wanted")
-    pilot = Pilot(machine, loop, settings or DriveSettings(), seed)
+    pilot = Pilot(machine, way, settings or DriveSettings(), seed)
     found = Drive(tuple(line.name for line in machine.robot.lines))
     begin = time.perf_counter()
     for step in range(steps):

@@ -74,7 +74,7 @@ def test_a_machine_file_of_ones_own_is_taken(cli, tmp_path) -> None:
         (["--hold", "0,0,1"], "--hold needs --duration"),
         (["--hold", "0,0", "--duration", "1"], "3 finite numbers"),
         (["--hold", "0,nan,1", "--duration", "1"], "3 finite numbers"),
-        (["--loop", "1e6"], "no loop of 1e+06 m"),
+        (["--loop", "1e6"], "length = 1e+06 m"),
         ([*SHORT, "--plant", "static"], "unknown plant 'static'"),
         ([*SHORT, "--seed", "-1"], "seed = -1"),
         ([*SHORT, "--speed", "0"], "speed = 0"),

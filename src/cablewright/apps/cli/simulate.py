@@ -10,20 +10,15 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, RobotName, check_plot
 from cablewright.apps.cli.output import numbers, print_json, progress, tell, write_picture
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 
 if TYPE_CHECKING:
     from cablewright.machine.log import LogHead
     from cablewright.machine.settings import FaultPlan, MachineSettings
     from cablewright.machine.simulated import SimulatedMachine
-    from cablewright.printing.loop import Loop
-    from cablewright.robot import Robot
-    from cablewright.studies.drive import Drive, DriveSettings
+    from cablewright.studies.drive import Array, Drive, DriveSettings
 
 __all__ = ["machines", "simulate"]
-
-INSET = 1.0
-"""How far a loop keeps from the sides of the robot's frame, m."""
 
 
 def machines(
@@ -85,7 +80,7 @@ def simulate(
     from cablewright.machine.settings import load_settings
     from cablewright.machine.simulated import SimulatedMachine
     from cablewright.robot import load
-    from cablewright.studies.drive import DriveSettings
+    from cablewright.studies.drive import DriveSettings, random_round
 
     check_plot(plot)
     if (loop is None) == (hold is None):
@@ -96,12 +91,12 @@ def simulate(
         raise InputError(f"--out = {str(out)!r}: a name that ends in .mcap is wanted")
     described, settings = load(robot), _with_faults(load_settings(machine), fault or [], wifi_gap or [])
     driving = DriveSettings(speed=speed, slack=slack, valve=valve)
-    path = None if loop is None else _loop(described, loop, seed)
-    start = _place(hold, "--hold") if path is None else [*path.points[0], height]
-    lasts = duration if duration is not None else _once_round(path, driving)
+    way = None if loop is None else random_round(described, loop, seed)
+    start = _numbers(hold or "", 3, "--hold") if way is None else [*way[0], height]
+    lasts = duration if duration is not None else _once_round(way, driving)
     twin = SimulatedMachine(described, settings, start, seed=seed, plant=plant)  # type: ignore[arg-type]
     head = LogHead(described, settings, twin.period, plant, seed)
-    found = _run(twin, path, lasts, driving, head, out)
+    found = _run(twin, way, lasts, driving, head, out)
     if plot is not None:
         from cablewright.apps.report.simulation_picture import simulation_picture
 
@@ -115,7 +110,7 @@ def simulate(
 
 
 def _run(
-    twin: SimulatedMachine, path: Loop | None, duration: float, settings: DriveSettings, head: LogHead, out: Path | None
+    twin: SimulatedMachine, way: Array | None, duration: float, settings: DriveSettings, head: LogHead, out: Path | None
 ) -> Drive:
     """Drive, with a log beside its place until it is whole. Raises `EnvironmentFault` where it cannot be written."""
     from cablewright.machine.log import LogWriter
@@ -123,12 +118,15 @@ def _run(
 
     with progress() as tells:
         if out is None:
-            return drive(twin, path, duration, settings=settings, seed=head.seed, progress=tells)
+            return drive(twin, way, duration, settings=settings, seed=head.seed, progress=tells)
         part = out.with_name(f"{out.name}.part")
         try:
             with part.open("wb") as file, LogWriter(file, head) as log:
-                found = drive(twin, path, duration, settings=settings, seed=head.seed, log=log, progress=tells)
+                found = drive(twin, way, duration, settings=settings, seed=head.seed, log=log, progress=tells)
             part.replace(out)
+        except CablewrightError:
+            part.unlink(missing_ok=True)
+            raise
         except OSError as reason:
             raise EnvironmentFault(f"{out}: cannot be written: {reason.strerror or reason}") from None
         return found
@@ -158,21 +156,12 @@ def _fault(text: str) -> FaultPlan:
     return validated(FaultPlan, table | ({"kind": parts[3]} if len(parts) == 4 else {}), f"--fault {text}")
 
 
-def _loop(robot: Robot, length: float, seed: int) -> Loop:
-    from cablewright.printing.loop import random_loop
-
-    low, high = robot.scene.frame_min, robot.scene.frame_max
-    return random_loop(length, (low[0] + INSET, low[1] + INSET), (high[0] - INSET, high[1] - INSET), seed=seed)
-
-
-def _once_round(path: Loop | None, settings: DriveSettings) -> float:
+def _once_round(way: Array | None, settings: DriveSettings) -> float:
     """Time for one round, s; half of the ramp is lost."""
-    assert path is not None  # a machine that is held has a duration
-    return math.ceil(path.length / settings.speed + 0.5 * settings.ramp)
+    from cablewright.studies.drive import length_of
 
-
-def _place(text: str | None, option: str) -> list[float]:
-    return _numbers(text or "", 3, option)
+    assert way is not None  # a machine that is held has a duration
+    return math.ceil(length_of(way) / settings.speed + 0.5 * settings.ramp)
 
 
 def _numbers(text: str, count: int, option: str) -> list[float]:
