@@ -127,6 +127,11 @@ class Log:
     ) -> None:
         self._file.close()
 
+    @property
+    def position(self) -> int:
+        """Bytes of the file that have been read."""
+        return self._file.tell()
+
     def entries(self) -> Iterator[Entry]:
         """Yield the steps in order, once. What a cut or damaged file still holds is yielded, and a note says the rest.
 

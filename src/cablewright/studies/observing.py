@@ -1,4 +1,4 @@
-"""What an observer is told of a machine: its description and its sensors' data sheets, never how it was really built."""
+"""What an observer is told of a machine: its description and its sensors' data sheets, never how it was built."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def observer_settings(
 ) -> ObserverSettings:
     """Return settings for the machine that *robot* and *settings* describe.
 
-    *lasers*: an operator's at the start. Tolerances, biases and faults are not looked at. Raises `InputError` for a machine without what the estimation needs: a horizontal lidar, walls, line angles.
+    *lasers*: an operator's at the start. Tolerances, biases and faults are not looked at. Raises `InputError` for a
+    machine without what the estimation needs: a horizontal lidar, walls, line angles.
     """
     model = Model(believed(robot, settings))
     walls = surveyed(settings.room)

@@ -86,8 +86,10 @@ class Replay:
     """s of processor time that each step took: what else the machine does meanwhile does not count."""
     trace: list[tuple[float, ...]] = field(default_factory=list)
     """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position, then gamma taut and measured by line."""
-    _errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
-    _radii: list[array[float]] = field(default_factory=list)
+    errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
+    """By column, steps that count: see `column`."""
+    radii: list[array[float]] = field(default_factory=list)
+    """By line: relative errors of the winch drums' radii, steps that count."""
 
     def column(self, name: str) -> Array:
         """Return a column of the errors (k,): m and rad; ``moving``, ``named`` and ``clean`` are 0 or 1.
@@ -95,12 +97,12 @@ class Replay:
         ``true_excess``: of the loosest line, ``excess_error`` the estimate's of it. ``named``: each line with an excess
         over `SLACK` is called slack; ``clean``: no line is that has none.
         """
-        return np.array(self._errors[name])
+        return np.array(self.errors[name])
 
     @property
     def radius_errors(self) -> Array:
         """Relative errors of the radii (k, m), steps that count."""
-        return np.array(self._radii).reshape(len(self._radii), -1).T
+        return np.array(self.radii).reshape(len(self.radii), -1).T
 
     def chosen(self, *, moving: bool) -> NDArray[np.bool_]:
         """Return which steps count as moving, or as static, (k,)."""
@@ -138,6 +140,7 @@ def replay(
     if estimator not in ESTIMATORS:
         raise UnknownName("estimator", estimator, ESTIMATORS)
     with read_log(path) as log:
+        size = Path(path).stat().st_size
         settings = observer_settings(log.head.robot, log.head.settings, lasers)
         state, judge = observer.start(settings), _Judge(Replay(log.head, estimator), settings.lidars)
         for entry in log.entries():
@@ -145,7 +148,7 @@ def replay(
             estimate = observer.step(settings, state, entry.frame)
             judge.add(entry, estimate, state, time.thread_time() - begin)
             if progress is not None and judge.found.steps % 500 == 0:
-                progress("replaying", judge.found.steps, judge.found.steps + 1)
+                progress("replaying (bytes)", log.position, size)
         judge.found.notes = tuple(log.notes)
     return judge.found
 
@@ -158,7 +161,7 @@ class _Judge:
         m = found.head.robot.m
         self.found = found
         found.slack_steps = np.zeros(m)
-        found._radii = [array("d") for _ in range(m)]
+        found.radii = [array("d") for _ in range(m)]
         self._turns = dict.fromkeys(lidars, 0)
         self._way: deque[tuple[float, Array]] = deque()
         self._angles = np.full(m, np.nan)
@@ -214,8 +217,8 @@ class _Judge:
             float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()),
         )  # fmt: skip
         for name, value in zip(_COLUMNS, row, strict=True):
-            self.found._errors[name].append(value)
-        for column, value in zip(self.found._radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
+            self.found.errors[name].append(value)
+        for column, value in zip(self.found.radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
             column.append(value)
 
     def _draw(self, now: float, estimate: Estimate, truth: Truth | None, state: ObserverState) -> None:

@@ -18,6 +18,7 @@ from cablewright.apps.cli import (
     interference,
     modes,
     modulus,
+    replay,
     retraction,
     robots,
     simulate,
@@ -47,6 +48,7 @@ app.command("inverse")(statics.inverse)
 app.command("machines")(simulate.machines)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
+app.command("replay")(replay.replay)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
