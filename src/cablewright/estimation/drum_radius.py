@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 
-__all__ = ["RadiusSettings", "RadiusState", "start", "step"]
+__all__ = ["RadiusSettings", "RadiusState", "start", "step", "unhooked"]
 
 Array = NDArray[np.float64]
 
@@ -65,6 +65,11 @@ def start(settings: RadiusSettings) -> RadiusState:
     return RadiusState(radii, np.full(len(radii), settings.sigma), None, None, covariance)
 
 
+def unhooked(state: RadiusState) -> RadiusState:
+    """Return *state* without the last lidar state: what drums turned since then is not known."""
+    return state._replace(lengths=None, angles=None)
+
+
 def step(
     settings: RadiusSettings, state: RadiusState, lengths: Array, angles: Array, known: NDArray[np.bool_]
 ) -> RadiusState:
@@ -73,8 +78,8 @@ def step(
     Lines whose length is not *known* (m,) tell nothing.
     """
     if state.lengths is None or state.angles is None:
-        covariance = state.covariance.copy()
-        covariance[:, 0, 0] = settings.length_sigma**2
+        covariance = np.zeros_like(state.covariance)
+        covariance[:, 0, 0], covariance[:, 1, 1] = settings.length_sigma**2, state.covariance[:, 1, 1]
         return state._replace(lengths=lengths.copy(), angles=angles.copy(), covariance=covariance)
     turned = angles - state.angles
     if settings.rule == "paper":

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, Status
-from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut, exact_excess, taut_at
+from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut, exact_excess, excess_of, taut_at
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
@@ -41,6 +41,12 @@ def _loosest(settings: SlacknessSettings, state: SlacknessState, taut: Taut) -> 
     return line, exact_excess(settings, taut, line, float(state.differences[line]))
 
 
+def _room(settings: SlacknessSettings, state: SlacknessState, taut: Taut) -> Array:
+    """Most excess (m,), m, that each line may have by its angle: what is seen, or would just be; inf if not heard."""
+    differences = np.maximum(np.where(np.isnan(state.differences), 0.0, state.differences), settings.seen)
+    return np.where(np.isfinite(state.excess), excess_of(settings, taut, differences), np.inf)
+
+
 def hang(
     settings: SlacknessSettings, state: SlacknessState, target: Array, follow: TrackerSettings
 ) -> tuple[Tracker, Array] | str:
@@ -64,15 +70,17 @@ def bring(
 ) -> tuple[Array, Status]:
     """Change *lengths* (m,), m, until *tracker* has the drum at *target* (3,), m. Returns them, and how that went.
 
-    The loosest line gets the excess that its angle tells; each other grows as its straight tangent does.
+    The loosest line gets the excess that its angle tells; each other grows as its straight tangent does, but to no more
+    excess than its angle leaves room for.
     """
+    there = taut_at(settings.model, target)
+    loose = _loosest(settings, state, there)
+    most = there.lengths + _room(settings, state, there)
     for _ in range(_ROUNDS):
         away = target - tracker.pose
-        taut = taut_at(settings.model, tracker.pose)
-        loose = _loosest(settings, state, taut)
-        wanted = lengths + taut.toward @ away
+        toward = taut_at(settings.model, tracker.pose).toward
+        wanted = np.minimum(lengths + toward @ away, most)
         if loose is not None:
-            there = taut_at(settings.model, target)
             wanted[loose[0]] = there.lengths[loose[0]] + loose[1]
         if not (wanted > 0.0).all():  # NaN where a line has no tangent
             return lengths, Status.INSIDE_SHEAVE

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -46,6 +46,7 @@ _KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
 _STUCK: Final = 10  # readings in a row, the same to the last bit
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
+_ENCODERS_GAP: Final = 0.1  # s without counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,11 +120,13 @@ class ObserverState:
     pending: list[Scan] = field(default_factory=list)
     last_ranges: dict[str, Array] = field(default_factory=dict)
     turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
+    turns_end: dict[str, float] = field(default_factory=dict)  # s: when each lidar turned last
     gathered: set[str] = field(default_factory=set)
     gathering: float = math.inf  # s: since when
     settled: int = 0  # how many states were made of what lidars told
     refused: int = 0
     fixed: float = -math.inf  # s: when the lidars told a place last
+    settled_at: float = -math.inf  # s: when lengths were made of it last
     pose: WallPose | None = None
     height: Height | None = None
     depth: Distance | None = None
@@ -192,8 +195,10 @@ def _clock_back(state: ObserverState, now: float) -> None:
     state.tilt = state.tilt._replace(time=-math.inf)
     state.slackness = state.slackness._replace(time=-math.inf, heard=np.full_like(state.slackness.heard, -np.inf))
     state.walls = WallState(yaw=state.walls.yaw, position=state.walls.position)
+    state.turns_end.clear()
     state.turn_end, state.inertial, state.encoders = None, None, None
     state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
+    state.settled_at = now
 
 
 def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
@@ -248,9 +253,12 @@ def _count(settings: ObserverSettings, state: ObserverState, reading: Encoders) 
     turned = (reading.counts - last.counts) / settings.counts
     if np.abs(turned).max() > 2.0 * settings.fastest * max(reading.time - last.time, 0.02):
         state.watch.say("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
+        state.radius = drum_radius.unhooked(state.radius)
         return
     state.angles = state.angles + turned
-    if state.lengths is not None:
+    if last.time < state.settled_at - _ENCODERS_GAP:  # the lidars have told meanwhile where that led
+        state.radius = drum_radius.unhooked(state.radius)
+    elif state.lengths is not None:
         state.lengths = state.lengths + state.radius.radii * turned
 
 
@@ -287,6 +295,7 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
                 state.watch.clear("vertical", "floor")
                 state.anchor[2] = state.height.over_floor - float(places[len(times) // 2, 2])
         return
+    _forget_stale(settings, state, scan)
     end, yaw = places[-1], float(attitudes[-1, 0])
     drift = _drift(state, places, attitudes) if settings.straighten else None
     moved = (0.0, 0.0, 0.0)
@@ -298,6 +307,16 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     lasers = settings.lasers if state.tracker is None else ()
     state.walls, state.pose = lidar_walls.step(settings.walls, state.walls, turn, lasers)
     _judge(settings, state, scan, state.pose, end, yaw)
+
+
+def _forget_stale(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
+    """Leave out turns of lidars that are quiet: odometry has carried them too far."""
+    state.turns_end[scan.source] = scan.time
+    most = (settings.walls.keep + 1) * len(scan.ranges) * scan.period
+    old = [i for i, name in enumerate(settings.lidars) if scan.time - state.turns_end.get(name, -math.inf) > most]
+    if any(turn.lidar in old for turn in state.walls.turns):
+        kept = tuple(turn for turn in state.walls.turns if turn.lidar not in old)
+        state.walls = replace(state.walls, turns=kept)
 
 
 def _drift(state: ObserverState, places: Array, attitudes: Array) -> Array:
@@ -314,11 +333,15 @@ def _judge(
 ) -> None:
     """Believe what the walls tell, or say why not. *end* and *yaw*: by odometry, at the end of the turn."""
     known = bool(np.isfinite(state.anchor[:2]).all())
-    if pose.status not in (("ok", "ambiguous") if known else ("ok",)) or not pose.used:
+    if pose.status != "ok":
         state.watch.say(scan.source, "walls", pose.note)
-        return
-    state.watch.clear(scan.source, "walls")
+    else:
+        state.watch.clear(scan.source, "walls")
     anchor = pose.position - end[:2]
+    if pose.status == "parallel" and known:
+        anchor = _across(settings, pose, state.anchor[:2] + end[:2]) - end[:2]
+    elif not (pose.status == "ok" or (pose.status == "ambiguous" and known)):
+        return
     off = float(np.hypot(*(anchor - state.anchor[:2]))) if known else 0.0
     if off > settings.gate and state.refused < settings.believe:
         state.refused += 1
@@ -326,14 +349,30 @@ def _judge(
         return
     state.refused = 0
     state.watch.clear(scan.source, "gate")
-    state.anchor[:2] = anchor
-    turned = pose.yaw - yaw
-    since = scan.time - state.yaw_fixed
+    state.anchor[:2], state.fixed = anchor, state.time
+    if math.isfinite(pose.yaw):
+        _turn_to(state, pose.yaw - yaw, scan.time)
+
+
+def _across(settings: ObserverSettings, pose: WallPose, expected: Array) -> Array:
+    """*expected* (2,), m, moved across parallel walls to where those that are near put it; along them it stays."""
+    moves = []
+    for each in pose.constraints:
+        normal = np.array(each.normal)
+        off = each.offset - float(normal @ expected)
+        if abs(off) <= settings.gate:
+            moves.append(off * normal)
+    return expected + np.mean(moves, axis=0) if moves else expected
+
+
+def _turn_to(state: ObserverState, anchor: float, time: float) -> None:
+    """Take a yaw, as what is to be added to odometry's; learn what the gyro is off."""
+    since = time - state.yaw_fixed
     if 0.5 < since < 5.0 and math.isfinite(state.anchor_yaw):
-        state.yaw_bias -= _LEARN * math.remainder(turned - state.anchor_yaw, math.tau) / since
+        state.yaw_bias -= _LEARN * math.remainder(anchor - state.anchor_yaw, math.tau) / since
     if not since <= 0.5:
-        state.yaw_fixed = scan.time
-    state.anchor_yaw, state.fixed = turned, state.time
+        state.yaw_fixed = time
+    state.anchor_yaw = anchor
 
 
 def _settle(settings: ObserverSettings, state: ObserverState) -> None:
@@ -363,17 +402,19 @@ def _settle(settings: ObserverSettings, state: ObserverState) -> None:
 
 
 def _measure_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
-    """Learn the radii of the winch drums from the lengths *found* (m,), m."""
-    state.settled += 1
-    if state.angles is None or state.settled < settings.walls.keep:
+    """Learn the radii of the winch drums from the lengths *found* (m,), m, if the lidars told a place anew."""
+    news = state.fixed > state.settled_at
+    state.settled += news
+    state.settled_at = max(state.settled_at, state.fixed)
+    if state.angles is None or not news or state.settled < settings.walls.keep:
         return
     last, was = state.radius.lengths, state.radius.angles
     if last is not None and was is not None:
-        off = float(np.abs(found - last).max())
         if (state.angles != was).any():
             state.watch.clear("encoders", "stand")
-        elif off > _ENCODERS_OFF:
-            state.watch.say("encoders", "stand", f"no winch drum turned, but a length changed by {1e3 * off:.0f} mm")
+        elif float(np.abs(found - last).max()) > _ENCODERS_OFF:
+            state.watch.say("encoders", "stand", "no winch drum turns by its counts, but lengths change")
+            return
     known = np.isfinite(state.slackness.excess)
     state.radius = drum_radius.step(settings.radius, state.radius, found, state.angles, known)
 
@@ -393,7 +434,7 @@ def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
     """Say what is believed."""
     m = settings.model.m
     yaw = state.yaw + (state.anchor_yaw if math.isfinite(state.anchor_yaw) else 0.0)
-    rotation = frozen(_rotation(yaw, state.tilt.x, state.tilt.y))
+    rotation = frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y))
     if state.tracker is None or state.lengths is None or state.taut is None:
         nothing = frozen(np.full(m, np.nan))
         place, still = frozen(state.anchor + state.odometry), frozen(np.zeros(3))
@@ -416,16 +457,3 @@ def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
         state.watch.faults,
         valid=state.time - state.fixed <= settings.lost and not state.watch.has("encoders", "lost"),
     )
-
-
-def _rotation(yaw: float, x: float, y: float) -> tuple[float, float, float]:
-    """Rotation vector of a drum that is leaned by (x, y) and then turned by *yaw*: by quaternions."""
-    lean = math.hypot(x, y)
-    c, s = math.cos(0.5 * lean), (0.5 if lean < 1e-9 else math.sin(0.5 * lean) / lean)
-    a, b, d = math.cos(0.5 * yaw), math.sin(0.5 * yaw), s
-    w, i, j, k = a * c, d * (a * x - b * y), d * (a * y + b * x), b * c
-    if w < 0.0:
-        w, i, j, k = -w, -i, -j, -k
-    size = math.sqrt(i * i + j * j + k * k)
-    scale = 2.0 if size < 1e-12 else 2.0 * math.atan2(size, w) / size
-    return scale * i, scale * j, scale * k

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from cablewright.errors import InputError
 from cablewright.signals import Inertial
 
-__all__ = ["TiltSettings", "TiltState", "start", "step"]
+__all__ = ["TiltSettings", "TiltState", "rotation_vector", "start", "step"]
 
 
 @dataclass(frozen=True)
@@ -80,3 +80,16 @@ def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: 
 
 def _toward(old: tuple[float, float], new: tuple[float, float], share: float) -> tuple[float, float]:
     return old[0] + share * (new[0] - old[0]), old[1] + share * (new[1] - old[1])
+
+
+def rotation_vector(yaw: float, x: float, y: float) -> tuple[float, float, float]:
+    """Rotation vector (rad) of a drum that is leaned by (x, y) and then turned by *yaw*, by quaternions."""
+    lean = math.hypot(x, y)
+    c, s = math.cos(0.5 * lean), (0.5 if lean < 1e-9 else math.sin(0.5 * lean) / lean)
+    a, b, d = math.cos(0.5 * yaw), math.sin(0.5 * yaw), s
+    w, i, j, k = a * c, d * (a * x - b * y), d * (a * y + b * x), b * c
+    if w < 0.0:
+        w, i, j, k = -w, -i, -j, -k
+    size = math.sqrt(i * i + j * j + k * k)
+    scale = 2.0 if size < 1e-12 else 2.0 * math.atan2(size, w) / size
+    return scale * i, scale * j, scale * k

@@ -60,10 +60,10 @@ class Watch:
         return source
 
     def say(self, source: str, kind: str, sentence: str) -> None:
-        """Note a fault; one that goes on keeps the time when it began."""
-        old = self._faults.get((source, kind))
-        self._faults[source, kind] = Fault(source, self._now if old is None else old.since, sentence)
-        self._told = None
+        """Note a fault; one that goes on stays as it began."""
+        if (source, kind) not in self._faults:
+            self._faults[source, kind] = Fault(source, self._now, sentence)
+            self._told = None
 
     def clear(self, source: str, kind: str) -> None:
         """Say that a fault is over."""
@@ -79,6 +79,7 @@ class Watch:
         self._last.clear()
         self._faults = {key: Fault(old.source, now, old.sentence) for key, old in self._faults.items()}
         self._begin, self._now = now, now
+        self.clear("clock", "back")
         self.say("clock", "back", sentence)
 
     def check(self, now: float) -> None:
