@@ -46,6 +46,7 @@ _KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
 _STUCK: Final = 10  # readings in a row, the same to the last bit
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
+_STALE: Final = 2.5  # turns after which a lidar is quiet
 _ENCODERS_GAP: Final = 0.1  # s without counts
 
 
@@ -125,7 +126,8 @@ class ObserverState:
     gathering: float = math.inf  # s: since when
     settled: int = 0  # how many states were made of what lidars told
     refused: int = 0
-    fixed: float = -math.inf  # s: when the lidars told a place last
+    fixed: float = -math.inf  # s: when the lidars told a place last ...
+    whole: float = -math.inf  # ... and when not along one direction only
     settled_at: float = -math.inf  # s: when lengths were made of it last
     pose: WallPose | None = None
     height: Height | None = None
@@ -198,7 +200,7 @@ def _clock_back(state: ObserverState, now: float) -> None:
     state.turns_end.clear()
     state.turn_end, state.inertial, state.encoders = None, None, None
     state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
-    state.settled_at = now
+    state.settled_at = state.whole = now
 
 
 def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
@@ -312,7 +314,7 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
 def _forget_stale(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     """Leave out turns of lidars that are quiet: odometry has carried them too far."""
     state.turns_end[scan.source] = scan.time
-    most = (settings.walls.keep + 1) * len(scan.ranges) * scan.period
+    most = _STALE * len(scan.ranges) * scan.period
     old = [i for i, name in enumerate(settings.lidars) if scan.time - state.turns_end.get(name, -math.inf) > most]
     if any(turn.lidar in old for turn in state.walls.turns):
         kept = tuple(turn for turn in state.walls.turns if turn.lidar not in old)
@@ -350,6 +352,8 @@ def _judge(
     state.refused = 0
     state.watch.clear(scan.source, "gate")
     state.anchor[:2], state.fixed = anchor, state.time
+    if pose.status != "parallel":
+        state.whole = state.time
     if math.isfinite(pose.yaw):
         _turn_to(state, pose.yaw - yaw, scan.time)
 
@@ -403,9 +407,9 @@ def _settle(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _measure_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
     """Learn the radii of the winch drums from the lengths *found* (m,), m, if the lidars told a place anew."""
-    news = state.fixed > state.settled_at
+    news = state.whole > state.settled_at
     state.settled += news
-    state.settled_at = max(state.settled_at, state.fixed)
+    state.settled_at = max(state.settled_at, state.whole)
     if state.angles is None or not news or state.settled < settings.walls.keep:
         return
     last, was = state.radius.lengths, state.radius.angles

@@ -125,7 +125,7 @@ def _masked(lidar: machine.LidarSettings, bearing: float) -> bool:
 
 def _quiet(settings: machine.MachineSettings) -> dict[str, float]:
     """After how long without a reading a source is quiet, s."""
-    quiet = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
+    quiet: dict[str, float] = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
     rates = {
         "inertial": settings.inertial,
         "line_angles": settings.line_angles,

@@ -1,0 +1,221 @@
+"""The paper's chain on a simulated machine: how near it comes, and what it says when sensors fail."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cablewright.estimation
+from cablewright.errors import InputError
+from cablewright.estimation import observer
+from cablewright.estimation.trail import Trail
+from cablewright.machine.settings import LidarSettings
+from cablewright.robot import load
+from cablewright.signals import Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.studies.observing import observer_settings, surveyed
+from observed import broken, drive, errors, observe
+from twins import SETTINGS, changed
+
+ROBOT = load("merlet2023")
+NAMES = [line.name for line in ROBOT.lines]
+
+
+@pytest.fixture(scope="module")
+def whole() -> Any:
+    return drive(14.0, seed=2)
+
+
+def named(found: list[Estimate]) -> set[tuple[str, str]]:
+    return {(fault.source, fault.sentence) for estimate in found for fault in estimate.faults}
+
+
+def test_a_moving_machine_is_found_within_two_centimetres(whole: Any) -> None:
+    found = observe(whole)
+    assert not named(found)
+    assert errors(found, whole, 4.0).max() < 0.02
+    late = [(e, truth) for e, (frame, truth) in zip(found, whole, strict=True) if frame.time > 4.0]
+    assert max(abs(e.yaw - truth.rotation[2]) for e, truth in late) < math.radians(0.6)
+    assert all(e.valid for e, _ in late)
+    slack = [(e.slack, truth.excess) for e, truth in late if truth.excess.max() > 5e-3]
+    assert np.mean([not (s[x > 5e-3] == 0).any() and not s[x <= 0].any() for s, x in slack] or [1.0]) >= 0.98
+
+
+@pytest.mark.parametrize("seed", [3, 11])
+def test_a_machine_that_hangs_still_is_found_within_its_lidars_bias(seed: int) -> None:
+    lidars = {name: lidar.model_copy(update={"bias": 0.0}) for name, lidar in SETTINGS.lidars.items()}
+    unbiased = SETTINGS.model_copy(update={"lidars": lidars})
+    told = drive(6.0, unbiased, seed=seed, held=True)
+    found = observe(told, SETTINGS)
+    level = [
+        float(np.hypot(*(e.position - truth.position)[:2]))
+        for e, (frame, truth) in zip(found, told, strict=True)
+        if frame.time > 3.2
+    ]
+    assert np.mean(np.array(level) < 2e-3) >= 0.95
+
+
+@pytest.mark.parametrize(
+    ("plan", "source", "bound"),
+    [
+        ({"source": "north", "begin": 5.0}, "north", 0.05),
+        ({"source": "north", "begin": 5.0, "kind": "stuck"}, "north", 0.05),
+        ({"source": "south", "begin": 5.0}, "south", 0.05),
+        ({"source": "vertical", "begin": 0.0}, "vertical", 0.05),
+        ({"source": "inertial", "begin": 5.0}, "inertial", 0.05),
+        ({"source": "inertial", "begin": 5.0, "kind": "stuck"}, "inertial", 0.05),
+        ({"source": "encoders", "begin": 5.0}, "encoders", 0.12),
+        ({"source": "encoders", "begin": 5.0, "kind": "stuck"}, "encoders", 0.12),
+        ({"source": "line_angles", "begin": 5.0}, "line_angles", 0.05),
+        ({"source": "line_angles", "begin": 5.0, "line": "south-east"}, "line_angles", 0.05),
+        ({"source": "line_angles", "begin": 5.0, "line": "south-east", "kind": "stuck"}, "line_angles", 0.05),
+        ({"source": "distance", "begin": 0.0}, "distance", 0.02),
+    ],
+)
+def test_a_sensor_that_fails_is_named_and_the_error_stays_small(
+    plan: dict[str, Any], source: str, bound: float
+) -> None:
+    told = drive(11.0, broken(plan), seed=2)
+    found = observe(told)
+    assert source in {fault.source for fault in found[-1].faults}
+    if "line" in plan:
+        assert any(plan["line"] in fault.sentence for fault in found[-1].faults)
+    assert found[-1].valid
+    assert errors(found, told, 4.0).max() < bound
+
+
+def test_a_gap_of_the_wireless_link_is_survived() -> None:
+    wifi = {"gaps": ((5.0, 7.0),)}
+    told = drive(12.0, changed(wifi=wifi), seed=2)
+    found = observe(told)
+    assert {"north", "south", "inertial", "line_angles"} <= {source for source, _ in named(found)}
+    assert not found[-1].faults
+    assert errors(found, told, 4.0).max() < 0.05
+
+
+def test_no_lidar_no_position() -> None:
+    told = drive(4.0, broken({"source": "north"}, {"source": "south"}), seed=2)
+    found = observe(told)
+    assert not any(estimate.valid for estimate in found)
+    assert {"north", "south"} <= {fault.source for fault in found[-1].faults}
+    assert np.isnan(found[-1].lengths).all()
+
+
+def test_no_wall_in_sight_is_said(whole: Any) -> None:
+    def blind(reading: Any) -> Any:
+        if isinstance(reading, Scan) and reading.source != "vertical" and reading.begin > 5.0:
+            return dataclasses.replace(
+                reading, ranges=np.where(reading.ranges > 0.0, 0.4 + 0.0 * reading.ranges, np.nan)
+            )
+        return reading
+
+    told = [
+        (SensorFrame(frame.time, tuple(map(blind, frame.readings)), frame.notices), truth)
+        for frame, truth in whole[:1000]
+    ]
+    found = observe(told)
+    assert any("wall" in sentence or "direction" in sentence or "yaw" in sentence for _, sentence in named(found))
+    assert errors(found, told, 4.0).max() < 0.1
+
+
+def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
+    again = [(*whole[k],) for k in (*range(700), *range(300, 900))]
+    found = observe(again)
+    at = found[700]
+    assert any(fault.source == "clock" for fault in at.faults)
+    assert np.isfinite(at.position).all()
+    assert errors(found[1000:], again[1000:], 0.0).max() < 0.15
+    assert found[-1].valid
+
+
+def test_frames_without_readings_and_readings_from_the_future_change_no_place(whole: Any) -> None:
+    empty = [(SensorFrame(0.01 * (k + 1)), None) for k in range(50)]
+    assert not any(estimate.valid for estimate in observe(empty))  # type: ignore[arg-type]
+    late = Inertial(1e6, np.zeros(3), np.zeros(3))
+    (only,) = observe([(SensorFrame(0.01, (late,)), whole[0][1])])
+    assert [fault.source for fault in only.faults] == ["inertial"]
+
+
+def test_rubbish_is_survived(whole: Any) -> None:
+    """Numbers that are none, and frames in which everything is out of order."""
+    random, told = np.random.default_rng(7), []
+    for frame, truth in whole[:900]:
+        readings = [_spoiled(reading, random) for reading in frame.readings]
+        random.shuffle(readings)  # type: ignore[arg-type]
+        told.append((SensorFrame(frame.time, tuple(readings)), truth))
+    for estimate in observe(told):
+        assert np.isfinite(estimate.position).all() or not estimate.valid
+
+
+def _spoiled(reading: Any, random: np.random.Generator) -> Any:
+    if random.random() > 0.05:
+        return reading
+    if isinstance(reading, Scan):
+        return dataclasses.replace(reading, ranges=random.uniform(0.0, 20.0, len(reading.ranges)))
+    if isinstance(reading, Inertial):
+        return dataclasses.replace(reading, rate=np.array([math.nan, math.inf, 1e9]))
+    if isinstance(reading, LineAngles):
+        return dataclasses.replace(reading, angles=random.uniform(-9.0, 9.0, 4))
+    if isinstance(reading, Encoders):
+        return dataclasses.replace(reading, counts=reading.counts + random.integers(-(10**7), 10**7, 4))
+    return reading
+
+
+def test_a_quasi_static_machine_is_found_too() -> None:
+    told = drive(40.0, seed=2, plant="quasi-static")
+    found = observe(told)
+    assert errors(found, told, 8.0).max() < 0.03
+
+
+def test_estimation_never_sees_the_truth() -> None:
+    import pathlib
+
+    folder = pathlib.Path(cablewright.estimation.__file__).parent
+    for file in folder.glob("*.py"):
+        text = file.read_text("utf-8")
+        assert "Truth" not in text
+        assert "cablewright.machine" not in text
+
+
+def test_walls_of_a_room_are_its_faces_put_together() -> None:
+    room = surveyed(SETTINGS.room)
+    found = {wall.name: (wall.normal, wall.distance) for wall in room.walls}
+    assert found == {"west": ((-1.0, 0.0), 2.5), "north": ((0.0, 1.0), 5.0), "east": ((1.0, 0.0), 2.5)}
+
+
+def test_machines_that_cannot_be_observed_are_refused() -> None:
+    blind = SETTINGS.model_copy(update={"lidars": {}})
+    with pytest.raises(InputError, match="horizontal lidar"):
+        observer_settings(ROBOT, blind)
+    tilted: LidarSettings = SETTINGS.lidars["vertical"]
+    with pytest.raises(InputError, match="level plane"):
+        observer_settings(ROBOT, SETTINGS.model_copy(update={"lidars": {"north": tilted}}))
+    with pytest.raises(InputError, match="line_angles"):
+        observer_settings(ROBOT, SETTINGS.model_copy(update={"line_angles": None}))
+    bare = SETTINGS.room.model_copy(update={"walls": ()})
+    with pytest.raises(InputError, match="needs walls"):
+        observer_settings(ROBOT, SETTINGS.model_copy(update={"room": bare}))
+    known = observer_settings(ROBOT, SETTINGS)
+    with pytest.raises(InputError, match="lidars"):
+        dataclasses.replace(known, lidars=("north",))
+    with pytest.raises(InputError, match="counts"):
+        dataclasses.replace(known, counts=0.0)
+
+
+def test_nothing_is_kept_without_end() -> None:
+    trail = Trail(1, 10)
+    assert trail.at([0.0]).tolist() == [[0.0]]
+    for k in range(1000):
+        trail.add(float(k), [2.0 * k])
+    trail.add(5.0, [0.0])
+    assert len(trail) <= 20
+    assert trail.at([998.5, 2000.0]).tolist() == [[1997.0], [1998.0]]
+
+
+def test_start_knows_nothing() -> None:
+    state = observer.start(observer_settings(ROBOT, SETTINGS))
+    assert state.tracker is None
+    assert math.isnan(state.anchor_yaw)

@@ -1,0 +1,60 @@
+"""Runs of a simulated machine with an observer beside it, for tests of several ranks."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from cablewright.estimation import observer
+from cablewright.machine.settings import FaultPlan, MachineSettings
+from cablewright.robot import load
+from cablewright.signals import Estimate, SensorFrame, Truth
+from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.observing import observer_settings
+from twins import SETTINGS, machine
+
+
+def drive(
+    seconds: float, settings: MachineSettings = SETTINGS, *, seed: int = 1, held: bool = False, plant: str = "dynamic"
+) -> list[tuple[SensorFrame, Truth]]:
+    """Frames and truths of a machine that goes round a loop, or is *held* where the loop begins."""
+    way = random_round(load("merlet2023"), 28.0, seed)
+    twin = machine(settings, seed=seed, plant=plant, start=[*way[0], 1.2])
+    pilot, told = Pilot(twin, None if held else way, DriveSettings(), seed), []
+    for _ in range(round(seconds / twin.period)):
+        frame = twin.step(pilot.command())
+        told.append((frame, twin.truth))
+    return told
+
+
+def observe(
+    told: list[tuple[SensorFrame, Truth]],
+    settings: MachineSettings = SETTINGS,
+    each: Callable[[Estimate, Truth], None] | None = None,
+    **changes: Any,
+) -> list[Estimate]:
+    """Estimates of all frames."""
+    known = dataclasses.replace(observer_settings(load("merlet2023"), settings), **changes)
+    state, found = observer.start(known), []
+    for frame, truth in told:
+        found.append(observer.step(known, state, frame))
+        if each is not None:
+            each(found[-1], truth)
+    return found
+
+
+def broken(*plans: dict[str, Any]) -> MachineSettings:
+    """The machine with faults to come."""
+    return SETTINGS.model_copy(update={"faults": tuple(FaultPlan(**plan) for plan in plans)})
+
+
+def errors(found: list[Estimate], told: list[tuple[SensorFrame, Truth]], since: float) -> np.ndarray:
+    """Distances (k,), m, from the true position, from *since* (s) on."""
+    return np.array([
+        float(np.linalg.norm(estimate.position - truth.position))
+        for estimate, (frame, truth) in zip(found, told, strict=True)
+        if frame.time > since
+    ])  # fmt: skip
