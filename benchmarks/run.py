@@ -14,6 +14,7 @@ from benchmarks import (
     certificates,
     commands,
     equilibria,
+    estimation,
     interference,
     machine,
     statics,
@@ -28,8 +29,19 @@ def main() -> None:
     """Run everything; an aim that is missed is said, not hidden."""
     rows = []
     print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
-    subjects = (statics, bodies, certificates, equilibria, accuracy, workspace, interference, machine, walls, commands)
-    for source in subjects:
+    subjects = (
+        statics,
+        bodies,
+        certificates,
+        equilibria,
+        accuracy,
+        workspace,
+        interference,
+        machine,
+        walls,
+        estimation,
+    )
+    for source in (*subjects, commands):
         for row in source.rows():
             print(row.text(), flush=True)
             rows.append(row.fields())

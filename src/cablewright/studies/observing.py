@@ -33,10 +33,12 @@ def observer_settings(
     """Return settings for the machine that *robot* and *settings* describe.
 
     *lasers*: an operator's at the start. Tolerances, biases and faults are not looked at. Raises `InputError` for a
-    machine without what the estimation needs: a horizontal lidar, walls, line angles.
+    machine without what the estimation needs: a horizontal lidar, walls, line angles; and for a *laser* to no wall.
     """
     model = Model(believed(robot, settings))
     walls = surveyed(settings.room)
+    for laser in lasers:
+        walls.index(laser.wall)
     mounted = {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
     if not mounted or settings.line_angles is None:
         missing = "line_angles" if mounted else "horizontal lidar"

@@ -67,7 +67,7 @@ def _lasers(text: str) -> list[Laser]:
     found = []
     for part in text.split(","):
         wall, _, value = part.partition("=")
-        distance = numbers(value, "--laser") or [math.nan]
+        distance = numbers(value.strip() or "nan", "--laser") or [math.nan]
         if not (wall.strip() and distance[0] > 0.0 and math.isfinite(distance[0])):
             raise InputError(f"--laser = {text!r}: WALL=D is wanted, D over 0 in m, like east=1.32")
         found.append(Laser(wall.strip(), distance[0]))

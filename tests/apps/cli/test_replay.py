@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+SOME = ["simulate", "merlet2023", "--loop", "28", "--seed", 2]
+
+
+@pytest.fixture
+def log(cli, tmp_path: Path) -> Path:
+    out = tmp_path / "run.mcap"
+    assert cli(*SOME, "--duration", 6, "--out", out).code == 0
+    return out
+
+
+def test_a_log_is_replayed_and_summed_up(cli, log: Path, tmp_path: Path) -> None:
+    plot = tmp_path / "run.png"
+    answer = cli("replay", log, "--plot", plot, "--json")
+    assert answer.code == 0
+    values = answer.json
+    assert values["status"] == "ok"
+    assert values["steps"] == 600
+    assert values["moving"]["position"]["most"] < 0.02
+    assert values["slack"]["steps"] == 0 or values["slack"]["named_share"] > 0.98
+    assert len(values["taut_share"]) == 4
+    assert values["radius"]["within_1_percent"] is None
+    assert values["faults"] == values["notes"] == []
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_it_is_told_to_people(cli, log: Path) -> None:
+    answer = cli("replay", log)
+    assert answer.code == 0
+    assert "6.0 s of the dynamic plant, seed 2, estimator paper" in answer.out
+    assert "moving    from above" in answer.out
+    assert "in 99 of 100, processor time" in answer.out
+
+
+def test_faults_and_cuts_are_told(cli, tmp_path: Path) -> None:
+    out = tmp_path / "run.mcap"
+    faults = ["--fault", "north,0,100", "--fault", "south,0,100"]
+    assert cli(*SOME, "--duration", 6, *faults, "--out", out).code == 0
+    out.write_bytes(out.read_bytes()[:-5000])
+    answer = cli("replay", out)
+    assert answer.code == 1
+    assert "fault     north: nothing heard for over 2.5 s" in answer.out
+    assert "cut or damaged" in answer.err
+    assert "no step of the log has a valid estimate" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--estimator", "filter"], "estimator"),
+        (["--laser", "east"], "WALL=D is wanted"),
+        (["--laser", "moon=1"], "no wall 'moon'"),
+        (["--plot", "a.gif"], "--plot"),
+    ],
+)
+def test_bad_input_is_one_line(cli, log: Path, more: list[str], said: str) -> None:
+    answer = cli("replay", log, *more)
+    assert answer.code == 2
+    assert said in answer.err.strip().splitlines()[-1]
+
+
+def test_what_is_no_log_is_refused(cli, tmp_path: Path) -> None:
+    file = tmp_path / "no.mcap"
+    file.write_bytes(b"nothing")
+    assert cli("replay", file).code == 2

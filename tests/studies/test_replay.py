@@ -1,0 +1,88 @@
+"""A log replayed: the same estimates as made on the way, honest counts, cut logs and logs without truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.errors import InputError
+from cablewright.machine.log import LogHead, LogWriter
+from cablewright.robot import load
+from cablewright.studies.replay import replay, spread
+from observed import drive, errors, observe
+from twins import SETTINGS
+
+
+@pytest.fixture(scope="module")
+def told():
+    return drive(8.0, seed=2)
+
+
+def write(path: Path, told, truth: bool = True) -> Path:
+    with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 2)) as log:
+        for frame, true in told:
+            log.write(frame, None, true if truth else None)
+    return path
+
+
+@pytest.fixture(scope="module")
+def path(told, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write(tmp_path_factory.mktemp("replay") / "run.mcap", told)
+
+
+def test_a_replay_is_the_estimation_as_it_was(told, path: Path) -> None:
+    found, live = replay(path), observe(told)
+    assert found.steps == len(told)
+    assert found.valid == sum(estimate.valid for estimate in live)
+    both = np.concatenate([found.position(moving=False), found.position(moving=True)])
+    since = found.begin - 1e-9
+    assert np.sort(both) == pytest.approx(np.sort(errors(live, told, since)), abs=1e-12)
+    assert found.radius_errors.shape == (len(both), 4)
+    assert not found.faults
+    assert not found.notes
+    assert len(found.step_times) == found.steps
+
+
+def test_slack_lines_are_counted_as_defined(told, path: Path) -> None:
+    found, live = replay(path), observe(told)
+    right, due = 0, 0
+    for estimate, (frame, truth) in zip(live, told, strict=True):
+        if frame.time < found.begin - 1e-9 or truth.excess.max() <= 5e-3:
+            continue
+        due += 1
+        right += bool(estimate.slack[truth.excess > 5e-3].all() and not estimate.slack[truth.excess <= 0.0].any())
+    count, share = found.named_share()
+    assert count == due
+    assert share == pytest.approx(right / due if due else np.nan, nan_ok=True)
+
+
+def test_a_log_without_truth_is_replayed_without_errors(told, tmp_path: Path) -> None:
+    found = replay(write(tmp_path / "bare.mcap", told, truth=False))
+    assert found.valid > 600
+    assert len(found.column("time")) == 0
+    assert np.isnan(found.begin)
+    assert spread(found.position(moving=True)).count == 0
+
+
+def test_a_cut_log_is_replayed_up_to_there(path: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[: int(0.7 * path.stat().st_size)])
+    found = replay(cut)
+    assert 0 < found.steps < 800
+    assert any("cut or damaged" in note for note in found.notes)
+
+
+def test_what_cannot_be_replayed_is_refused(path: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="filter"):
+        replay(path, "filter")
+    with pytest.raises(InputError, match="no such file"):
+        replay(tmp_path / "none.mcap")
+
+
+def test_a_spread_is_of_sizes() -> None:
+    found = spread(np.array([-3.0, 4.0, np.nan]))
+    assert (found.count, found.most) == (2, 4.0)
+    assert found.rms == pytest.approx(np.sqrt(12.5))
+    assert spread(np.zeros(0)).count == 0
