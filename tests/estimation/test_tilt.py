@@ -54,7 +54,13 @@ def test_a_drum_that_hangs_still_is_upright() -> None:
 
 @pytest.mark.parametrize(
     ("time", "acceleration", "rate"),
-    [(1.0, [math.nan] * 3, [0.0] * 3), (1.0, [0.0] * 3, [math.inf, 0, 0]), (0.0, [1.0, 1.0, G], [1.0] * 3)],
+    [
+        (1.0, [40.0, 2.0, G], [0.0] * 3),
+        (1.0, [0.0, 0.0, G], [0.0, 0.0, 8.0]),
+        (1.0, [math.nan] * 3, [0.0] * 3),
+        (1.0, [0.0] * 3, [math.inf, 0, 0]),
+        (0.0, [1.0, 1.0, G], [1.0] * 3),
+    ],
 )
 def test_readings_that_are_none_change_nothing(time: float, acceleration: list[float], rate: list[float]) -> None:
     state = tilt.step(SETTINGS, tilt.start(), Inertial(0.5, np.array([0.1, 0.1, G]), np.zeros(3)), 0.0)

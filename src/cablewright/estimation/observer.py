@@ -7,24 +7,20 @@ follow; encoders carry the lengths on, and a forward solve the drum, at every st
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.errors import InputError, Status
+from cablewright.errors import Status
 from cablewright.estimation import drum_radius, lengths, lidar_walls, slackness, tilt
-from cablewright.estimation.drum_radius import RadiusSettings, RadiusState
-from cablewright.estimation.height import Height, HeightSettings, height_of
-from cablewright.estimation.lidar_walls import LidarTurn, WallPose, WallSettings, WallState
-from cablewright.estimation.room import Laser
-from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut, taut_at
-from cablewright.estimation.tilt import TiltSettings, TiltState
+from cablewright.estimation.height import height_of
+from cablewright.estimation.lidar_walls import LidarTurn, WallPose, WallState
+from cablewright.estimation.observer_state import ObserverSettings, ObserverState
+from cablewright.estimation.slackness import taut_at
 from cablewright.estimation.trail import Trail
 from cablewright.estimation.watch import Watch
-from cablewright.models.statics import Model
 from cablewright.signals import (
     Distance,
     Encoders,
@@ -36,7 +32,7 @@ from cablewright.signals import (
     SensorFrame,
     frozen,
 )
-from cablewright.solvers.track import Tracker, TrackerSettings
+from cablewright.solvers.track import TrackerSettings
 
 __all__ = ["ObserverSettings", "ObserverState", "start", "step"]
 
@@ -48,90 +44,6 @@ _STUCK: Final = 10  # readings in a row, the same to the last bit
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
 _STALE: Final = 2.5  # turns after which a lidar is quiet
 _ENCODERS_GAP: Final = 0.1  # s without counts
-
-
-@dataclass(frozen=True, eq=False)
-class ObserverSettings:
-    """What is believed of the machine, and how its sensors are judged.
-
-    ``model``: the robot as described, with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
-    ``counts``: of an encoder for a radian of a winch drum. ``fastest``: rad/s of a winch drum. ``valve``: m, from B
-    down to the distance sensor. ``lasers``: what an operator measured at the start. ``straighten``: bring the rays of a
-    turn to its end by odometry, not by tilt alone. ``gather``: s to wait for the other lidars' turns. ``gate``: m, by
-    which lidars may put the drum elsewhere than expected; after ``believe`` times in a row they are believed. ``lost``:
-    s without lidars until the position is a guess. ``quiet``: s by source, without a reading, until it is said.
-    """
-
-    model: Model
-    walls: WallSettings
-    lidars: tuple[str, ...]
-    slackness: SlacknessSettings
-    radius: RadiusSettings
-    counts: float
-    height: HeightSettings | None = None
-    tilt: TiltSettings = field(default_factory=TiltSettings)
-    fastest: float = math.inf
-    valve: float | None = None
-    lasers: tuple[Laser, ...] = ()
-    straighten: bool = True
-    certify: bool = False
-    gather: float = 0.1
-    gate: float = 0.1
-    believe: int = 4
-    lost: float = 30.0
-    quiet: Mapping[str, float] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Refuse what does not hang together."""
-        if len(self.lidars) != len(self.walls.lidars):
-            raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
-        if self.model.n != 3:
-            raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
-        if not self.counts > 0.0:
-            raise InputError(f"counts = {self.counts:g}: over 0 is wanted")
-
-
-@dataclass(eq=False)
-class ObserverState:
-    """What `step` changes. Odometry (x, y, z, yaw) goes on without the lidars; `anchor` is what they add to it."""
-
-    watch: Watch
-    walls: WallState
-    slackness: SlacknessState
-    radius: RadiusState
-    tilt: TiltState
-    places: Trail  # x, y, z by odometry, at the encoders' times
-    attitudes: Trail  # yaw by odometry, tilt x and y, at the inertial readings' times
-    time: float = -math.inf
-    odometry: Array = field(default_factory=lambda: np.zeros(3))
-    yaw: float = 0.0  # rad by odometry
-    yaw_rate: float = 0.0
-    yaw_bias: float = 0.0
-    anchor: Array = field(default_factory=lambda: np.full(3, np.nan))  # m: position less odometry
-    anchor_yaw: float = math.nan
-    yaw_fixed: float = -math.inf  # s: when the lidars told a yaw last
-    inertial: Inertial | None = None
-    alike: int = 0
-    encoders: Encoders | None = None
-    angles: Array | None = None  # (m,) rad paid out
-    lengths: Array | None = None
-    tracker: Tracker | None = None
-    velocity: Array = field(default_factory=lambda: np.zeros(3))
-    taut: Taut | None = None
-    pending: list[Scan] = field(default_factory=list)
-    last_ranges: dict[str, Array] = field(default_factory=dict)
-    turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
-    turns_end: dict[str, float] = field(default_factory=dict)  # s: when each lidar turned last
-    gathered: set[str] = field(default_factory=set)
-    gathering: float = math.inf  # s: since when
-    settled: int = 0  # how many states were made of what lidars told
-    refused: int = 0
-    fixed: float = -math.inf  # s: when the lidars told a place last ...
-    whole: float = -math.inf  # ... and when not along one direction only
-    settled_at: float = -math.inf  # s: when lengths were made of it last
-    pose: WallPose | None = None
-    height: Height | None = None
-    depth: Distance | None = None
 
 
 def start(settings: ObserverSettings) -> ObserverState:
@@ -225,6 +137,14 @@ def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) ->
 
 def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
     """Carry yaw and tilt on."""
+    if not settings.tilt.believes(reading):
+        state.astray += 1
+        if state.astray >= _STUCK:
+            state.watch.say("inertial", "astray", "tells what no drum on lines does: not used")
+            state.yaw_rate = 0.0
+        return
+    state.astray = 0
+    state.watch.clear("inertial", "astray")
     last = state.inertial
     same = last is not None and np.array_equal(last.rate, reading.rate)
     same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)
@@ -236,8 +156,6 @@ def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -
         return
     state.watch.clear("inertial", "stuck")
     rate = float(reading.rate[2]) - state.yaw_bias
-    if not math.isfinite(rate):
-        return
     state.yaw_rate = rate
     if last is not None:
         state.yaw += rate * min(max(reading.time - last.time, 0.0), 1.0)

@@ -22,19 +22,29 @@ class TiltSettings:
     ``blend``: s, how long the gyro is believed before gravity corrects it; over a swing's period, for a pendulum's
     accelerometer hardly feels its swing. ``rest``: s over which the drum leans and turns by nothing on average, since
     it hangs from one point: what the sensors tell on average is their bias. ``gap``: s without a reading after which
-    nothing is carried on.
+    nothing is carried on. ``most_rate``: rad/s, and ``most_push``: m/s^2 off gravity, of a reading that a drum on lines
+    can cause; others are astray.
     """
 
     gravity: float = 9.81
     blend: float = 4.0
     rest: float = 30.0
     gap: float = 0.1
+    most_rate: float = 1.0
+    most_push: float = 3.0
 
     def __post_init__(self) -> None:
         """Refuse what is no time."""
-        for name in ("gravity", "blend", "rest", "gap"):
+        for name in ("gravity", "blend", "rest", "gap", "most_rate", "most_push"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+
+    def believes(self, reading: Inertial) -> bool:
+        """Whether *reading* is finite and nothing that no drum on lines does."""
+        x, y, z = reading.acceleration.tolist()
+        push = math.hypot(x, y, z - self.gravity)
+        rates = reading.rate.tolist()
+        return push <= self.most_push and all(abs(rate) <= self.most_rate for rate in rates)  # NaN is neither
 
 
 class TiltState(NamedTuple):
@@ -54,11 +64,11 @@ def start() -> TiltState:
 
 
 def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: float) -> TiltState:
-    """Take one reading. *yaw_rate*: rad/s, of the drum. A reading that is not finite or not new changes nothing."""
+    """Take one reading. *yaw_rate*: rad/s, of the drum. A reading that is astray or not new changes nothing."""
     fx, fy, _ = reading.acceleration.tolist()
     wx, wy, _ = reading.rate.tolist()
     dt = reading.time - state.time
-    if not (math.isfinite(fx + fy + wx + wy) and dt > 0.0):
+    if not (dt > 0.0 and settings.believes(reading)):
         return state
     # R^T z = (-y, x, 1) for a small tilt (x, y): what the accelerometer feels at rest, over g
     lean_x, lean_y = fy / settings.gravity, -fx / settings.gravity
