@@ -1,6 +1,6 @@
 """The paper's estimation on simulated machines: time of a step, and how near it comes to the truth.
 
-Not tuned per run: machines are drawn by seed. Beside the step: the forward solve in it, alone.
+Machines are drawn by seed, nothing is tuned to one. Times are of the processor, not of the clock.
 """
 
 from __future__ import annotations
@@ -55,10 +55,8 @@ def rows() -> Iterator[Row]:
         run(settings, seed, DRIVEN, moving, held=False)
     times, alone = np.array(moving.seconds), solve_time()
     mean, p99 = 1e6 * float(times.mean()), 1e3 * float(np.percentile(times, 99))
-    yield Row(
-        "estimation: a step of 10 ms, mean", mean, "us", "<= 300 us", mean <= 300.0,
-        peer="the forward solve alone", ratio=1e6 * alone / mean,
-    )  # fmt: skip
+    yield Row("estimation: a step of 10 ms, mean", mean, "us", "<= 300 us", mean <= 300.0)
+    yield Row("estimation: the forward solve of a step, alone", 1e6 * alone, "us")
     yield Row("estimation: a step, 99 of 100", p99, "ms", "<= 2 ms", p99 <= 2.0)
     near = 100.0 * float(np.mean(np.array(still.level) <= 2e-3))
     yield Row("estimation: static, from above within 2 mm, no bias", near, "%", ">= 95 %", near >= 95.0)

@@ -86,6 +86,20 @@ def test_no_floor_is_said(ground: str) -> None:
     assert "floor" in found.note
 
 
+@pytest.mark.parametrize("sigma", [1e-3, 3e-3])
+def test_noise_does_not_make_the_floor_lower(sigma: float) -> None:
+    seen, random = scan(1.2), np.random.default_rng(4)
+    known = HeightSettings(PLACE, AXES, sigma=sigma)
+    found, bare = [], []
+    for _ in range(300):
+        ranges = seen.ranges + sigma * random.standard_normal(720)
+        told = Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges)
+        found.append(height_of(known, told, (0.0, 0.0)).over_floor)
+        bare.append(height_of(KNOWN, told, (0.0, 0.0)).over_floor)
+    assert abs(np.mean(found) - 1.2) < 0.25 * sigma
+    assert np.mean(bare) - 1.2 > 1.5 * sigma
+
+
 def test_a_line_through_one_point_is_refused() -> None:
     with pytest.raises(InputError, match="lowest = 1"):
         HeightSettings(PLACE, AXES, lowest=1)

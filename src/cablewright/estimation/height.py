@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from statistics import NormalDist
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,9 @@ __all__ = ["Height", "HeightSettings", "height_of"]
 
 Array = NDArray[np.float64]
 
+_NORMAL: Final = NormalDist()
+_ON_FLOOR: Final = 6.0  # sigmas above the lowest points' line: what else counts as floor
+
 
 @dataclass(frozen=True)
 class HeightSettings:
@@ -23,7 +27,9 @@ class HeightSettings:
 
     ``place``: (3,) m and ``axes``: x and y of its plane, in the drum's frame. ``cone``: rad to both sides of the drum's
     axis. ``lowest``: how many points count as floor. ``alone``: m by which a point that both its neighbours differ from
-    is no point. ``slope``: of the line through the lowest, beyond which they are no floor. ``floor``: m, world.
+    is no point. ``sigma``: m, of one range: by how much the lowest of noisy points are too low is then known, and taken
+    off; 0 leaves it, as the paper does. ``slope``: of the line through the lowest, beyond which they are no floor.
+    ``floor``: m, world.
     """
 
     place: tuple[float, float, float]
@@ -31,6 +37,7 @@ class HeightSettings:
     cone: float = math.radians(20.0)
     lowest: int = 5
     alone: float = 0.05
+    sigma: float = 0.0
     slope: float = 0.2
     floor: float = 0.0
 
@@ -70,11 +77,21 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
     under = float(_leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
     slope, at = _line(along[order] - under, depth[order])
+    at -= _too_low(settings, depth, at + slope * (along - under))
     fictive = settings.floor + float(depth.mean())
     if not abs(slope) <= settings.slope:
         said = f"the lowest points slope by {slope:.2f}: no floor"
         return Height(math.nan, fictive, slope, len(depth), said)
     return Height(settings.floor + at, fictive, slope, len(depth), "")
+
+
+def _too_low(settings: HeightSettings, depth: Array, floor: Array) -> float:
+    """How much lower than the floor the mean of the lowest of its noisy points is expected, m."""
+    count = int(np.count_nonzero(depth > floor - _ON_FLOOR * settings.sigma))
+    if settings.sigma == 0.0 or count <= settings.lowest:
+        return 0.0
+    share = settings.lowest / count
+    return settings.sigma * _NORMAL.pdf(_NORMAL.inv_cdf(share)) / share
 
 
 def _line(x: Array, y: Array) -> tuple[float, float]:

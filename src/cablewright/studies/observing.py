@@ -55,7 +55,7 @@ def observer_settings(
         slackness=SlacknessSettings(model, settings.line_angles.from_platform),
         radius=RadiusSettings(radii, _RADII[0] * min(radii), _RADII[1] * max(radii)),
         counts=winch.counts * winch.ratio / math.tau,
-        height=None if vertical is None else HeightSettings(vertical.place, vertical.axes),
+        height=None if vertical is None else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation),
         tilt=TiltSettings(robot.scene.gravity),
         fastest=winch.max_speed,
         valve=settings.drum.valve,
