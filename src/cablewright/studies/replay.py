@@ -30,7 +30,8 @@ ESTIMATORS: Final = ("paper",)
 SLACK: Final = 5e-3
 """True excess from which a slack line has to be named, m."""
 
-_STILL: Final = 3e-3  # m in the last second: what moves less is static
+_STILL: Final = 3e-3  # m in the last second: what moves less is static ...
+_WHILE: Final = 0.75  # s that have to be known of that second
 _TURNS: Final = 3  # of each horizontal lidar, before errors count
 _TRACE: Final = 0.1  # s between points of a picture
 _MOST_TRACE: Final = 100_000
@@ -204,7 +205,7 @@ class _Judge:
 
     def _compare(self, now: float, estimate: Estimate, truth: Truth) -> None:
         self._way.append((now, truth.position))
-        while now - self._way[0][0] > 1.0:
+        while now - self._way[0][0] > 1.0 + 1e-9:
             self._way.popleft()
         error = (estimate.position - truth.position).tolist()
         line = int(np.argmax(truth.excess))
@@ -212,7 +213,7 @@ class _Judge:
         row = (
             now, *error, math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
             _lean(estimate.rotation) - _lean(truth.rotation),
-            float(np.sqrt(((truth.position - self._way[0][1]) ** 2).sum()) > _STILL),
+            float(not self._stands(now, truth)),
             float(estimate.excess[line] - excess[line]), float(excess[line]), float(line),
             float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()),
         )  # fmt: skip
@@ -220,6 +221,11 @@ class _Judge:
             self.found.errors[name].append(value)
         for column, value in zip(self.found.radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
             column.append(value)
+
+    def _stands(self, now: float, truth: Truth) -> bool:
+        """Whether the drum has hardly moved for a second."""
+        since, place = self._way[0]
+        return now - since > _WHILE and float(np.sqrt(((truth.position - place) ** 2).sum())) <= _STILL
 
     def _draw(self, now: float, estimate: Estimate, truth: Truth | None, state: ObserverState) -> None:
         nothing = (math.nan,) * 3

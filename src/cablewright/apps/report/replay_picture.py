@@ -34,6 +34,7 @@ def replay_picture(found: Replay) -> Figure:
         axis.set(ylabel=f"{name} in degrees", title=f"{name} of the drum")
         axis.legend(loc="upper right", ncols=2)
         axis.margins(y=0.18)
+    axes[1].set_ylim(bottom=0.0)
     taut, measured = trace[_BEFORE_LINES : _BEFORE_LINES + m], trace[_BEFORE_LINES + m :]
     order = np.argsort(found.slack_steps)
     for axis, line in ((axes[2], int(order[0])), (axes[3], int(order[-1]))):
