@@ -163,12 +163,16 @@ class Rig:
         if not self.falling:
             self._falls_from = here
         self.falling += left
-        self.powder -= left
+        self.fill(self.powder - left)
+        return []
+
+    def fill(self, powder: float) -> None:
+        """Let so much *powder* (kg) be in the drum from now on."""
+        self.powder = powder
         yaw_rest = self.drum[dynamics.YAW_REST]
-        self.drum = drum_numbers(self.settings, self.powder)
+        self.drum = drum_numbers(self.settings, powder)
         self.drum[dynamics.YAW_REST] = yaw_rest
         self.packed.platform[layout.PLATFORM_WEIGHT] = self._mass * self.robot.scene.gravity
-        return []
 
 
 def drum_numbers(settings: MachineSettings, powder: float) -> Array:
