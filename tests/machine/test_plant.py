@@ -135,6 +135,7 @@ def test_the_same_seed_gives_the_same_bytes(plant: str, tmp_path) -> None:
     ("change", "says"),
     [
         ({"substep": 3e-3}, "substep = 0.003 s"),
+        ({"substep": 1e-9}, "substep = 1e-09 s"),
         ({"inertial": {"rate": 33.0}}, "inertial.rate = 33 Hz"),
         ({"line_angles": {"rate": 400.0}}, "line_angles.rate = 400 Hz"),
         ({"encoders": {"rate": 70.0}}, "encoders.rate = 70 Hz"),
