@@ -44,8 +44,8 @@ class DynamicPlant:
         count = self.period / rig.settings.substep
         if not (0.5 < count < MOST_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
             raise InputError(
-                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MOST_SUBSTEPS}, fills the period, "
-                f"{self.period:g} s"
+                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MOST_SUBSTEPS}, "
+                f"fills the period, {self.period:g} s"
             )
         self._count = round(count)
         self._after = np.zeros(rig.robot.m)
