@@ -21,7 +21,9 @@ from cablewright.apps.cli import (
     retraction,
     robots,
     statics,
+    survey,
     trade,
+    walls,
     workspace,
 )
 from cablewright.errors import CablewrightError
@@ -46,7 +48,9 @@ app.command("modulus")(modulus.modulus)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("survey")(survey.survey)
 app.command("trade")(trade.trade)
+app.command("walls")(walls.walls)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
