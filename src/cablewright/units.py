@@ -141,7 +141,16 @@ PRESSURE = _dimension("pressure", {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa":
 MASS = _dimension("mass", {"kg": "1", "g": "1e-3", "t": "1e3"})
 LINEAR_DENSITY = _dimension("linear density", {"kg/m": "1", "g/m": "1e-3"})
 DENSITY = _dimension("density", {"kg/m^3": "1", "g/cm^3": "1e3"})
-ANGLE = _dimension("angle", {"rad": "1", "mrad": "1e-3", "deg": _DEGREE})
+ANGLE = _dimension(
+    "angle",
+    {
+        "rad": "1",
+        "mrad": "1e-3",
+        "deg": _DEGREE,
+        "gon": str(_EXACT.divide(Decimal(math.pi), Decimal(200))),
+        "arcsec": str(_EXACT.divide(Decimal(math.pi), Decimal(648000))),
+    },
+)
 SPEED = _dimension(
     "speed",
     {

@@ -22,7 +22,9 @@ from cablewright.apps.cli import (
     robots,
     simulate,
     statics,
+    survey,
     trade,
+    walls,
     workspace,
 )
 from cablewright.errors import CablewrightError
@@ -49,7 +51,9 @@ app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
 app.command("simulate")(simulate.simulate)
+app.command("survey")(survey.survey)
 app.command("trade")(trade.trade)
+app.command("walls")(walls.walls)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
