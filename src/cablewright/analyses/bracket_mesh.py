@@ -1,0 +1,125 @@
+"""Hexahedra for plates, blocks and bores: a grid of boxes whose cells are kept or left out, its square holes made round.
+
+The mesh is built on a *logical* grid, where everything is a box and a bore is a square hole. What is where is asked of
+the logical grid; the second-order mesh is then moved to its place, its middle nodes onto the bores too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, MeshHex, MeshHex2
+from skfem.element import ElementHex2
+
+__all__ = ["Bore", "Grid", "Solid", "build", "ticks"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_NEAR = 1e-9  # m: what is one place
+
+
+@dataclass(frozen=True)
+class Bore:
+    """A bore along an *axis* of the grid, about *centre* in the other two coordinates.
+
+    Only the square of half side *room* about it is bent; its own square in the logical grid has the half side `half`.
+    """
+
+    axis: int
+    centre: tuple[float, float]
+    radius: float
+    room: float
+
+    @property
+    def half(self) -> float:
+        """Half side of the logical hole, whose corners stay where they are."""
+        return self.radius / np.sqrt(2.0)
+
+    @property
+    def across(self) -> list[int]:
+        """The two coordinates across the axis."""
+        return [k for k in range(3) if k != self.axis]
+
+    def marks(self, k: int) -> list[float]:
+        """Where the grid needs planes along the *k*-th coordinate across."""
+        c = self.centre[k]
+        return [c - self.room, c - self.half, c + self.half, c + self.room]
+
+    def bend(self, points: Array) -> None:
+        """Move logical *points* (3, N) to their places: what is on the square hole comes to lie on the circle."""
+        u, v = (points[k] - c for k, c in zip(self.across, self.centre, strict=True))
+        swap = np.abs(u) > np.abs(v)
+        along, out = np.where(swap, v, u), np.where(swap, u, v)  # out: the coordinate that is further from the centre
+        inside = (np.abs(out) < self.room - _NEAR) & (np.abs(out) > self.half - _NEAR)
+        side = inside & (np.abs(along) <= self.half + _NEAR)
+        a, b, r = self.half, self.room, self.radius
+        t = np.clip((np.abs(out) - a) / (b - a), 0.0, 1.0)
+        angle = 0.25 * np.pi * np.clip(along / a, -1.0, 1.0)
+        bent_along = np.where(side, (1.0 - t) * r * np.sin(angle) + t * along, along)
+        bent_out = np.where(side, np.sign(out) * ((1.0 - t) * r * np.cos(angle) + t * b), out)
+        points[self.across[0]] = self.centre[0] + np.where(swap, bent_out, bent_along)
+        points[self.across[1]] = self.centre[1] + np.where(swap, bent_along, bent_out)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Planes of the logical grid along x, y and z, m, rising."""
+
+    x: Array
+    y: Array
+    z: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A second-order mesh, its scalar basis, and where its N nodes, F facets and E elements are in the logical grid."""
+
+    mesh: MeshHex2
+    basis: Basis
+    nodes: Array  # (3, N) m
+    facets: Array  # (3, F) middles, m
+    cells: Array  # (3, E) middles, m
+
+    @property
+    def places(self) -> Array:
+        """Where the nodes are, (3, N) m."""
+        return np.asarray(self.basis.doflocs)
+
+    def boundary(self, chosen: Callable[[Array], NDArray[np.bool_]]) -> Index:
+        """Boundary facets whose logical middles (3, F) are *chosen*."""
+        own = self.mesh.boundary_facets()
+        return np.asarray(own[chosen(self.facets[:, own])])
+
+
+def ticks(marks: Sequence[float], size: float, times: int) -> Array:
+    """Rising planes at all *marks* (m), and between them so many that none is further than *size* apart, times *times*.
+
+    Meshes of different *times* have the same marks and are refinements of one, whose planes are evenly between marks.
+    """
+    ends = np.unique(np.round(np.asarray(marks) / _NEAR) * _NEAR)
+    counts = np.maximum(1, np.ceil(np.diff(ends) / size - 1e-6).astype(np.int64)) * times
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]
+    return np.append(np.concatenate(pieces), ends[-1])
+
+
+def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequence[Bore]) -> Solid:
+    """The cells of a grid whose middles (3, E) are *kept*, less the *bores*."""
+    whole = MeshHex.init_tensor(grid.x, grid.y, grid.z)
+    middles = whole.p[:, whole.t].mean(axis=1)
+    stays = kept(middles)
+    for bore in bores:
+        u, v = (np.abs(middles[k] - c) for k, c in zip(bore.across, bore.centre, strict=True))
+        stays &= np.maximum(u, v) > bore.half
+    logical = MeshHex2.from_mesh(whole.remove_elements(np.flatnonzero(~stays)))
+    nodes = np.array(Basis(logical, ElementHex2(), intorder=2).doflocs)
+    facets = logical.p[:, logical.facets].mean(axis=1)
+    cells = logical.p[:, logical.t].mean(axis=1)
+    moved = np.array(logical.doflocs)
+    for bore in bores:
+        bore.bend(moved)
+    mesh = MeshHex2(moved, logical.t)
+    return Solid(mesh, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)

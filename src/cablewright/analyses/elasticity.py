@@ -1,0 +1,182 @@
+"""Linear elasticity of one solid on second-order hexahedra: displacement, stress, reactions, and how far off they are.
+
+scikit-fem gives the basis, the quadrature and the numbering; element matrices are products of its gradients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
+from skfem import Basis, FacetBasis
+from skfem.element import ElementHex2
+
+from cablewright.analyses.bracket_mesh import Index, Solid
+from cablewright.robot.bracket import Material
+
+__all__ = ["Elastic", "von_mises"]
+
+Array = NDArray[np.float64]
+Traction = Callable[[Array, Array], Array]
+
+_CHUNK = 512  # elements whose matrices are in memory at once
+_VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Elastic:
+    """A solid of one material, held where *fixed* nodes are: those take no displacement.
+
+    Displacements and loads are (3 N, k): x, y, z of node 0, of node 1 and so on, for each of k cases, m and N. Stresses
+    are (6, ..., k): xx, yy, zz, yz, xz, xy, Pa.
+    """
+
+    solid: Solid
+    material: Material
+    fixed: Index
+
+    @cached_property
+    def stiffness(self) -> sp.csc_matrix:
+        """(3 N, 3 N), N/m, of the solid before it is held."""
+        basis = self.solid.basis
+        lam, mu = _lame(self.material)
+        gradients = _gradients(basis)  # (E, Q, 27, 3)
+        weights = np.asarray(basis.dx)
+        dofs = (3 * _nodes(basis)[:, :, None] + np.arange(3)).reshape(len(gradients), -1)
+        rows, columns, values = [], [], []
+        for first in range(0, len(gradients), _CHUNK):
+            some = slice(first, first + _CHUNK)
+            g = gradients[some].reshape(-1, weights.shape[1], 81)
+            moments = np.matmul((g * weights[some, :, None]).transpose(0, 2, 1), g).reshape(-1, 27, 3, 27, 3)
+            trace = np.einsum("eaibi->eab", moments)
+            matrix = lam * moments + mu * moments.transpose(0, 1, 4, 3, 2)
+            matrix += mu * np.einsum("eab,ij->eaibj", trace, np.eye(3))
+            own = dofs[some]
+            rows.append(np.repeat(own, 81, axis=1).ravel())
+            columns.append(np.tile(own, (1, 81)).ravel())
+            values.append(matrix.ravel())
+        shape = (3 * basis.N, 3 * basis.N)
+        parts = (np.concatenate(part) for part in (values, rows, columns))
+        entries, row, column = parts
+        return sp.csc_matrix(sp.coo_matrix((entries, (row.astype(np.int32), column.astype(np.int32))), shape=shape))
+
+    @cached_property
+    def free(self) -> Index:
+        """Which of the 3 N unknowns are free."""
+        held = (3 * self.fixed[:, None] + np.arange(3)).ravel()
+        return np.setdiff1d(np.arange(3 * self.solid.basis.N), held)
+
+    @cached_property
+    def _factor(self) -> Callable[[Array], Array]:
+        """What solves for the free unknowns."""
+        inner = self.stiffness[self.free][:, self.free].tocsc()
+        options = {"SymmetricMode": True}
+        return splu(inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve  # type: ignore[no-any-return]
+
+    def solve(self, loads: Array) -> Array:
+        """The displacements under *loads*."""
+        moved = np.zeros_like(loads)
+        moved[self.free] = self._factor(np.ascontiguousarray(loads[self.free]))
+        return moved
+
+    def traction(self, facets: Index, law: Traction) -> Array:
+        """The load (3 N,) of a traction on *facets*: *law* of places and outer normals, (3, F, Q) both, gives it in Pa."""
+        basis = FacetBasis(self.solid.mesh, ElementHex2(), facets=facets, intorder=4)
+        pull = law(np.asarray(basis.global_coordinates()), np.asarray(basis.normals)) * np.asarray(basis.dx)
+        load = np.zeros((basis.N, 3))
+        for a, part in enumerate(basis.basis):
+            np.add.at(load, basis.element_dofs[a], (np.asarray(part[0]) * pull).sum(axis=-1).T)
+        return load.ravel()
+
+    def weight(self, density_force: Array) -> Array:
+        """The load (3 N,) of a force per volume (3,), N/m^3."""
+        basis = self.solid.basis
+        load = np.zeros((basis.N, 3))
+        for a, part in enumerate(basis.basis):
+            share = (np.asarray(part[0]) * np.asarray(basis.dx)).sum(axis=-1)
+            np.add.at(load, basis.element_dofs[a], share[:, None] * density_force)
+        return load.ravel()
+
+    def wrench(self, forces: Array) -> Array:
+        """Force and moment about the origin, (6, k), of nodal *forces* (3 N, k)."""
+        at = self.solid.places.T[:, :, None]
+        each = forces.reshape(-1, 3, forces.shape[-1])
+        return np.concatenate([each.sum(axis=0), np.cross(at, each, axis=1).sum(axis=0)])
+
+    def reactions(self, loads: Array, moved: Array) -> Array:
+        """The wrench (6, k) by which the fixed nodes hold the solid, from their equations, N and N m about the origin."""
+        held = np.zeros_like(loads)
+        rows = (3 * self.fixed[:, None] + np.arange(3)).ravel()
+        held[rows] = self.stiffness[rows] @ moved - loads[rows]
+        return self.wrench(held)
+
+    def stress_in(self, basis: Basis, moved: Array) -> Array:
+        """Stresses (6, E, Q, k) at the points of a *basis* of the solid's mesh, as the displacements have them."""
+        lam, mu = _lame(self.material)
+        at_nodes = moved.reshape(-1, 3, moved.shape[-1])[_nodes(basis)]  # (E, 27, 3, k)
+        slopes = np.einsum("eqai,eajk->ijeqk", _gradients(basis), at_nodes, optimize=True)
+        trace = lam * np.einsum("iieqk->eqk", slopes)
+        return np.stack([mu * (slopes[i, j] + slopes[j, i]) + (trace if i == j else 0.0) for i, j in _VOIGT])
+
+    def recovered(self, moved: Array) -> Array:
+        """Stresses (6, N, k) at the nodes: those of the 8 Gauss points of each element, continued, and averaged.
+
+        At those points stresses of second-order elements are most accurate (Zienkiewicz, Zhu 1992).
+        """
+        best = Basis(self.solid.mesh, ElementHex2(), intorder=3)
+        inner = self.stress_in(best, moved)
+        outward = _trilinear(ElementHex2.doflocs) @ np.linalg.inv(_trilinear(np.asarray(best.X).T))  # (27, 8)
+        at_nodes = np.einsum("aq,ceqk->ceak", outward, inner)
+        nodes = _nodes(self.solid.basis)
+        total = np.zeros((self.solid.basis.N, 6, moved.shape[-1]))
+        np.add.at(total, nodes.ravel(), at_nodes.transpose(1, 2, 0, 3).reshape(-1, *total.shape[1:]))
+        shared = np.bincount(nodes.ravel(), minlength=len(total))
+        return np.asarray((total / shared[:, None, None]).transpose(1, 0, 2))
+
+    def energy_error(self, moved: Array, recovered: Array) -> Array:
+        """(k,) Zienkiewicz and Zhu's estimate of the relative error in the energy norm."""
+        basis = self.solid.basis
+        functions = np.stack([np.asarray(part[0])[0] for part in basis.basis])  # (27, Q): the same in each element
+        smooth = np.einsum("aq,ceak->ceqk", functions, recovered[:, _nodes(basis)], optimize=True)
+        missed = smooth - self.stress_in(basis, moved)
+        return np.asarray(np.sqrt(self._energy(missed) / self._energy(smooth)))
+
+    def _energy(self, stress: Array) -> Array:
+        """(k,) the integral of stress times strain."""
+        e, nu = self.material.young_modulus, self.material.poisson_ratio
+        trace = stress[:3].sum(axis=0)
+        squares = (stress[:3] ** 2).sum(axis=0) + 2.0 * (stress[3:] ** 2).sum(axis=0)
+        return np.einsum("eqk,eq->k", ((1.0 + nu) * squares - nu * trace**2) / e, np.asarray(self.solid.basis.dx))
+
+
+def _lame(material: Material) -> tuple[float, float]:
+    e, nu = material.young_modulus, material.poisson_ratio
+    return e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * e / (1.0 + nu)
+
+
+def _gradients(basis: Basis) -> Array:
+    """Gradients of the 27 functions of each element at its points: (E, Q, 27, 3)."""
+    return np.ascontiguousarray(np.stack([part[0].grad for part in basis.basis]).transpose(2, 3, 0, 1))
+
+
+def _nodes(basis: Basis) -> Index:
+    """(E, 27) the nodes of each element."""
+    return np.asarray(basis.element_dofs.T, dtype=np.int64)
+
+
+def _trilinear(points: Array) -> Array:
+    """The eight products 1, x, y, z, xy, ... at *points* (p, 3): (p, 8)."""
+    x, y, z = points.T
+    return np.stack([np.ones_like(x), x, y, z, x * y, y * z, x * z, x * y * z], axis=1)
+
+
+def von_mises(stress: Array) -> Array:
+    """Of stresses (6, ...): the equivalent stress (...), Pa."""
+    xx, yy, zz, yz, xz, xy = stress
+    spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.asarray(np.sqrt(0.5 * spread + 3.0 * (yz * yz + xz * xz + xy * xy)))
