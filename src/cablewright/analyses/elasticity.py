@@ -123,19 +123,22 @@ class Elastic:
         trace = lam * np.einsum("iieqk->eqk", slopes)
         return np.stack([mu * (slopes[i, j] + slopes[j, i]) + (trace if i == j else 0.0) for i, j in _VOIGT])
 
-    def recovered(self, moved: Array) -> Array:
+    def recovered(self, moved: Array, cells: Index | None = None) -> Array:
         """Stresses (6, N, k) at the nodes: those of the 8 Gauss points of each element, continued, and averaged.
 
-        At those points stresses of second-order elements are most accurate (Zienkiewicz, Zhu 1992).
+        At those points stresses of second-order elements are most accurate (Zienkiewicz, Zhu 1992). With *cells*, only
+        these elements are averaged, and nodes of none of them are 0.
         """
         best = Basis(self.solid.mesh, ElementHex2(), intorder=3)
         inner = self.stress_in(best, moved)
         outward = _trilinear(ElementHex2.doflocs) @ np.linalg.inv(_trilinear(np.asarray(best.X).T))  # (27, 8)
         at_nodes = np.einsum("aq,ceqk->ceak", outward, inner)
         nodes = _nodes(self.solid.basis)
+        if cells is not None:
+            nodes, at_nodes = nodes[cells], at_nodes[:, cells]
         total = np.zeros((self.solid.basis.N, 6, moved.shape[-1]))
         np.add.at(total, nodes.ravel(), at_nodes.transpose(1, 2, 0, 3).reshape(-1, *total.shape[1:]))
-        shared = np.bincount(nodes.ravel(), minlength=len(total))
+        shared = np.bincount(nodes.ravel(), minlength=len(total)).clip(min=1)
         return np.asarray((total / shared[:, None, None]).transpose(1, 0, 2))
 
     def energy_error(self, moved: Array, recovered: Array) -> Array:
