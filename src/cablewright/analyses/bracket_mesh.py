@@ -1,7 +1,7 @@
 """Hexahedra for plates, blocks and bores: a grid of boxes whose cells are kept or left out, its square holes made round.
 
 The mesh is built on a *logical* grid, where everything is a box and a bore is a square hole. What is where is asked of
-the logical grid; the second-order mesh is then moved to its place, its middle nodes onto the bores too.
+the logical grid; the second-order mesh is then moved to its place, the middles of its edges onto the bores too.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis, MeshHex, MeshHex2
-from skfem.element import ElementHex2
+from skfem.element import ElementHex2, ElementHexS2
 
 __all__ = ["Bore", "Grid", "Solid", "build", "ticks"]
 
@@ -76,18 +76,24 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A second-order mesh, its scalar basis, and where its N nodes, F facets and E elements are in the logical grid."""
+    """A mesh of hexahedra with 20 nodes, and where its parts are in the logical grid.
+
+    `basis` has the N corners and middles of edges, which displacements are of. `points` has these first, and then the
+    middles of faces and elements, P in all: at those stress is told too. `nodes` (3, P), `facets` (3, F) and `cells` (3,
+    E) are places in the logical grid, m.
+    """
 
     mesh: MeshHex2
     basis: Basis
-    nodes: Array  # (3, N) m
-    facets: Array  # (3, F) middles, m
-    cells: Array  # (3, E) middles, m
+    points: Basis
+    nodes: Array
+    facets: Array
+    cells: Array
 
     @property
     def places(self) -> Array:
-        """Where the nodes are, (3, N) m."""
-        return np.asarray(self.basis.doflocs)
+        """Where the points are, (3, P) m."""
+        return np.asarray(self.points.doflocs)
 
     def boundary(self, chosen: Callable[[Array], NDArray[np.bool_]]) -> Index:
         """Boundary facets whose logical middles (3, F) are *chosen*."""
@@ -115,11 +121,26 @@ def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequenc
         u, v = (np.abs(middles[k] - c) for k, c in zip(bore.across, bore.centre, strict=True))
         stays &= np.maximum(u, v) > bore.half
     logical = MeshHex2.from_mesh(whole.remove_elements(np.flatnonzero(~stays)))
-    nodes = np.array(Basis(logical, ElementHex2(), intorder=2).doflocs)
+    nodes = np.array(logical.doflocs)
     facets = logical.p[:, logical.facets].mean(axis=1)
     cells = logical.p[:, logical.t].mean(axis=1)
     moved = np.array(logical.doflocs)
     for bore in bores:
         bore.bend(moved)
+    points = Basis(logical, ElementHex2(), intorder=2)
+    _serendipity(moved, np.asarray(points.element_dofs))
     mesh = MeshHex2(moved, logical.t)
-    return Solid(mesh, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
+    shapes = Basis(mesh, ElementHexS2(), intorder=4)
+    return Solid(mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
+
+
+def _serendipity(places: Array, members: Index) -> None:
+    """Put the middles of faces and elements where the 20 other nodes have them.
+
+    The mesh is then that of elements with 20 nodes (which leave a uniform strain uniform), in the form that scikit-fem
+    has second-order meshes. *members* (27, E): the nodes of each element.
+    """
+    element, inner = ElementHexS2(), ElementHex2.doflocs[20:].T
+    shares = np.stack([element.lbasis(inner, a)[0] for a in range(20)])  # (20, 7)
+    middles = np.einsum("ap,cae->cpe", shares, places[:, members[:20]])
+    places[:, members[20:]] = middles

@@ -48,7 +48,7 @@ class Plate:
     thickness: float
 
     def linearised(self, stress: Array) -> Array:
-        """Membrane plus and minus bending part of *stress* (6, N, k) at both faces: (6, C, 2, k)."""
+        """Membrane plus and minus bending part of *stress* (6, P, k) at both faces: (6, C, 2, k)."""
         layers = self.columns.shape[1]
         weights = np.ones(layers)
         weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
@@ -76,7 +76,7 @@ class Part:
 
     @cached_property
     def stress(self) -> Array:
-        """Recovered stresses (6, N, k) of the unit cases."""
+        """Recovered stresses (6, P, k) of the unit cases."""
         return self.elastic.recovered(self.moved)
 
     @cached_property
@@ -140,7 +140,7 @@ def base(bracket: Bracket, times: int) -> Part:
     thrust is spread evenly over the block's upper face.
     """
     solid = base_solid(bracket, times)
-    fixed = np.flatnonzero(_clamped(bracket, solid.nodes))
+    fixed = np.flatnonzero(_clamped(bracket, solid.nodes[:, : solid.basis.N]))
     elastic = Elastic(solid, bracket.material, fixed)
     inner, tall, rise = 0.5 * bracket.uprights.gap, 0.5 * bracket.uprights.height, bracket.rise
     width, reach = bracket.bearing.width, 0.5 * bracket.bearing.bore
@@ -232,7 +232,7 @@ def cheek(bracket: Bracket, lever: float, times: int) -> Part:
     def near(p: Array, bore: Bore) -> Array:
         return np.asarray(np.maximum(np.abs(p[0] - bore.centre[0]), np.abs(p[2])))
 
-    held = np.flatnonzero(near(solid.nodes, bores[0]) < bores[0].half + _SLACK)
+    held = np.flatnonzero(near(solid.nodes[:, : solid.basis.N], bores[0]) < bores[0].half + _SLACK)
     elastic = Elastic(solid, bracket.material, held)
     wall = solid.boundary(
         lambda p: (near(p, bores[1]) < bores[1].half + _SLACK) & (np.abs(p[1]) < 0.5 * t - _SLACK)

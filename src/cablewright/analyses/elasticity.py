@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 from skfem import Basis, FacetBasis
-from skfem.element import ElementHex2
+from skfem.element import ElementHex2, ElementHexS2
 
 from cablewright.analyses.bracket_mesh import Index, Solid
 from cablewright.robot.bracket import Material
@@ -45,20 +45,20 @@ class Elastic:
         """(3 N, 3 N), N/m, of the solid before it is held."""
         basis = self.solid.basis
         lam, mu = _lame(self.material)
-        gradients = _gradients(basis)  # (E, Q, 27, 3)
+        gradients = _gradients(basis)  # (E, Q, 20, 3)
         weights = np.asarray(basis.dx)
         dofs = (3 * _nodes(basis)[:, :, None] + np.arange(3)).reshape(len(gradients), -1)
         rows, columns, values = [], [], []
         for first in range(0, len(gradients), _CHUNK):
             some = slice(first, first + _CHUNK)
-            g = gradients[some].reshape(-1, weights.shape[1], 81)
-            moments = np.matmul((g * weights[some, :, None]).transpose(0, 2, 1), g).reshape(-1, 27, 3, 27, 3)
+            g = gradients[some].reshape(-1, weights.shape[1], 60)
+            moments = np.matmul((g * weights[some, :, None]).transpose(0, 2, 1), g).reshape(-1, 20, 3, 20, 3)
             trace = np.einsum("eaibi->eab", moments)
             matrix = lam * moments + mu * moments.transpose(0, 1, 4, 3, 2)
             matrix += mu * np.einsum("eab,ij->eaibj", trace, np.eye(3))
             own = dofs[some]
-            rows.append(np.repeat(own, 81, axis=1).ravel())
-            columns.append(np.tile(own, (1, 81)).ravel())
+            rows.append(np.repeat(own, 60, axis=1).ravel())
+            columns.append(np.tile(own, (1, 60)).ravel())
             values.append(matrix.ravel())
         shape = (3 * basis.N, 3 * basis.N)
         parts = (np.concatenate(part) for part in (values, rows, columns))
@@ -86,7 +86,7 @@ class Elastic:
 
     def traction(self, facets: Index, law: Traction) -> Array:
         """The load (3 N,) of a traction on *facets*: *law* of places and outer normals, (3, F, Q) both, gives it in Pa."""
-        basis = FacetBasis(self.solid.mesh, ElementHex2(), facets=facets, intorder=4)
+        basis = FacetBasis(self.solid.mesh, ElementHexS2(), facets=facets, intorder=4)
         pull = law(np.asarray(basis.global_coordinates()), np.asarray(basis.normals)) * np.asarray(basis.dx)
         load = np.zeros((basis.N, 3))
         for a, part in enumerate(basis.basis):
@@ -104,7 +104,7 @@ class Elastic:
 
     def wrench(self, forces: Array) -> Array:
         """Force and moment about the origin, (6, k), of nodal *forces* (3 N, k)."""
-        at = self.solid.places.T[:, :, None]
+        at = self.solid.places.T[: self.solid.basis.N, :, None]
         each = forces.reshape(-1, 3, forces.shape[-1])
         return np.concatenate([each.sum(axis=0), np.cross(at, each, axis=1).sum(axis=0)])
 
@@ -118,35 +118,35 @@ class Elastic:
     def stress_in(self, basis: Basis, moved: Array) -> Array:
         """Stresses (6, E, Q, k) at the points of a *basis* of the solid's mesh, as the displacements have them."""
         lam, mu = _lame(self.material)
-        at_nodes = moved.reshape(-1, 3, moved.shape[-1])[_nodes(basis)]  # (E, 27, 3, k)
+        at_nodes = moved.reshape(-1, 3, moved.shape[-1])[_nodes(basis)]  # (E, 20, 3, k)
         slopes = np.einsum("eqai,eajk->ijeqk", _gradients(basis), at_nodes, optimize=True)
         trace = lam * np.einsum("iieqk->eqk", slopes)
         return np.stack([mu * (slopes[i, j] + slopes[j, i]) + (trace if i == j else 0.0) for i, j in _VOIGT])
 
     def recovered(self, moved: Array, cells: Index | None = None) -> Array:
-        """Stresses (6, N, k) at the nodes: those of the 8 Gauss points of each element, continued, and averaged.
+        """Stresses (6, P, k) at the points: those of the 8 Gauss points of each element, continued, and averaged.
 
         At those points stresses of second-order elements are most accurate (Zienkiewicz, Zhu 1992). With *cells*, only
-        these elements are averaged, and nodes of none of them are 0.
+        these elements are averaged, and points of none of them are 0.
         """
-        best = Basis(self.solid.mesh, ElementHex2(), intorder=3)
+        best = Basis(self.solid.mesh, ElementHexS2(), intorder=3)
         inner = self.stress_in(best, moved)
         outward = _trilinear(ElementHex2.doflocs) @ np.linalg.inv(_trilinear(np.asarray(best.X).T))  # (27, 8)
         at_nodes = np.einsum("aq,ceqk->ceak", outward, inner)
-        nodes = _nodes(self.solid.basis)
+        nodes = _nodes(self.solid.points)
         if cells is not None:
             nodes, at_nodes = nodes[cells], at_nodes[:, cells]
-        total = np.zeros((self.solid.basis.N, 6, moved.shape[-1]))
+        total = np.zeros((self.solid.points.N, 6, moved.shape[-1]))
         np.add.at(total, nodes.ravel(), at_nodes.transpose(1, 2, 0, 3).reshape(-1, *total.shape[1:]))
         shared = np.bincount(nodes.ravel(), minlength=len(total)).clip(min=1)
         return np.asarray((total / shared[:, None, None]).transpose(1, 0, 2))
 
     def energy_error(self, moved: Array, recovered: Array) -> Array:
         """(k,) Zienkiewicz and Zhu's estimate of the relative error in the energy norm."""
-        basis = self.solid.basis
+        basis = self.solid.points
         functions = np.stack([np.asarray(part[0])[0] for part in basis.basis])  # (27, Q): the same in each element
         smooth = np.einsum("aq,ceak->ceqk", functions, recovered[:, _nodes(basis)], optimize=True)
-        missed = smooth - self.stress_in(basis, moved)
+        missed = smooth - self.stress_in(self.solid.basis, moved)
         return np.asarray(np.sqrt(self._energy(missed) / self._energy(smooth)))
 
     def _energy(self, stress: Array) -> Array:
@@ -163,12 +163,12 @@ def _lame(material: Material) -> tuple[float, float]:
 
 
 def _gradients(basis: Basis) -> Array:
-    """Gradients of the 27 functions of each element at its points: (E, Q, 27, 3)."""
+    """Gradients of the 20 functions of each element at its points: (E, Q, 20, 3)."""
     return np.ascontiguousarray(np.stack([part[0].grad for part in basis.basis]).transpose(2, 3, 0, 1))
 
 
 def _nodes(basis: Basis) -> Index:
-    """(E, 27) the nodes of each element."""
+    """(E, 20) the nodes of each element, or (E, 27) its points."""
     return np.asarray(basis.element_dofs.T, dtype=np.int64)
 
 
