@@ -8,7 +8,7 @@ told in `bracket_parts`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,14 +45,14 @@ class Mesh:
     bracket: Bracket
     times: int
 
-    @cached_property
+    @property
     def base(self) -> Part:
         """Baseplate, uprights and block."""
         return base(self.bracket, self.times)
 
     def cheek(self, lever: float) -> Part:
         """A cheek of a lever."""
-        return _cheek(self.bracket, lever, self.times)
+        return cheek(self.bracket, lever, self.times)
 
     def peaks(self, loads: Loads) -> Array:
         """(3, N, m) the largest linearised von Mises stress of each of `PLATES` at each pose and line, Pa."""
@@ -64,16 +64,6 @@ class Mesh:
         for i, joint in enumerate(joints(loads.held.model.robot)):
             found[2, good[:, i], i] = self.cheek(joint.lever).peaks(cheeks[good[:, i], i])[0]
         return found
-
-
-@lru_cache(maxsize=16)
-def _cheek(bracket: Bracket, lever: float, times: int) -> Part:
-    return cheek(bracket, lever, times)
-
-
-@lru_cache(maxsize=4)
-def _mesh(bracket: Bracket, times: int) -> Mesh:
-    return Mesh(bracket, times)
 
 
 @dataclass(frozen=True)
@@ -110,7 +100,7 @@ class Design:
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
         """Of the highest loaded line, by `PLATES`."""
-        i, fine, ratio = self.line, _mesh(self.bracket, self.times), self.times / (self.times - 1)
+        i, fine, ratio = self.line, Mesh(self.bracket, self.times), self.times / (self.times - 1)
         lever = joints(self.loads.held.model.robot)[i].lever
         found = []
         for k, name in enumerate(PLATES):
@@ -170,7 +160,7 @@ class Design:
 
         Each in its part's frame, with the displacements of the part alone.
         """
-        fine = _mesh(self.bracket, self.times)
+        fine = Mesh(self.bracket, self.times)
         lever = joints(self.loads.held.model.robot)[self.line].lever
         found = []
         for part, load in ((fine.base, self.on_base), (fine.cheek(lever), self.on_cheek)):
@@ -197,19 +187,19 @@ class Design:
 
     def _carried(self, places: Array) -> Array:
         """How places (P, 3) of the rigid lever move with the base, bracket's frame."""
-        moved = _head_motion(_mesh(self.bracket, self.times), self.on_base, self._turn, self.loads.design)
+        moved = _head_motion(Mesh(self.bracket, self.times), self.on_base, self._turn, self.loads.design)
         return np.asarray(moved[:3] + np.cross(moved[3:], places @ self._turn.T))
 
     @property
     def energy_error(self) -> float:
         """Zienkiewicz and Zhu's relative error of the whole base in the energy norm, singular edges included."""
-        part, load = _mesh(self.bracket, self.times).base, self.on_base[:, None]
+        part, load = Mesh(self.bracket, self.times).base, self.on_base[:, None]
         return float(part.elastic.energy_error(part.moved @ load, part.stress @ load)[0])
 
     @property
     def imbalance(self) -> float:
         """How far the bolts' reactions miss the loads of the base, relative to them: force, and moment per standoff."""
-        part, load = _mesh(self.bracket, self.times).base, self.on_base[:, None]
+        part, load = Mesh(self.bracket, self.times).base, self.on_base[:, None]
         arm = np.repeat([1.0, self.bracket.standoff], 3)[:, None]
         applied = part.elastic.wrench(part.cases @ load)
         missed = applied + part.elastic.reactions(part.cases @ load, part.moved @ load)
@@ -275,7 +265,7 @@ def bracket_at(
     both = loads_at(model, [pose], retraction=retraction)
     for loads in both:
         loads.held[0].checked()
-    fine, coarse = _mesh(own, times), _mesh(own, times - 1)
+    fine, coarse = Mesh(own, times), Mesh(own, times - 1)
     jointed, blocked = (
         Design(own, times, loads, fine.peaks(loads)[:, 0], coarse.peaks(loads)[:, 0], _sheave_motions(fine, loads))
         for loads in both
@@ -285,7 +275,7 @@ def bracket_at(
 
 def plate_peaks(bracket: Bracket, loads: Loads, times: int = TIMES) -> Array:
     """(3, N, m) the largest stress of each of `PLATES` at many poses, Pa; NaN where there is no load."""
-    return _mesh(bracket, times).peaks(loads)
+    return Mesh(bracket, times).peaks(loads)
 
 
 def foot(bracket: Bracket) -> tuple[float, float, float]:

@@ -79,10 +79,11 @@ class Solid:
     """A mesh of hexahedra with 20 nodes, and where its parts are in the logical grid.
 
     `basis` has the N corners and middles of edges, which displacements are of. `points` has these first, and then the
-    middles of faces and elements, P in all: at those stress is told too. `nodes` (3, P), `facets` (3, F) and `cells` (3,
+    middles of faces and elements, P in all: at those stress is told too. `grid` is the logical one; `nodes` (3, P), `facets` (3, F) and `cells` (3,
     E) are places in the logical grid, m.
     """
 
+    grid: Grid
     mesh: MeshHex2
     basis: Basis
     points: Basis
@@ -131,7 +132,7 @@ def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequenc
     _serendipity(moved, np.asarray(points.element_dofs))
     mesh = MeshHex2(moved, logical.t)
     shapes = Basis(mesh, ElementHexS2(), intorder=4)
-    return Solid(mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
+    return Solid(grid, mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
 
 
 def _serendipity(places: Array, members: Index) -> None:

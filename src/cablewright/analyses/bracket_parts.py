@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,10 +114,11 @@ def base_solid(bracket: Bracket, times: int) -> Solid:
     inner, t, rise = 0.5 * uprights.gap, uprights.thickness, bracket.rise
     edge = 0.5 * plate.thickness
     bore = Bore(2, (0.0, 0.0), 0.5 * bearing.bore, inner)
-    x = [-bracket.standoff - plate.thickness, -bracket.standoff, -bracket.standoff + 0.5 * t, -inner - 0.5 * t]
-    y = [0.5 * plate.width, inner, inner + t, inner + t + edge, inner - edge, *_pad(plate.bolts[0], plate.clamped, edge)]
+    root = -bracket.standoff
+    x = [root - plate.thickness, root - edge, root, root + 0.5 * t, root + t, root + 2.0 * t, -inner - 0.5 * t]
+    y = [0.5 * plate.width, inner, inner + 0.5 * t, inner + t, inner + t + edge, inner - edge, *_pad(plate.bolts[0], plate.clamped, edge)]
     tall = 0.5 * uprights.height
-    z = [0.5 * plate.height, tall, tall + edge, tall - bearing.width, *_pad(plate.bolts[1], plate.clamped, edge)]
+    z = [0.5 * plate.height, tall, tall + edge, tall - 0.5 * t, tall - t, tall - bearing.width, *_pad(plate.bolts[1], plate.clamped, edge)]
     size = max(2.0 * plate.thickness, max(plate.height, plate.width, bracket.standoff + inner) / _COARSEST)
     grid = Grid(
         ticks([*x, *bore.marks(0)], size, times),
@@ -133,6 +134,7 @@ def base_solid(bracket: Bracket, times: int) -> Solid:
     return build(grid, kept, [bore])
 
 
+@lru_cache(maxsize=8)
 def base(bracket: Bracket, times: int) -> Part:
     """The base, bolted to the pillar and loaded through its two bearings and the thrust face above the block.
 
@@ -141,7 +143,7 @@ def base(bracket: Bracket, times: int) -> Part:
     """
     solid = base_solid(bracket, times)
     fixed = np.flatnonzero(_clamped(bracket, solid.nodes[:, : solid.basis.N]))
-    elastic = Elastic(solid, bracket.material, fixed)
+    elastic = Elastic(solid, bracket.material, fixed, ((1, 0.0), (2, bracket.rise)))
     inner, tall, rise = 0.5 * bracket.uprights.gap, 0.5 * bracket.uprights.height, bracket.rise
     width, reach = bracket.bearing.width, 0.5 * bracket.bearing.bore
 
@@ -208,6 +210,7 @@ def _uprights(bracket: Bracket, solid: Solid) -> Plate:
     return _plate("uprights", solid, judged, 1, t)
 
 
+@lru_cache(maxsize=16)
 def cheek(bracket: Bracket, lever: float, times: int) -> Part:
     """One cheek of a lever of that length (m), held by its pin and loaded by its axle and its own weight.
 
@@ -233,7 +236,7 @@ def cheek(bracket: Bracket, lever: float, times: int) -> Part:
         return np.asarray(np.maximum(np.abs(p[0] - bore.centre[0]), np.abs(p[2])))
 
     held = np.flatnonzero(near(solid.nodes[:, : solid.basis.N], bores[0]) < bores[0].half + _SLACK)
-    elastic = Elastic(solid, bracket.material, held)
+    elastic = Elastic(solid, bracket.material, held, ((1, 0.0), (2, 0.0)))
     wall = solid.boundary(
         lambda p: (near(p, bores[1]) < bores[1].half + _SLACK) & (np.abs(p[1]) < 0.5 * t - _SLACK)
     )

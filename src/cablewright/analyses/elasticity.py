@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import product
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,6 +17,7 @@ from skfem import Basis, FacetBasis
 from skfem.element import ElementHex2, ElementHexS2
 
 from cablewright.analyses.bracket_mesh import Index, Solid
+from cablewright.analyses.dissection import dissected
 from cablewright.robot.bracket import Material
 
 __all__ = ["Elastic", "von_mises"]
@@ -25,12 +26,17 @@ Array = NDArray[np.float64]
 Traction = Callable[[Array, Array], Array]
 
 _CHUNK = 512  # elements whose matrices are in memory at once
+_SAME = 1e-9  # m: what is one place
+_NOTHING = 1e-14  # of the largest load: rounding of parts that are not there
 _VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 @dataclass(frozen=True, eq=False)
 class Elastic:
     """A solid of one material, held where *fixed* nodes are: those take no displacement.
+
+    *mirrors*: (axis, place) of planes about which the solid and what holds it are symmetric. Loads need not be: each is
+    split into parts that are even or odd about each plane, and a part needs a quarter of two mirrors' unknowns.
 
     Displacements and loads are (3 N, k): x, y, z of node 0, of node 1 and so on, for each of k cases, m and N. Stresses
     are (6, ..., k): xx, yy, zz, yz, xz, xy, Pa.
@@ -39,50 +45,84 @@ class Elastic:
     solid: Solid
     material: Material
     fixed: Index
+    mirrors: tuple[tuple[int, float], ...] = ()
 
-    @cached_property
-    def stiffness(self) -> sp.csc_matrix:
-        """(3 N, 3 N), N/m, of the solid before it is held."""
+    def stiffness(self, cells: Index, shares: Array) -> sp.csc_matrix:
+        """(3 N, 3 N), N/m, of *shares* of some elements, before anything is held."""
         basis = self.solid.basis
         lam, mu = _lame(self.material)
-        gradients = _gradients(basis)  # (E, Q, 20, 3)
-        weights = np.asarray(basis.dx)
-        dofs = (3 * _nodes(basis)[:, :, None] + np.arange(3)).reshape(len(gradients), -1)
-        rows, columns, values = [], [], []
-        for first in range(0, len(gradients), _CHUNK):
+        weights = np.asarray(basis.dx)[cells] * shares[:, None]
+        gradients = _gradients(basis, cells)  # (E, Q, 20, 3)
+        dofs = (3 * _nodes(basis)[cells][:, :, None] + np.arange(3)).reshape(len(cells), -1)
+        values = np.empty((len(cells), 60, 60))
+        for first in range(0, len(cells), _CHUNK):
             some = slice(first, first + _CHUNK)
             g = gradients[some].reshape(-1, weights.shape[1], 60)
             moments = np.matmul((g * weights[some, :, None]).transpose(0, 2, 1), g).reshape(-1, 20, 3, 20, 3)
             trace = np.einsum("eaibi->eab", moments)
             matrix = lam * moments + mu * moments.transpose(0, 1, 4, 3, 2)
             matrix += mu * np.einsum("eab,ij->eaibj", trace, np.eye(3))
-            own = dofs[some]
-            rows.append(np.repeat(own, 60, axis=1).ravel())
-            columns.append(np.tile(own, (1, 60)).ravel())
-            values.append(matrix.ravel())
+            values[some] = matrix.reshape(-1, 60, 60)
+        rows, columns = np.repeat(dofs, 60, axis=1).ravel(), np.tile(dofs, (1, 60)).ravel()
         shape = (3 * basis.N, 3 * basis.N)
-        parts = (np.concatenate(part) for part in (values, rows, columns))
-        entries, row, column = parts
-        return sp.csc_matrix(sp.coo_matrix((entries, (row.astype(np.int32), column.astype(np.int32))), shape=shape))
-
-    @cached_property
-    def free(self) -> Index:
-        """Which of the 3 N unknowns are free."""
-        held = (3 * self.fixed[:, None] + np.arange(3)).ravel()
-        return np.setdiff1d(np.arange(3 * self.solid.basis.N), held)
-
-    @cached_property
-    def _factor(self) -> Callable[[Array], Array]:
-        """What solves for the free unknowns."""
-        inner = self.stiffness[self.free][:, self.free].tocsc()
-        options = {"SymmetricMode": True}
-        return splu(inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve  # type: ignore[no-any-return]
+        return sp.csc_matrix(sp.coo_matrix((values.ravel(), (rows.astype(np.int32), columns.astype(np.int32))), shape))
 
     def solve(self, loads: Array) -> Array:
         """The displacements under *loads*."""
+        part = self.stiffness(*self._original())
         moved = np.zeros_like(loads)
-        moved[self.free] = self._factor(np.ascontiguousarray(loads[self.free]))
+        for parities in product((1.0, -1.0), repeat=len(self.mirrors)):
+            images = self._images(parities)
+            pulled = images.T @ loads
+            pulled[np.abs(pulled) < _NOTHING * np.abs(loads).max()] = 0.0
+            some = np.flatnonzero(pulled.any(axis=0))  # the cases that have a part of these parities
+            if not some.size:
+                continue
+            images = images[:, self._order(images)]
+            inner = (2.0 ** len(self.mirrors) * (images.T @ part @ images)).tocsc()
+            factor = splu(inner, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            moved[:, some] += images @ factor.solve(images.T @ loads[:, some])
         return moved
+
+    def _order(self, images: sp.csr_matrix) -> Index:
+        """The order in which the unknowns of `_images` are eliminated."""
+        by_unknown = images.tocsc()
+        nodes = by_unknown.indices[by_unknown.indptr[:-1]] // 3
+        places = self.solid.nodes[:, nodes].copy()
+        for axis, at in self.mirrors:
+            places[axis] = np.abs(places[axis] - at)
+        corner = nodes < self.solid.mesh.t.max() + 1
+        return dissected(np.round(places / _SAME).astype(np.int64), corner)
+
+    def _original(self) -> tuple[Index, Array]:
+        """The elements that are not behind any mirror, and how much of each: half of one that a mirror halves."""
+        shares = np.ones(self.solid.cells.shape[1])
+        for axis, at in self.mirrors:
+            away = self.solid.cells[axis] - at
+            shares *= np.where(np.abs(away) <= _SAME, 0.5, away > 0.0)
+        cells = np.flatnonzero(shares)
+        return cells, shares[cells]
+
+    def _images(self, parities: tuple[float, ...]) -> sp.csr_matrix:
+        """(3 N, u) all displacements of the u free ones before the mirrors, if those behind are even (1) or odd (-1)."""
+        places = self.solid.nodes[:, : self.solid.basis.N]
+        folded, signs = places.copy(), np.ones((places.shape[1], 3))
+        dead = np.zeros((places.shape[1], 3), dtype=bool)
+        dead[self.fixed] = True
+        for (axis, at), parity in zip(self.mirrors, parities, strict=True):
+            behind, on = places[axis] < at - _SAME, np.abs(places[axis] - at) <= _SAME
+            folded[axis, behind] = 2.0 * at - places[axis, behind]
+            own = np.where(np.arange(3) == axis, -parity, parity)  # the component across a mirror turns round
+            signs[behind] *= own
+            dead |= on[:, None] & (own < 0.0)
+        keys = np.round(folded / _SAME).astype(np.int64)
+        _, node = np.unique(keys, axis=1, return_inverse=True)
+        used = np.unique((3 * node.reshape(-1, 1) + np.arange(3))[~dead])
+        number = np.full(3 * (int(node.max()) + 1), -1)
+        number[used] = np.arange(len(used))
+        columns = number[(3 * node.reshape(-1, 1) + np.arange(3)).ravel()]
+        rows = np.flatnonzero(~dead.ravel())
+        return sp.csr_matrix((signs.ravel()[rows], (rows, columns[rows])), shape=(dead.size, len(used)))
 
     def traction(self, facets: Index, law: Traction) -> Array:
         """The load (3 N,) of a traction on *facets*: *law* of places and outer normals, (3, F, Q) both, gives it in Pa."""
@@ -112,8 +152,18 @@ class Elastic:
         """The wrench (6, k) by which the fixed nodes hold the solid, from their equations, N and N m about the origin."""
         held = np.zeros_like(loads)
         rows = (3 * self.fixed[:, None] + np.arange(3)).ravel()
-        held[rows] = self.stiffness[rows] @ moved - loads[rows]
+        held[rows] = (self.inner_forces(moved) - loads)[rows]
         return self.wrench(held)
+
+    def inner_forces(self, moved: Array) -> Array:
+        """The loads (3 N, k) that the stresses of these displacements balance."""
+        basis = self.solid.basis
+        stress = self.stress_in(basis, moved) * np.asarray(basis.dx)[:, :, None]
+        whole = stress[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]]  # (3, 3, E, Q, k)
+        forces = np.einsum("eqai,ijeqk->eajk", _gradients(basis), whole, optimize=True)
+        found = np.zeros((basis.N, 3, moved.shape[-1]))
+        np.add.at(found, _nodes(basis).ravel(), forces.reshape(-1, *found.shape[1:]))
+        return found.reshape(moved.shape)
 
     def stress_in(self, basis: Basis, moved: Array) -> Array:
         """Stresses (6, E, Q, k) at the points of a *basis* of the solid's mesh, as the displacements have them."""
@@ -162,9 +212,10 @@ def _lame(material: Material) -> tuple[float, float]:
     return e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * e / (1.0 + nu)
 
 
-def _gradients(basis: Basis) -> Array:
-    """Gradients of the 20 functions of each element at its points: (E, Q, 20, 3)."""
-    return np.ascontiguousarray(np.stack([part[0].grad for part in basis.basis]).transpose(2, 3, 0, 1))
+def _gradients(basis: Basis, cells: Index | None = None) -> Array:
+    """Gradients of the 20 functions of each element, or of some *cells*, at its points: (E, Q, 20, 3)."""
+    parts = (part[0].grad if cells is None else part[0].grad[:, cells] for part in basis.basis)
+    return np.ascontiguousarray(np.stack(list(parts)).transpose(2, 3, 0, 1))
 
 
 def _nodes(basis: Basis) -> Index:
