@@ -114,11 +114,13 @@ def base_solid(bracket: Bracket, times: int) -> Solid:
     inner, t, rise = 0.5 * uprights.gap, uprights.thickness, bracket.rise
     edge = 0.5 * plate.thickness
     bore = Bore(2, (0.0, 0.0), 0.5 * bearing.bore, inner)
-    root = -bracket.standoff
-    x = [root - plate.thickness, root - edge, root, root + 0.5 * t, root + t, root + 2.0 * t, -inner - 0.5 * t]
-    y = [0.5 * plate.width, inner, inner + 0.5 * t, inner + t, inner + t + edge, inner - edge, *_pad(plate.bolts[0], plate.clamped, edge)]
-    tall = 0.5 * uprights.height
-    z = [0.5 * plate.height, tall, tall + edge, tall - 0.5 * t, tall - t, tall - bearing.width, *_pad(plate.bolts[1], plate.clamped, edge)]
+    tall, root = 0.5 * uprights.height, -bracket.standoff
+    x = [root - plate.thickness, root - edge, root, -inner - 0.5 * t]
+    x += [root + share * t for share in (0.25, 0.5, 0.75, 1.0, 2.0)]  # finer where stress is highest
+    y = [0.5 * plate.width, inner, inner + 0.5 * t, inner + t, *_pad(plate.bolts[0], plate.clamped, edge)]
+    y += [inner - 2.0 * edge, inner - edge, inner + t + edge, inner + t + 2.0 * edge]
+    z = [0.5 * plate.height, tall - bearing.width, *_pad(plate.bolts[1], plate.clamped, edge)]
+    z += [tall - t, tall - 0.5 * t, tall - 0.25 * t, tall, tall + edge, tall + 2.0 * edge]
     size = max(2.0 * plate.thickness, max(plate.height, plate.width, bracket.standoff + inner) / _COARSEST)
     grid = Grid(
         ticks([*x, *bore.marks(0)], size, times),
@@ -252,14 +254,13 @@ def cheek(bracket: Bracket, lever: float, times: int) -> Part:
 
 def _push(elastic: Elastic, facets: Index, axis: int) -> Array:
     """The load (3 N,) by which a bore of these facets is pushed by 1 N along an axis: pressure as the cosine."""
-    load = elastic.traction(facets, lambda _, n: n * n[axis])
+    load = elastic.traction(facets, lambda _, n: n * n[..., axis : axis + 1])
     return np.asarray(load / load.reshape(-1, 3)[:, axis].sum())
 
 
 def _spread(elastic: Elastic, facets: Index, axis: int) -> Array:
     """The load (3 N,) of 1 N along an axis, spread evenly over facets."""
-    direction = np.eye(3)[axis][:, None, None]
-    load = elastic.traction(facets, lambda places, _: np.broadcast_to(direction, places.shape))
+    load = elastic.traction(facets, lambda places, _: np.broadcast_to(np.eye(3)[axis], places.shape))
     return np.asarray(load / load.sum())
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
-from skfem import Basis, FacetBasis
+from skfem import Basis
 from skfem.element import ElementHex2, ElementHexS2
 
 from cablewright.analyses.bracket_mesh import Index, Solid
@@ -125,12 +125,25 @@ class Elastic:
         return sp.csr_matrix((signs.ravel()[rows], (rows, columns[rows])), shape=(dead.size, len(used)))
 
     def traction(self, facets: Index, law: Traction) -> Array:
-        """The load (3 N,) of a traction on *facets*: *law* of places and outer normals, (3, F, Q) both, gives it in Pa."""
-        basis = FacetBasis(self.solid.mesh, ElementHexS2(), facets=facets, intorder=4)
-        pull = law(np.asarray(basis.global_coordinates()), np.asarray(basis.normals)) * np.asarray(basis.dx)
-        load = np.zeros((basis.N, 3))
-        for a, part in enumerate(basis.basis):
-            np.add.at(load, basis.element_dofs[a], (np.asarray(part[0]) * pull).sum(axis=-1).T)
+        """The load (3 N,) of a traction on *facets*: *law* of places and outer normals, (F, Q, 3) both, gives it in Pa."""
+        basis, load = self.solid.basis, np.zeros((self.solid.basis.N, 3))
+        owners = np.asarray(self.solid.mesh.f2t)[0, facets]
+        corners = np.asarray(self.solid.mesh.facets)[:, facets]
+        own = np.asarray(self.solid.mesh.t)[:, owners]
+        on = (own[:, None, :] == corners[None]).any(axis=1)  # (8, F) which corners of its element a facet has
+        ends = np.asarray(ElementHexS2.doflocs[:8])
+        for axis, end in product(range(3), (0.0, 1.0)):
+            group = np.flatnonzero((on == (ends[:, axis] == end)[:, None]).all(axis=0))
+            nodes = _nodes(basis)[owners[group]]
+            at = self.solid.places.T[nodes]  # (F, 20, 3)
+            values, slopes, weights = _on_face(axis, end)
+            places = np.einsum("aq,fai->fqi", values, at)
+            tangents = np.einsum("daq,fai->dfqi", slopes, at)
+            normals = np.cross(tangents[0], tangents[1])
+            areas = np.linalg.norm(normals, axis=-1)
+            outward = np.sign((normals * (places - at[:, :8].mean(axis=1)[:, None])).sum(axis=-1))
+            pull = law(places, normals * (outward / areas)[..., None]) * (areas * weights)[..., None]
+            np.add.at(load, nodes.ravel(), np.einsum("aq,fqi->fai", values, pull).reshape(-1, 3))
         return load.ravel()
 
     def weight(self, density_force: Array) -> Array:
@@ -221,6 +234,19 @@ def _gradients(basis: Basis, cells: Index | None = None) -> Array:
 def _nodes(basis: Basis) -> Index:
     """(E, 20) the nodes of each element, or (E, 27) its points."""
     return np.asarray(basis.element_dofs.T, dtype=np.int64)
+
+
+def _on_face(axis: int, end: float) -> tuple[Array, Array, Array]:
+    """Of one face of the reference cube: values (20, Q), slopes along it (2, 20, Q) and weights (Q,) at its points."""
+    points, weights = np.polynomial.legendre.leggauss(3)
+    u, v = (each.ravel() for each in np.meshgrid(0.5 + 0.5 * points, 0.5 + 0.5 * points, indexing="ij"))
+    along = [k for k in range(3) if k != axis]
+    at = np.full((3, len(u)), end)
+    at[along[0]], at[along[1]] = u, v
+    functions = [ElementHexS2().lbasis(at, a) for a in range(20)]
+    values = np.stack([value for value, _ in functions])
+    slopes = np.stack([np.broadcast_to(slope, at.shape)[along] for _, slope in functions], axis=1)
+    return values, slopes, 0.25 * np.outer(weights, weights).ravel()
 
 
 def _trilinear(points: Array) -> Array:
