@@ -35,7 +35,7 @@ PLATES = ("baseplate", "uprights", "lever")
 TIMES = 2
 """How often the elements of the coarsest mesh are divided along each side, unless told."""
 
-_MOST_TIMES = 3
+_TIMES = (1, 2, 3)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Peak:
     part: str
     stress: float
     coarse: float
-    error: float  # relative, estimated
+    error: float  # relative, estimated; NaN where there is no coarser mesh
     place: tuple[float, float, float]
 
 
@@ -100,14 +100,14 @@ class Design:
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
         """Of the highest loaded line, by `PLATES`."""
-        i, fine, ratio = self.line, Mesh(self.bracket, self.times), self.times / (self.times - 1)
+        i, fine = self.line, Mesh(self.bracket, self.times)
         lever = joints(self.loads.held.model.robot)[i].lever
         found = []
         for k, name in enumerate(PLATES):
             part = fine.cheek(lever) if name == "lever" else fine.base
             place = part.peak_place(0 if name == "lever" else k, self.on_cheek if name == "lever" else self.on_base)
             stress, coarse = float(self.plates[k, i]), float(self.coarse[k, i])
-            error = abs(stress - coarse) / ((ratio - 1.0) * stress) if stress > 0.0 else 0.0
+            error = (self.times - 1) * abs(stress - coarse) / stress if stress > 0.0 else np.nan
             x, y, z = (float(each) for each in place)
             found.append(Peak(name, stress, coarse, error, (x, y, z)))
         return tuple(found)
@@ -156,7 +156,7 @@ class Design:
 
     @cached_property
     def fields(self) -> tuple[tuple[Part, Array, Array], ...]:
-        """Base and cheek of the highest loaded line, each with displacements (N, 3), m, and stresses (6, N), Pa.
+        """Base and cheek of the highest loaded line, each with displacements (N, 3), m, and stresses (6, P), Pa.
 
         Each in its part's frame, with the displacements of the part alone.
         """
@@ -176,19 +176,26 @@ class Design:
     def max_displacement(self) -> float:
         """The largest displacement of any place of the base or the lever, m; the lever is carried along by the base."""
         (_, base_moved, _), (lever, own, _) = self.fields
-        along = self._carried(lever.elastic.solid.places.T) + own @ self._turn.T
+        along = self._carried(lever.elastic.solid.places.T[: len(own)]) + own @ self.turn.T
         return float(max(np.linalg.norm(base_moved, axis=1).max(), np.linalg.norm(along, axis=1).max()))
 
     @property
-    def _turn(self) -> Array:
+    def level(self) -> Array:
+        """(3, 3) from the world's axes to those of the highest loaded bracket."""
+        facing = facings(self.loads.held.model.robot)[self.line]
+        c, s = np.cos(facing), np.sin(facing)
+        return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    @property
+    def turn(self) -> Array:
         """(3, 3) from the lever's frame into the bracket's."""
         swing = self.loads.azimuth[0, self.line] - facings(self.loads.held.model.robot)[self.line]
         return _lever_frame(float(swing), float(self.loads.lever_angle[0, self.line]))
 
     def _carried(self, places: Array) -> Array:
         """How places (P, 3) of the rigid lever move with the base, bracket's frame."""
-        moved = _head_motion(Mesh(self.bracket, self.times), self.on_base, self._turn, self.loads.design)
-        return np.asarray(moved[:3] + np.cross(moved[3:], places @ self._turn.T))
+        moved = _head_motion(Mesh(self.bracket, self.times), self.on_base, self.turn, self.loads.design)
+        return np.asarray(moved[:3] + np.cross(moved[3:], places @ self.turn.T))
 
     @property
     def energy_error(self) -> float:
@@ -256,18 +263,18 @@ def bracket_at(
 ) -> Comparison:  # fmt: skip
     """Stress in both designs of the highest loaded bracket at a *pose* (n,).
 
-    *bracket* takes the place of the robot's own. *times*: how often elements are divided, 2 or 3; the mesh of one less
-    tells the error. Raises `AnswerError` for a pose that cannot be held, `InputError` where something is missing.
+    *bracket* takes the place of the robot's own. *times*: how often elements are divided, 1 to 3; the mesh of one less
+    tells the error, which is not told of 1. Raises `AnswerError` for a pose that cannot be held, `InputError` where something is missing.
     """
-    if not 2 <= times <= _MOST_TIMES:
-        raise InputError(f"times = {times}: from 2 to {_MOST_TIMES} is allowed")
+    if times not in _TIMES:
+        raise InputError(f"times = {times}: one of {', '.join(map(str, _TIMES))} is allowed")
     own = bracket_of(model.robot) if bracket is None else bracket
     both = loads_at(model, [pose], retraction=retraction)
     for loads in both:
         loads.held[0].checked()
-    fine, coarse = Mesh(own, times), Mesh(own, times - 1)
+    fine = Mesh(own, times)
     jointed, blocked = (
-        Design(own, times, loads, fine.peaks(loads)[:, 0], coarse.peaks(loads)[:, 0], _sheave_motions(fine, loads))
+        Design(own, times, loads, fine.peaks(loads)[:, 0], _coarser(fine, loads), _sheave_motions(fine, loads))
         for loads in both
     )
     return Comparison(model, own, np.asarray(jointed.loads.held.pose[0]), jointed, blocked)
@@ -281,6 +288,13 @@ def plate_peaks(bracket: Bracket, loads: Loads, times: int = TIMES) -> Array:
 def foot(bracket: Bracket) -> tuple[float, float, float]:
     """The middle of the baseplate's back in the bracket's frame, m."""
     return (-bracket.standoff - bracket.baseplate.thickness, 0.0, bracket.rise)
+
+
+def _coarser(mesh: Mesh, loads: Loads) -> Array:
+    """(3, m) the stresses of the next coarser mesh, NaN where there is none."""
+    if mesh.times == 1:
+        return np.full((len(PLATES), loads.held.model.m), np.nan)
+    return Mesh(mesh.bracket, mesh.times - 1).peaks(loads)[:, 0]
 
 
 def _sheave_motions(mesh: Mesh, loads: Loads) -> Array:

@@ -99,9 +99,8 @@ class Loads:
         in_middle = self.weight * np.where(arms > 0.5 * levers, 2.0 - 2.0 * arms / levers, 2.0 * arms / levers)
         at_axle = self.weight * np.where(arms > 0.5 * levers, 2.0 * arms / levers - 1.0, 0.0)
         along, across = np.cos(self.lever_angle), np.sin(self.lever_angle)
-        level = np.hypot(self.sheave_force[..., 0], self.sheave_force[..., 1])
-        level = np.copysign(level, self.sheave_force[..., 0] * np.cos(self.azimuth) + self.sheave_force[..., 1] * np.sin(self.azimuth))
-        up = self.sheave_force[..., 2] - at_axle
+        level, up = np.moveaxis(self.in_plane(self.sheave_force), -1, 0)
+        up = up - at_axle
         axle = np.stack([level * along + up * across, up * along - level * across], axis=-1)
         own = np.stack([-in_middle * across, -in_middle * along], axis=-1)
         return 0.5 * np.concatenate([axle, own], axis=-1)

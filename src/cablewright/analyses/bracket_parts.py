@@ -228,9 +228,9 @@ def cheek(bracket: Bracket, lever: float, times: int) -> Part:
         raise InputError(f"bracket.lever: its pin and axle leave no room between them on a lever of {lever:g} m")
     size = max(2.0 * t, (lever + sizes.width) / _COARSEST)
     grid = Grid(
-        ticks([-half, lever + half, *bores[0].marks(0), *bores[1].marks(0)], size, times),
+        ticks([-half, lever + half, *bores[0].marks(0), *bores[1].marks(0)], size, 2 * times),
         ticks([-0.5 * t, 0.5 * t], size, times),
-        ticks([-half, half, *bores[0].marks(1), *bores[1].marks(1)], size, times),
+        ticks([-half, half, *bores[0].marks(1), *bores[1].marks(1)], size, 2 * times),
     )
     solid = build(grid, lambda p: np.ones(p.shape[1], dtype=bool), bores)
 

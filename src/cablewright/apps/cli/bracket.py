@@ -20,11 +20,11 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
 from cablewright.errors import AnswerError, EnvironmentFault, InputError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.bracket import Comparison, Design
+    from cablewright.analyses.bracket import Comparison, Design, Peak
     from cablewright.models.statics import Model
     from cablewright.robot import Bracket
     from cablewright.studies.bracket import Highest, Varied
@@ -51,7 +51,7 @@ def bracket(
         Path | None, typer.Option("--bracket", metavar="FILE.toml", help="Another bracket than the robot file's.")
     ] = None,
     times: Annotated[
-        int, typer.Option("--times", metavar="N", help="How often elements are divided: 2 or 3.")
+        int, typer.Option("--times", metavar="N", help="How finely: 1, which tells no error, 2 or 3.")
     ] = 2,
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Stresses with each assumed size a quarter smaller and larger.")
@@ -143,9 +143,9 @@ def _write(found: Comparison, plot: Path | None, vtu: Path | None) -> None:
 
         write_picture(plot, bracket_picture, found)
     if vtu is not None:
-        from cablewright.apps.report.bracket_vtu import write_vtu
+        from cablewright.apps.report.bracket_vtu import vtu as written
 
-        write_vtu(found, vtu)
+        write_whole(vtu, written(found))
 
 
 def _without_answer(model: Model, pose: list[float] | None) -> dict[str, Any]:
@@ -256,8 +256,7 @@ def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...
         ),
     ]
     for k, name in enumerate(("baseplate", "uprights", "lever")):
-        shown = [f"{design.peaks[k].stress / 1e6:.1f} ({100 * design.peaks[k].error:.1f} %)" for design in designs]
-        rows.append((f"{name}, MPa (error)", shown))
+        rows.append((f"{name}, MPa (error)", [_stress(design.peaks[k]) for design in designs]))
     rows += [
         ("axle, MPa", [f"{design.axle_stress / 1e6:.1f}" for design in designs]),
         ("safety", [f"{design.safety:.2f}" for design in designs]),
@@ -273,6 +272,12 @@ def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...
     for each in varied:
         stresses = f"{each.universal_joint / 1e6:>10.1f} {each.conventional / 1e6:>10.1f} MPa"
         typer.echo(f"{each.name:<22} x {each.factor:<5.2f}{stresses}  ratio {each.ratio:.2f}")
+
+
+def _stress(peak: Peak) -> str:
+    """A stress with its error, as far as that is known."""
+    error = f" ({100 * peak.error:.1f} %)" if peak.error == peak.error else ""
+    return f"{peak.stress / 1e6:.1f}{error}"
 
 
 def _zero(value: float) -> float:
