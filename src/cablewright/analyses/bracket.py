@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -169,7 +170,7 @@ class Design:
 
     @property
     def raw_peak(self) -> float:
-        """The largest von Mises stress at any node, singular edges and contacts included, Pa: it grows with the mesh."""
+        """The largest von Mises stress at any node, singular edges and contacts too, Pa: it grows with the mesh."""
         return max(float(von_mises(stress).max()) for _, _, stress in self.fields)
 
     @property
@@ -221,7 +222,7 @@ class Design:
     def platform_motion(self) -> Array:
         """(n,) how far the platform moves because the brackets give way, lengths held, m and rad: to first order."""
         linear = linearise(self.loads.held[0])
-        return np.einsum("nmi,mi->n", linear.per_exit_point, self.sheave_motions)
+        return np.asarray(np.einsum("nmi,mi->n", linear.per_exit_point, self.sheave_motions))
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,12 +265,13 @@ def bracket_at(
     """Stress in both designs of the highest loaded bracket at a *pose* (n,).
 
     *bracket* takes the place of the robot's own. *times*: how often elements are divided, 1 to 3; the mesh of one less
-    tells the error, which is not told of 1. Raises `AnswerError` for a pose that cannot be held, `InputError` where something is missing.
+    tells the error, which is not told of 1. Raises `AnswerError` for a pose that cannot be held, `InputError` where
+    something is missing.
     """
     if times not in _TIMES:
         raise InputError(f"times = {times}: one of {', '.join(map(str, _TIMES))} is allowed")
     own = bracket_of(model.robot) if bracket is None else bracket
-    both = loads_at(model, [pose], retraction=retraction)
+    both = loads_at(model, np.asarray(pose, dtype=np.float64)[None], retraction=retraction)
     for loads in both:
         loads.held[0].checked()
     fine = Mesh(own, times)
@@ -347,7 +349,7 @@ def _axle_compliance(bracket: Bracket) -> float:
     points, weights = np.polynomial.legendre.leggauss(4)  # exact for the square of a quadratic
     total = 0.0
     ends = (0.0, 0.5 * (span - width), 0.5 * span)
-    for a, b in zip(ends[:-1], ends[1:], strict=True):
+    for a, b in pairwise(ends):
         x = 0.5 * (a + b) + 0.5 * (b - a) * points
         inside = np.maximum(x - ends[1], 0.0)
         moment, shear = 0.5 * x - 0.5 * inside**2 / width, 0.5 - inside / width

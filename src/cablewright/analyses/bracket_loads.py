@@ -1,7 +1,8 @@
 """What the lines put on their brackets, from the statics: as built, and with the joint's second rotation blocked.
 
 With the universal joint the lever finds its angle and the head carries no moment about either axis. In the conventional
-design splines hold the lever level: it turns about the vertical axis alone, and the head carries a moment about the pin.
+design splines hold the lever level: it turns about the vertical axis alone, and the head carries a moment about the
+pin.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class Loads:
 
     @property
     def pin_moment(self) -> Array:
-        """(N, m) what is left about the pin, which the universal joint does not carry, N m: positive lifts the sheave."""
+        """(N, m) about the pin, where the universal joint carries nothing, N m: positive lifts the sheave."""
         pin = np.stack([np.sin(self.azimuth), -np.cos(self.azimuth), np.zeros_like(self.azimuth)], axis=-1)
         return np.asarray((self.moment * pin).sum(axis=-1))
 
@@ -83,7 +84,7 @@ class Loads:
         return self.moment[..., 2]
 
     def on_base(self, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Wrench (N, m, 6) of the head on the base, in the bracket's frame, about a place (3,) of that frame, N and N m."""
+        """Wrench (N, m, 6) of the head on the base, N and N m, about a place (3,), all in the bracket's frame."""
         turned = np.stack([_level(each, facings(self.held.model.robot)) for each in (self.force, self.moment)])
         arm = np.broadcast_to(-np.asarray(about, dtype=np.float64), turned[0].shape)
         return np.concatenate([turned[0], turned[1] + np.cross(arm, turned[0])], axis=-1)
@@ -143,7 +144,7 @@ def facings(robot: Robot) -> Array:
 
 
 def _blocked(model: Model, built: Equilibrium, poses: ArrayLike, retraction: ArrayLike | None) -> Equilibrium:
-    """The equilibrium with level levers: swivels whose axes are so far out that the sheaves' centres are at the levers'.
+    """The equilibrium with level levers: swivels whose axes are so far out that the sheaves are at the levers' ends.
 
     A swivel's centre is one radius from its axis, towards the platform. The dead span hangs plumb from its sheave.
     """

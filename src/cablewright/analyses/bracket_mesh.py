@@ -1,4 +1,4 @@
-"""Hexahedra for plates, blocks and bores: a grid of boxes whose cells are kept or left out, its square holes made round.
+"""Hexahedra for plates, blocks and bores: a grid of boxes, of which some are left out, its square holes made round.
 
 The mesh is built on a *logical* grid, where everything is a box and a bore is a square hole. What is where is asked of
 the logical grid; the second-order mesh is then moved to its place, the middles of its edges onto the bores too.
@@ -6,6 +6,7 @@ the logical grid; the second-order mesh is then moved to its place, the middles 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -37,7 +38,7 @@ class Bore:
     @property
     def half(self) -> float:
         """Half side of the logical hole, whose corners stay where they are."""
-        return self.radius / np.sqrt(2.0)
+        return self.radius / math.sqrt(2.0)
 
     @property
     def across(self) -> list[int]:
@@ -79,8 +80,8 @@ class Solid:
     """A mesh of hexahedra with 20 nodes, and where its parts are in the logical grid.
 
     `basis` has the N corners and middles of edges, which displacements are of. `points` has these first, and then the
-    middles of faces and elements, P in all: at those stress is told too. `grid` is the logical one; `nodes` (3, P), `facets` (3, F) and `cells` (3,
-    E) are places in the logical grid, m.
+    middles of faces and elements, P in all: at those stress is told too. `grid` is the logical one; `nodes` (3, P),
+    `facets` (3, F) and `cells` (3, E) are places in it, m.
     """
 
     grid: Grid

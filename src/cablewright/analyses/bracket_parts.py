@@ -1,9 +1,9 @@
 """The parts of a bracket as solids: how they are meshed, held and loaded, and where their stress is judged.
 
-A part takes a few unit load cases and answers any load by their sum. Stress is judged plate by plate: at each place of a
-plate the stress through its thickness is reduced to its membrane and bending parts (linearised), because the peak beside
-a sharp inner edge, a clamped edge or a contact has no limit under refinement while these have. Within half a thickness
-of such edges nothing is judged.
+A part takes a few unit load cases and answers any load by their sum. Stress is judged plate by plate: at each place of
+a plate the stress through its thickness is reduced to its membrane and bending parts (linearised), because the peak
+beside a sharp inner edge, a clamped edge or a contact has no limit under refinement while these have. Within half a
+thickness of such edges nothing is judged.
 """
 
 from __future__ import annotations
@@ -239,9 +239,7 @@ def cheek(bracket: Bracket, lever: float, times: int) -> Part:
 
     held = np.flatnonzero(near(solid.nodes[:, : solid.basis.N], bores[0]) < bores[0].half + _SLACK)
     elastic = Elastic(solid, bracket.material, held, ((1, 0.0), (2, 0.0)))
-    wall = solid.boundary(
-        lambda p: (near(p, bores[1]) < bores[1].half + _SLACK) & (np.abs(p[1]) < 0.5 * t - _SLACK)
-    )
+    wall = solid.boundary(lambda p: (near(p, bores[1]) < bores[1].half + _SLACK) & (np.abs(p[1]) < 0.5 * t - _SLACK))
     volume = float(np.asarray(solid.basis.dx).sum())
     weights = [elastic.weight(np.array(axis) / volume) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))]
     cases = np.column_stack([_push(elastic, wall, 0), _push(elastic, wall, 2), *weights])

@@ -104,7 +104,7 @@ class Elastic:
         return cells, shares[cells]
 
     def _images(self, parities: tuple[float, ...]) -> sp.csr_matrix:
-        """(3 N, u) all displacements of the u free ones before the mirrors, if those behind are even (1) or odd (-1)."""
+        """(3 N, u) all displacements per free one before the mirrors, if those behind are even (1) or odd (-1)."""
         places = self.solid.nodes[:, : self.solid.basis.N]
         folded, signs = places.copy(), np.ones((places.shape[1], 3))
         dead = np.zeros((places.shape[1], 3), dtype=bool)
@@ -125,7 +125,7 @@ class Elastic:
         return sp.csr_matrix((signs.ravel()[rows], (rows, columns[rows])), shape=(dead.size, len(used)))
 
     def traction(self, facets: Index, law: Traction) -> Array:
-        """The load (3 N,) of a traction on *facets*: *law* of places and outer normals, (F, Q, 3) both, gives it in Pa."""
+        """The load (3 N,) of a traction on *facets*, which *law* of places and normals gives, all (F, Q, 3), Pa."""
         basis, load = self.solid.basis, np.zeros((self.solid.basis.N, 3))
         owners = np.asarray(self.solid.mesh.f2t)[0, facets]
         corners = np.asarray(self.solid.mesh.facets)[:, facets]
@@ -162,7 +162,7 @@ class Elastic:
         return np.concatenate([each.sum(axis=0), np.cross(at, each, axis=1).sum(axis=0)])
 
     def reactions(self, loads: Array, moved: Array) -> Array:
-        """The wrench (6, k) by which the fixed nodes hold the solid, from their equations, N and N m about the origin."""
+        """The wrench (6, k) by which the fixed nodes hold the solid, N and N m about the origin."""
         held = np.zeros_like(loads)
         rows = (3 * self.fixed[:, None] + np.arange(3)).ravel()
         held[rows] = (self.inner_forces(moved) - loads)[rows]
@@ -217,7 +217,8 @@ class Elastic:
         e, nu = self.material.young_modulus, self.material.poisson_ratio
         trace = stress[:3].sum(axis=0)
         squares = (stress[:3] ** 2).sum(axis=0) + 2.0 * (stress[3:] ** 2).sum(axis=0)
-        return np.einsum("eqk,eq->k", ((1.0 + nu) * squares - nu * trace**2) / e, np.asarray(self.solid.basis.dx))
+        strain = ((1.0 + nu) * squares - nu * trace**2) / e
+        return np.asarray(np.einsum("eqk,eq->k", strain, np.asarray(self.solid.basis.dx)))
 
 
 def _lame(material: Material) -> tuple[float, float]:

@@ -92,7 +92,7 @@ class Lever(Description):
 
 
 class Axle(Description):
-    """The sheave's axle, a round bar that the cheeks hold: ``sheave_width`` is how wide the sheave's hub bears on it."""
+    """The sheave's axle, a round bar in the cheeks: ``sheave_width`` is how wide the sheave's hub bears on it."""
 
     material: Material
     sheave_width: _Size

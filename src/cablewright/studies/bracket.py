@@ -1,4 +1,4 @@
-"""Where a robot stresses its brackets most, along a job or over its workspace; and what the assumed sizes have to say."""
+"""Where a robot stresses its brackets most, along a job or over its workspace; and what the assumed sizes matter."""
 
 from __future__ import annotations
 
@@ -104,7 +104,9 @@ def highest(
     return Highest(places, lengths, held, (first_at, second_at), (float(fine[0].max()), float(fine[1].max())))
 
 
-def highest_over_job(model: Model, job: Job, *, bracket: Bracket | None = None, progress: Progress | None = None) -> Highest:
+def highest_over_job(
+    model: Model, job: Job, *, bracket: Bracket | None = None, progress: Progress | None = None
+) -> Highest:
     """`highest` of the samples of a job's path. Raises `InputError` where the robot cannot follow it."""
     report = progress or silent
     samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
@@ -117,7 +119,8 @@ def highest_over_workspace(
 ) -> Highest:
     """`highest` of a grid of *step* (m) over all that the machine can reach, the platform unrotated.
 
-    Raises `InputError` for a bad step or a robot with fewer lines than freedoms, `AnswerError` where nothing is in reach.
+    Raises `InputError` for a bad step or a robot with fewer lines than freedoms, `AnswerError` where nothing is in
+    reach.
     """
     if model.m < model.n:
         raise InputError(f"robot {model.robot.name}: {model.m} lines cannot hold {model.n} freedoms over a grid")
@@ -135,11 +138,12 @@ def sensitivity(
 ) -> tuple[Varied, ...]:  # fmt: skip
     """Stresses at a *pose* (n,) with each of `SIZES` in turn smaller and larger by *change*; first as they are.
 
-    Loads do not depend on these sizes. All are of the coarsest mesh, which is good for ratios. A size that cannot be changed so far, because parts would overlap, is left out.
+    Loads do not depend on these sizes. All are of the coarsest mesh, which is good for ratios. A size that cannot be
+    changed so far, because parts would overlap, is left out.
     """
     own = bracket_of(model.robot) if bracket is None else bracket
     report, found = progress or silent, []
-    both = loads_at(model, [pose])
+    both = loads_at(model, np.asarray(pose, dtype=np.float64)[None])
     for loads in both:
         loads.held[0].checked()
     cases = [("as it is", 1.0, own)]

@@ -73,12 +73,11 @@ def bracket(
     from cablewright.robot import load_bracket
 
     check_plot(plot)
-    if vtu is not None and vtu.suffix.lower() != ".vtu":
-        raise InputError(f"--vtu = {str(vtu)!r}: a name that ends in .vtu is wanted")
+    _check_vtu(vtu)
     if sum(given is not None for given in (at, job, workspace)) != 1:
         raise InputError("bracket: one of --at X,Y,Z, --job JOB and --workspace STEP is wanted")
     if at is None and retraction is not None:
-        raise InputError("--retraction is for --at")
+        raise InputError("--retraction is for --at; a job's schedule sets it")
     own = None if file is None else load_bracket(file)
     model = Model(described(robot, load, wrench), Fidelity.of(cable), limits(tension_limits))
     _require_fem(vtu is not None)
@@ -87,13 +86,12 @@ def bracket(
 
     own = bracket_of(model.robot) if own is None else own
     joints(model.robot)
+    highest = None if at is not None else _highest(model, job, workspace, own)
     pose: Any = numbers(at, "--at", free=True)
-    highest = None
+    if highest is not None:
+        pose = highest.poses[highest.at[0]]
+        retraction = None if highest.retraction is None else float(highest.retraction[highest.at[0]])
     try:
-        if at is None:
-            highest = _highest(model, job, workspace, own)
-            pose = highest.poses[highest.at[0]]
-            retraction = None if highest.retraction is None else float(highest.retraction[highest.at[0]])
         found = bracket_at(model, pose, bracket=own, times=times, retraction=retraction)
     except AnswerError:
         if as_json:
@@ -106,10 +104,13 @@ def bracket(
         print_json(_values(found, highest, varied) | files)
     else:
         _print(found, highest, varied)
-    weak = found.universal_joint.safety < 1.0
-    if weak:
-        tell(f"cablewright: {_yields(found.universal_joint)}")
-    return NO if weak else 0
+    return _verdict(found.universal_joint)
+
+
+def _check_vtu(vtu: Path | None) -> None:
+    """Raise `InputError` unless --vtu names such a file, or nothing."""
+    if vtu is not None and vtu.suffix.lower() != ".vtu":
+        raise InputError(f"--vtu = {str(vtu)!r}: a name that ends in .vtu is wanted")
 
 
 def _require_fem(writing: bool) -> None:
@@ -165,7 +166,7 @@ def _without_answer(model: Model, pose: list[float] | None) -> dict[str, Any]:
 def _values(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...]) -> dict[str, Any]:
     """The figures of the JSON."""
     material = found.bracket.material
-    values = {
+    values: dict[str, Any] = {
         "status": "yields" if found.universal_joint.safety < 1.0 else "ok",
         "robot": found.model.robot.name,
         "pose": found.pose,
@@ -228,9 +229,13 @@ def _design(found: Design) -> dict[str, Any]:
     }
 
 
-def _yields(found: Design) -> str:
+def _verdict(found: Design) -> int:
+    """The exit code; a bracket that yields is a no, and told."""
+    if found.safety >= 1.0:
+        return 0
     name = found.loads.held.model.robot.lines[found.line].name
-    return f"the bracket of line {name} yields: safety {found.safety:.3g} against its yield strength"
+    tell(f"cablewright: the bracket of line {name} yields: safety {found.safety:.3g} against its yield strength")
+    return NO
 
 
 def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...]) -> None:
@@ -268,7 +273,8 @@ def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...
         typer.echo(f"{name:<27}" + "".join(f"{each:>18}" for each in shown))
     typer.echo(f"conventional over universal joint: {found.ratio:.2f}")
     if np.isfinite(found.cable_motion).all():
-        typer.echo(f"for its cables' elasticity alone the platform moves by {1e3 * np.linalg.norm(found.cable_motion[:3]):.3f} mm")
+        moved = 1e3 * float(np.linalg.norm(found.cable_motion[:3]))
+        typer.echo(f"for its cables' elasticity alone the platform moves by {moved:.3f} mm")
     for each in varied:
         stresses = f"{each.universal_joint / 1e6:>10.1f} {each.conventional / 1e6:>10.1f} MPa"
         typer.echo(f"{each.name:<22} x {each.factor:<5.2f}{stresses}  ratio {each.ratio:.2f}")

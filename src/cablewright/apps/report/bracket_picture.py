@@ -34,7 +34,7 @@ def bracket_picture(found: Comparison) -> Figure:
     designs = ((found.universal_joint, "universal joint"), (found.conventional, "second rotation blocked"))
     most = max(design.max_von_mises for design, _ in designs) / 1e6
     colours = ScalarMappable(Normalize(0.0, most), style.stress_colours())
-    shown = [_design(drawn, where, design, name, colours) for where, (design, name) in zip(grid, designs, strict=True)]
+    shown = [_design(drawn, grid[0, k], design, name, colours) for k, (design, name) in enumerate(designs)]
     bar = drawn.colorbar(colours, ax=shown, extend="max", shrink=0.8, aspect=30, pad=0.02)
     bar.set_label("von Mises stress in MPa; more only at sharp edges and contacts")
     bar.outline.set_visible(False)
@@ -53,12 +53,16 @@ def _design(drawn: Figure, where: SubplotSpec, design: Design, name: str, colour
     ends = np.concatenate([faces.reshape(-1, 3), outline.reshape(-1, 3)])
     axes, _ = space(drawn, where, _MILLI * ends.min(axis=0), _MILLI * ends.max(axis=0), "mm")
     axes.view_init(elev=_FROM[0], azim=_FROM[1])
-    painted = Poly3DCollection(_MILLI * faces, facecolors=colours.to_rgba(values / 1e6), linewidths=0.1, zsort="average")
+    painted = Poly3DCollection(
+        _MILLI * faces, facecolors=colours.to_rgba(values / 1e6), linewidths=0.1, zsort="average"
+    )
     painted.set_edgecolor(colours.to_rgba(values / 1e6))
     axes.add_collection3d(painted, autolim=False)
     add_lines(axes, _MILLI * outline, 4, 1.1, style.GREY)
     for start, pull in _pulls(design):
-        axes.quiver(*(_MILLI * start), *(_MILLI * pull), color=style.ORANGE, linewidth=1.6, arrow_length_ratio=0.2, zorder=6)
+        axes.quiver(
+            *(_MILLI * start), *(_MILLI * pull), color=style.ORANGE, linewidth=1.6, arrow_length_ratio=0.2, zorder=6
+        )
     worst = design.worst
     axes.set_title(f"{name}: {worst.stress / 1e6:.0f} MPa in the {worst.part}, safety {design.safety:.2f}")
     return axes

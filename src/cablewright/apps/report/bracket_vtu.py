@@ -37,7 +37,7 @@ CORNERS_THEN_EDGES: Final = _order()
 
 
 def vtu(found: Comparison) -> bytes:
-    """The file: point data `displacement` (m), `von_mises` and `stress` (Pa; xx, yy, zz, yz, xz, xy); cell data `design`.
+    """The file: point data `displacement` (m), `von_mises` and `stress` (Pa; xx, yy, zz, yz, xz, xy), cells' `design`.
 
     The universal joint's is design 0 and keeps the bracket's frame; the conventional one, design 1, stands beside it.
     Displacements are those of each part by itself, stresses those at the nodes, singular edges included.

@@ -1,0 +1,41 @@
+"""Oracle: the input deck of a solid for CalculiX (Debian's ccx), an independent finite element program, and its answer."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from cablewright.analyses.elasticity import Elastic
+from cablewright.apps.report.bracket_vtu import CORNERS_THEN_EDGES
+
+
+def deck(elastic: Elastic, load: np.ndarray) -> str:
+    """Linear static analysis of C3D20 elements under nodal forces (3 N,), displacements printed at all nodes."""
+    basis = elastic.solid.basis
+    lines = ["*NODE, NSET=ALL"]
+    lines += [f"{i + 1}, {x:.16g}, {y:.16g}, {z:.16g}" for i, (x, y, z) in enumerate(basis.doflocs.T)]
+    lines.append("*ELEMENT, TYPE=C3D20, ELSET=SOLID")
+    for number, nodes in enumerate(basis.element_dofs[CORNERS_THEN_EDGES].T + 1):
+        lines += [f"{number + 1}, " + ", ".join(map(str, nodes[:10])) + ",", ", ".join(map(str, nodes[10:]))]
+    material = elastic.material
+    lines += ["*MATERIAL, NAME=M", "*ELASTIC", f"{material.young_modulus:.16g}, {material.poisson_ratio:.16g}"]
+    lines += ["*SOLID SECTION, ELSET=SOLID, MATERIAL=M", "*BOUNDARY"]
+    lines += [f"{node + 1}, 1, 3" for node in elastic.fixed]
+    lines += ["*STEP", "*STATIC", "*CLOAD"]
+    lines += [f"{dof // 3 + 1}, {dof % 3 + 1}, {load[dof]:.16g}" for dof in np.flatnonzero(load)]
+    lines += ["*NODE PRINT, NSET=ALL", "U", "*END STEP", ""]
+    return "\n".join(lines)
+
+
+def displacements(elastic: Elastic, load: np.ndarray, folder: Path) -> np.ndarray:
+    """What ccx says the nodes do, (3 N,) m."""
+    (folder / "solid.inp").write_text(deck(elastic, load))
+    subprocess.run(["ccx", "solid"], cwd=folder, check=True, capture_output=True, timeout=300)
+    rows = [line.split() for line in (folder / "solid.dat").read_text().splitlines()]
+    told = [[float(each) for each in row] for row in rows if len(row) == 4 and row[0].isdecimal()]
+    found = np.zeros((elastic.solid.basis.N, 3))
+    for node, *moved in told:
+        found[int(node) - 1] = moved
+    return found.ravel()
