@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skfem import Basis, MeshHex, MeshHex2
 from skfem.element import ElementHex2, ElementHexS2
 
-__all__ = ["Bore", "Grid", "Solid", "build", "ticks"]
+__all__ = ["Bore", "Grid", "Solid", "build", "levels", "ticks"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -101,6 +101,14 @@ class Solid:
         """Boundary facets whose logical middles (3, F) are *chosen*."""
         own = self.mesh.boundary_facets()
         return np.asarray(own[chosen(self.facets[:, own])])
+
+
+def levels(values: Array) -> Index:
+    """Which of the rising levels each of *values* (n,) is on: what is within rounding of the next is on one."""
+    order = np.argsort(values, kind="stable")
+    found = np.empty(len(values), dtype=np.int64)
+    found[order] = np.cumsum(np.diff(values[order], prepend=values[order[:1]]) > _NEAR)
+    return found
 
 
 def ticks(marks: Sequence[float], size: float, times: int) -> Array:

@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.bracket_mesh import Bore, Grid, Index, Solid, build, ticks
+from cablewright.analyses.bracket_mesh import Bore, Grid, Index, Solid, build, levels, ticks
 from cablewright.analyses.elasticity import Elastic, von_mises
 from cablewright.errors import InputError
 from cablewright.robot.bracket import Bracket
@@ -287,10 +287,11 @@ def _both(marks: list[float], most: float) -> list[float]:
 def _plate(name: str, solid: Solid, judged: Callable[[Array, float], Mask], axis: int, thickness: float) -> Plate:
     """A plate where places (3, P) are *judged*, edges included by the slack; *axis* goes through its thickness."""
     chosen = np.flatnonzero(judged(solid.nodes, _SLACK))
-    keys = np.round(solid.nodes[:, chosen] / _SLACK).astype(np.int64)
+    keys = np.stack([levels(places) for places in solid.nodes[:, chosen]])
     across = [k for k in range(3) if k != axis]
     order = np.lexsort((keys[axis], keys[across[0]], keys[across[1]]))
-    levels = np.unique(keys[axis])
-    layers = int((levels <= levels[0] + round(thickness / _SLACK) + 1).sum())  # of two plates side by side, of one
+    lowest = float(solid.nodes[axis, chosen].min())
+    first = solid.nodes[axis, chosen] < lowest + thickness + _SLACK  # of two plates side by side, one
+    layers = int(keys[axis, first].max()) + 1
     columns = chosen[order].reshape(-1, layers)
     return Plate(name, columns, np.flatnonzero(judged(solid.cells, 0.0)), thickness)

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis
 from skfem.element import ElementHex2, ElementHexS2
 
-from cablewright.analyses.bracket_mesh import Index, Solid
+from cablewright.analyses.bracket_mesh import Index, Solid, levels
 from cablewright.analyses.dissection import dissected
 from cablewright.robot.bracket import Material
 
@@ -92,7 +92,7 @@ class Elastic:
         for axis, at in self.mirrors:
             places[axis] = np.abs(places[axis] - at)
         corner = nodes < self.solid.mesh.t.max() + 1
-        return dissected(np.round(places / _SAME).astype(np.int64), corner)
+        return dissected(np.stack([levels(own) for own in places]), corner)
 
     def _original(self) -> tuple[Index, Array]:
         """The elements that are not behind any mirror, and how much of each: half of one that a mirror halves."""
@@ -115,7 +115,7 @@ class Elastic:
             own = np.where(np.arange(3) == axis, -parity, parity)  # the component across a mirror turns round
             signs[behind] *= own
             dead |= on[:, None] & (own < 0.0)
-        keys = np.round(folded / _SAME).astype(np.int64)
+        keys = np.stack([levels(own) for own in folded])
         _, node = np.unique(keys, axis=1, return_inverse=True)
         used = np.unique((3 * node.reshape(-1, 1) + np.arange(3))[~dead])
         number = np.full(3 * (int(node.max()) + 1), -1)

@@ -32,7 +32,7 @@ class Material(Description):
 
     name: Annotated[str, Field(max_length=60)] = ""
     young_modulus: Positive[Pressure]
-    poisson_ratio: Annotated[float, Field(strict=True, ge=0.0, lt=0.49)]
+    poisson_ratio: Annotated[float, Field(strict=True, ge=0.0, le=0.45)]
     density: Positive[Density]
     yield_strength: Positive[Pressure]
 

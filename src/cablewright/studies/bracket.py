@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,12 +70,12 @@ class Varied:
 
 def highest(
     model: Model, poses: ArrayLike, *, bracket: Bracket | None = None, retraction: ArrayLike | None = None,
-    progress: Progress | None = None,
+    times: int = 2, progress: Progress | None = None,
 ) -> Highest:  # fmt: skip
     """Find the *poses* (N, n) at which the brackets of either design are stressed most, of those that both can hold.
 
-    All poses are looked at on a coarse mesh, the best of them on a finer one: a part's stress is the sum of a few unit
-    load cases. Raises `AnswerError` where no pose can be held.
+    All poses are looked at on the coarsest mesh, the best of them on that of *times*: a part's stress is the sum of a
+    few unit load cases. Raises `AnswerError` where no pose can be held.
     """
     own = bracket_of(model.robot) if bracket is None else bracket
     report, places = progress or silent, np.atleast_2d(np.asarray(poses, dtype=np.float64))
@@ -99,23 +99,23 @@ def highest(
         raise AnswerError(f"robot {model.robot.name}: none of {len(places)} poses can be held by both designs")
     best = [np.argsort(-own_peaks, kind="stable")[: min(_KEPT, held)] for own_peaks in peaks]
     rows = np.unique(np.concatenate(best))
-    fine = stresses(rows, 2)
+    fine = stresses(rows, times)
     first_at, second_at = (int(rows[k]) for k in fine.argmax(axis=1))
     return Highest(places, lengths, held, (first_at, second_at), (float(fine[0].max()), float(fine[1].max())))
 
 
 def highest_over_job(
-    model: Model, job: Job, *, bracket: Bracket | None = None, progress: Progress | None = None
+    model: Model, job: Job, *, bracket: Bracket | None = None, times: int = 2, progress: Progress | None = None
 ) -> Highest:
     """`highest` of the samples of a job's path. Raises `InputError` where the robot cannot follow it."""
     report = progress or silent
     samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
     poses, retraction = along(model.robot, job, samples)
-    return highest(model, poses, bracket=bracket, retraction=retraction, progress=progress)
+    return highest(model, poses, bracket=bracket, retraction=retraction, times=times, progress=progress)
 
 
 def highest_over_workspace(
-    model: Model, step: float, *, bracket: Bracket | None = None, progress: Progress | None = None
+    model: Model, step: float, *, bracket: Bracket | None = None, times: int = 2, progress: Progress | None = None
 ) -> Highest:
     """`highest` of a grid of *step* (m) over all that the machine can reach, the platform unrotated.
 
@@ -129,14 +129,14 @@ def highest_over_workspace(
     inside = reach.nodes[reach.inside.ravel()]
     if not len(inside):
         raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")
-    return highest(model, model.unrotated_at(inside), bracket=bracket, progress=progress)
+    return highest(model, model.unrotated_at(inside), bracket=bracket, times=times, progress=progress)
 
 
 def sensitivity(
     model: Model, pose: ArrayLike, *, bracket: Bracket | None = None, change: float = 0.25,
-    progress: Progress | None = None,
+    sizes: Sequence[tuple[str, str]] = SIZES, progress: Progress | None = None,
 ) -> tuple[Varied, ...]:  # fmt: skip
-    """Stresses at a *pose* (n,) with each of `SIZES` in turn smaller and larger by *change*; first as they are.
+    """Stresses at a *pose* (n,) with each of *sizes* in turn smaller and larger by *change*; first as they are.
 
     Loads do not depend on these sizes. All are of the coarsest mesh, which is good for ratios. A size that cannot be
     changed so far, because parts would overlap, is left out.
@@ -147,7 +147,7 @@ def sensitivity(
     for loads in both:
         loads.held[0].checked()
     cases = [("as it is", 1.0, own)]
-    for part, key in SIZES:
+    for part, key in sizes:
         for factor in (1.0 - change, 1.0 + change):
             varied = _resized(own, part, key, factor)
             if varied is not None:

@@ -86,7 +86,7 @@ def bracket(
 
     own = bracket_of(model.robot) if own is None else own
     joints(model.robot)
-    highest = None if at is not None else _highest(model, job, workspace, own)
+    highest = None if at is not None else _highest(model, job, workspace, own, times)
     pose: Any = numbers(at, "--at", free=True)
     if highest is not None:
         pose = highest.poses[highest.at[0]]
@@ -120,15 +120,15 @@ def _require_fem(writing: bool) -> None:
             raise EnvironmentFault("finite elements are an extra that is not installed: pip install cablewright[fem]")
 
 
-def _highest(model: Model, job: Path | None, workspace: float | None, own: Bracket) -> Highest:
+def _highest(model: Model, job: Path | None, workspace: float | None, own: Bracket, times: int) -> Highest:
     from cablewright.printing.job import load_job
     from cablewright.studies.bracket import highest_over_job, highest_over_workspace
 
     with progress() as show:
         if job is not None:
-            return highest_over_job(model, load_job(job), bracket=own, progress=show)
+            return highest_over_job(model, load_job(job), bracket=own, times=times, progress=show)
         assert workspace is not None
-        return highest_over_workspace(model, workspace, bracket=own, progress=show)
+        return highest_over_workspace(model, workspace, bracket=own, times=times, progress=show)
 
 
 def _varied(found: Comparison) -> tuple[Varied, ...]:
