@@ -65,7 +65,7 @@ def whole_cable(loads: Loads, i: int) -> tuple[np.ndarray, float]:
         (loads.leaving, loads.free, state[layout.FREE]),
         (loads.entering, loads.dead, state[layout.DEAD]),
     ):
-        start = loads.in_plane((touch - loads.joint))[0, i]
+        start = loads.in_plane(touch - loads.joint)[0, i]
         pulling = loads.in_plane(pull)[0, i]
         heavy, end = hanging(start, pulling, length, weight, compliance)
         at_end = pulling + np.array([0.0, weight * length])  # what holds the span at its other end
@@ -236,7 +236,9 @@ def test_over_the_workspace_the_middle_of_the_top_is_not_better_than_the_highest
 
 
 def test_sensitivity_changes_one_size_at_a_time() -> None:
-    table = {(each.name, each.factor): each for each in sensitivity(Model(HOUSE), POSE, sizes=(("uprights", "thickness"),))}
+    table = {
+        (each.name, each.factor): each for each in sensitivity(Model(HOUSE), POSE, sizes=(("uprights", "thickness"),))
+    }
     as_it_is, thin, thick = table.values()
     assert list(table) == [("as it is", 1.0), ("uprights thickness", 0.75), ("uprights thickness", 1.25)]
     assert thin.universal_joint > as_it_is.universal_joint > thick.universal_joint

@@ -42,7 +42,11 @@ BAD = [
     ("poisson_ratio = 0.33", "poisson_ratio = 0.5", "bracket.material.poisson_ratio = 0.5: must be"),
     ('standoff = "70 mm"', 'standof = "70 mm"', "bracket.standof = '70 mm': unknown key; did you mean 'standoff'?"),
     ('height = "60 mm"', 'height = "190 mm"', "bracket.uprights.height = '190 mm': must be less than the baseplate's"),
-    ('height = "60 mm"', 'height = "30 mm"', "bracket.bearing.width = '20 mm': must be under half the uprights' height"),
+    (
+        'height = "60 mm"',
+        'height = "30 mm"',
+        "bracket.bearing.width = '20 mm': must be under half the uprights' height",
+    ),
 ]
 
 

@@ -32,6 +32,7 @@ LEVER_CASES = ("along", "across", "weight along", "weight across")
 """What a cheek takes: force of the axle along the lever and across it, and its own weight along these, N."""
 
 _COARSEST = 12  # elements along the longest side, at least
+_AT_ONCE = 200_000  # stresses in memory at once
 _SLACK = 1e-9  # m
 
 
@@ -90,15 +91,25 @@ class Part:
         found = (self.elastic.recovered(self.moved, plate.cells) for plate in self.plates)
         return tuple(plate.linearised(stress) for plate, stress in zip(self.plates, found, strict=True))
 
-    def peaks(self, loads: Array) -> Array:
-        """Largest linearised von Mises stress, Pa, of each plate under *loads* (M, k): (plates, M)."""
+    def peaks(self, loads: Array, only: tuple[Index, ...] | None = None) -> Array:
+        """Largest linearised von Mises stress, Pa, of each plate under *loads* (M, k): (plates, M).
+
+        *only*: the places of each plate that are looked at, as `hot` has them.
+        """
         found = np.empty((len(self.plates), len(loads)))
-        for own, faces in zip(found, self.faces, strict=True):
+        for k, (own, faces) in enumerate(zip(found, self.faces, strict=True)):
             flat = faces.reshape(6, -1, faces.shape[-1])
-            for first in range(0, len(loads), 64):
-                some = slice(first, first + 64)
-                own[some] = von_mises(flat @ loads[some].T).max(axis=0)
+            looked = flat if only is None else flat[:, only[k]]
+            step = max(1, _AT_ONCE // looked.shape[1])
+            for first in range(0, len(loads), step):
+                some = slice(first, first + step)
+                own[some] = von_mises(looked @ loads[some].T).max(axis=0)
         return found
+
+    def hot(self, loads: Array) -> tuple[Index, ...]:
+        """The places of each plate where the stress is largest under any of *loads* (M, k)."""
+        flats = (faces.reshape(6, -1, faces.shape[-1]) for faces in self.faces)
+        return tuple(np.unique([int(von_mises(flat @ load).argmax()) for load in loads]) for flat in flats)
 
     def peak_place(self, plate: int, load: Array) -> Array:
         """Where the plate's largest linearised stress is under one load (k,): (3,) m, in the part's frame."""

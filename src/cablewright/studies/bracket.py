@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accessible import accessible
 from cablewright.analyses.bracket import bracket_of, plate_peaks
-from cablewright.analyses.bracket_loads import loads_at
+from cablewright.analyses.bracket_loads import Loads, loads_at
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
@@ -34,7 +34,8 @@ SIZES = (
 )
 """The assumed sizes that `sensitivity` varies, by part."""
 
-BLOCK = 2048  # poses between two reports of progress
+BLOCK = 8192  # poses between two reports of progress
+_LOOKED_AT = 48  # poses that tell where parts are stressed most
 _KEPT = 16  # poses of which the fine mesh decides
 _MOST_POSES = 2_000_000
 
@@ -74,8 +75,9 @@ def highest(
 ) -> Highest:  # fmt: skip
     """Find the *poses* (N, n) at which the brackets of either design are stressed most, of those that both can hold.
 
-    All poses are looked at on the coarsest mesh, the best of them on that of *times*: a part's stress is the sum of a
-    few unit load cases. Raises `AnswerError` where no pose can be held.
+    A part's stress is the sum of a few unit load cases. All poses are looked at on the coarsest mesh, at the places
+    that are worst at some of them; the most stressed of them at all places, on the mesh of *times*. Raises
+    `AnswerError` where no pose can be held.
     """
     own = bracket_of(model.robot) if bracket is None else bracket
     report, places = progress or silent, np.atleast_2d(np.asarray(poses, dtype=np.float64))
@@ -83,16 +85,20 @@ def highest(
     if len(places) > _MOST_POSES:
         raise InputError(f"{len(places)} poses; at most {_MOST_POSES} are allowed: take a larger step")
 
-    def stresses(rows: NDArray[np.int64], times: int) -> Array:
-        both = loads_at(model, places[rows], retraction=None if lengths is None else lengths[rows])
-        found = np.stack([plate_peaks(own, loads, times).max(axis=(0, 2)) for loads in both])
+    def loads(rows: NDArray[np.int64]) -> tuple[Loads, Loads]:
+        return loads_at(model, places[rows], retraction=None if lengths is None else lengths[rows])
+
+    def stresses(rows: NDArray[np.int64], times: int, near: tuple[Loads, Loads] | None = None) -> Array:
+        each = zip(loads(rows), near or (None, None), strict=True)
+        found = np.stack([plate_peaks(own, held, times, some).max(axis=(0, 2)) for held, some in each])
         return np.where(np.isfinite(found).all(axis=0), found, -np.inf)
 
+    some = loads(np.unique(np.linspace(0, len(places) - 1, _LOOKED_AT).astype(np.int64)))
     peaks = np.empty((2, len(places)))
     for first in range(0, len(places), BLOCK):
         report("loads of brackets", first, len(places))
         rows = np.arange(first, min(first + BLOCK, len(places)))
-        peaks[:, rows] = stresses(rows, 1)
+        peaks[:, rows] = stresses(rows, 1, some)
     report("loads of brackets", len(places), len(places))
     held = int(np.isfinite(peaks[0]).sum())
     if not held:
