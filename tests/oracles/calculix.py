@@ -1,4 +1,4 @@
-"""Oracle: the input deck of a solid for CalculiX (Debian's ccx), an independent finite element program, and its answer."""
+"""Oracle: a solid as an input deck for CalculiX (Debian's ccx), an independent program, and its answer."""
 
 from __future__ import annotations
 
