@@ -16,7 +16,7 @@ from cablewright.analyses.elasticity import Elastic, von_mises
 from cablewright.robot.bracket import Material
 from oracles import calculix
 
-STEEL = Material(young_modulus=2e11, poisson_ratio=0.3, density=7850.0, yield_strength=4e8)
+STEEL = Material(young_modulus=2e11, poisson_ratio=0.3, yield_strength=4e8)
 CORK = STEEL.model_copy(update={"poisson_ratio": 0.0})
 NOTHING = np.empty(0, dtype=np.int64)
 SEED = 3

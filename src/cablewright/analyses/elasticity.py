@@ -6,6 +6,7 @@ scikit-fem gives the basis, the quadrature and the numbering; element matrices a
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
 
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 Traction = Callable[[Array, Array], Array]
 
 _CHUNK = 512  # elements whose matrices are in memory at once
+_THREADS = 2  # each holds the factor of its part
 _SAME = 1e-9  # m: what is one place
 _NOTHING = 1e-14  # of the largest load: rounding of parts that are not there
 _VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
@@ -68,20 +70,23 @@ class Elastic:
         return sp.csc_matrix(sp.coo_matrix((values.ravel(), (rows.astype(np.int32), columns.astype(np.int32))), shape))
 
     def solve(self, loads: Array) -> Array:
-        """The displacements under *loads*."""
+        """The displacements under *loads*. Two threads: SciPy's elimination uses one, and lets others run."""
         part = self.stiffness(*self._original())
-        moved = np.zeros_like(loads)
-        for parities in product((1.0, -1.0), repeat=len(self.mirrors)):
-            images = self._images(parities)
-            pulled = images.T @ loads
-            pulled[np.abs(pulled) < _NOTHING * np.abs(loads).max()] = 0.0
-            some = np.flatnonzero(pulled.any(axis=0))  # the cases that have a part of these parities
-            if not some.size:
-                continue
+        parities = list(product((1.0, -1.0), repeat=len(self.mirrors)))
+        with ThreadPoolExecutor(max_workers=_THREADS) as threads:
+            found = threads.map(lambda each: self._solve_part(part, loads, each), parities)
+            return np.asarray(sum(found, np.zeros_like(loads)))
+
+    def _solve_part(self, part: sp.csc_matrix, loads: Array, parities: tuple[float, ...]) -> Array:
+        """What the parts of the *loads* with these parities do."""
+        images = self._images(parities)
+        moved, pulled = np.zeros_like(loads), images.T @ loads
+        some = np.flatnonzero(np.abs(pulled).max(axis=0, initial=0.0) > _NOTHING * np.abs(loads).max())
+        if some.size:
             images = images[:, self._order(images)]
             inner = (2.0 ** len(self.mirrors) * (images.T @ part @ images)).tocsc()
             factor = splu(inner, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-            moved[:, some] += images @ factor.solve(images.T @ loads[:, some])
+            moved[:, some] = images @ factor.solve(images.T @ loads[:, some])
         return moved
 
     def _order(self, images: sp.csr_matrix) -> Index:

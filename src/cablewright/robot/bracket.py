@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError, model_validator
 from cablewright.robot.description import Description, refusal
 from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
-from cablewright.units import Density, Length, Positive, Pressure
+from cablewright.units import Length, Positive, Pressure
 
 __all__ = ["Axle", "Baseplate", "Bearing", "Bracket", "Lever", "Material", "Uprights", "load_bracket"]
 
@@ -33,7 +33,6 @@ class Material(Description):
     name: Annotated[str, Field(max_length=60)] = ""
     young_modulus: Positive[Pressure]
     poisson_ratio: Annotated[float, Field(strict=True, ge=0.0, le=0.45)]
-    density: Positive[Density]
     yield_strength: Positive[Pressure]
 
 
