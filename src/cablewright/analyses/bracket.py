@@ -225,7 +225,13 @@ class Design:
 
     @cached_property
     def platform_motion(self) -> Array:
-        """(n,) how far the platform moves because the brackets give way, lengths held, m and rad: to first order."""
+        """(n,) how far the platform moves because the brackets give way, lengths held, m and rad: to first order.
+
+        NaN where the cables are rigid.
+        """
+        model = self.loads.held.model
+        if model.fidelity.cable is CableLaw.RIGID:
+            return np.full(model.n, np.nan)
         linear = linearise(self.loads.held[0])
         return np.asarray(np.einsum("nmi,mi->n", linear.per_exit_point, self.sheave_motions))
 
@@ -237,6 +243,7 @@ class Comparison:
     model: Model
     bracket: Bracket
     pose: Array
+    retraction: float | None
     universal_joint: Design
     conventional: Design
 
@@ -247,13 +254,20 @@ class Comparison:
 
     @cached_property
     def cable_motion(self) -> Array:
-        """(n,) how far the platform hangs from the pose when lengths were computed with rigid cables, m and rad."""
+        """(n,) how far the platform hangs from the pose when lengths were computed with rigid cables, m and rad.
+
+        NaN where the cables are rigid, or gravity decides a part of the pose.
+        """
         model, held = self.model, self.universal_joint.loads.held
-        if model.fidelity.cable is CableLaw.RIGID:
-            return np.full(model.n, np.nan)
+        unknown = np.full(model.n, np.nan)
+        if model.fidelity.cable is CableLaw.RIGID or model.m < model.n:
+            return unknown
         rigid = Model(model.robot, Fidelity(CableLaw.RIGID), model.tension_limits)
-        lengths = solve_inverse(rigid, self.pose).checked().lengths
-        return np.asarray(solve_forward(held.model, lengths, guess=self.pose).checked().pose - self.pose)
+        straight = solve_inverse(rigid, self.pose, retraction=self.retraction)
+        if not straight.ok:
+            return unknown
+        hangs = solve_forward(held.model, straight.lengths, guess=self.pose, retraction=self.retraction)
+        return np.asarray(hangs.pose - self.pose) if hangs.ok else unknown
 
 
 def bracket_of(robot: Robot) -> Bracket:
@@ -284,7 +298,7 @@ def bracket_at(
         Design(own, times, loads, fine.peaks(loads)[:, 0], _coarser(fine, loads), _sheave_motions(fine, loads))
         for loads in both
     )
-    return Comparison(model, own, np.asarray(jointed.loads.held.pose[0]), jointed, blocked)
+    return Comparison(model, own, np.asarray(jointed.loads.held.pose[0]), retraction, jointed, blocked)
 
 
 def plate_peaks(bracket: Bracket, loads: Loads, times: int = TIMES, near: Loads | None = None) -> Array:

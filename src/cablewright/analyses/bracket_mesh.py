@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 _NEAR = 1e-9  # m: what is one place
+_APART = 0.02  # of the largest element: planes that are nearer nearly coincide
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,15 @@ def levels(values: Array) -> Index:
     return found
 
 
-def ticks(marks: Sequence[float], size: float, times: int) -> Array:
+def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float] = ()) -> Array:
     """Rising planes at all *marks* (m), and between them so many that none is further than *size* apart, times *times*.
 
-    Meshes of different *times* have the same marks and are refinements of one, whose planes are evenly between marks.
+    *finer* are marks too, but for those that nearly coincide with one. Meshes of different *times* have the same marks
+    and are refinements of one, whose planes are evenly between marks.
     """
-    ends = np.unique(np.round(np.asarray(marks) / _NEAR) * _NEAR)
+    needed = np.asarray(marks)
+    more = [mark for mark in finer if np.abs(needed - mark).min() > _APART * size]
+    ends = np.unique(np.round(np.append(needed, more) / _NEAR) * _NEAR)
     counts = np.maximum(1, np.ceil(np.diff(ends) / size - 1e-6).astype(np.int64)) * times
     pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]
     return np.append(np.concatenate(pieces), ends[-1])

@@ -126,17 +126,18 @@ def base_solid(bracket: Bracket, times: int) -> Solid:
     edge = 0.5 * plate.thickness
     bore = Bore(2, (0.0, 0.0), 0.5 * bearing.bore, inner)
     tall, root = 0.5 * uprights.height, -bracket.standoff
-    x = [root - plate.thickness, root - edge, root, -inner - 0.5 * t]
-    x += [root + share * t for share in (0.25, 0.5, 0.75, 1.0, 2.0)]  # finer where stress is highest
-    y = [0.5 * plate.width, inner, inner + 0.5 * t, inner + t, *_pad(plate.bolts[0], plate.clamped, edge)]
-    y += [inner - 2.0 * edge, inner - edge, inner + t + edge, inner + t + 2.0 * edge]
-    z = [0.5 * plate.height, tall - bearing.width, *_pad(plate.bolts[1], plate.clamped, edge)]
-    z += [tall - t, tall - 0.5 * t, tall - 0.25 * t, tall, tall + edge, tall + 2.0 * edge]
+    x = [root - plate.thickness, root, root + 0.5 * t, -inner - 0.5 * t]
+    y = [0.5 * plate.width, inner - edge, inner, inner + t, inner + t + edge]
+    y += _pad(plate.bolts[0], plate.clamped, edge)
+    z = [0.5 * plate.height, tall - bearing.width, tall, tall + edge, *_pad(plate.bolts[1], plate.clamped, edge)]
+    finer_x = [root - edge, *(root + share * t for share in (0.25, 0.75, 1.0, 2.0))]  # where stress is highest
+    finer_y = _both([inner - 2.0 * edge, inner + 0.5 * t, inner + t + 2.0 * edge], 0.5 * plate.width)
+    finer_z = _both([tall - t, tall - 0.5 * t, tall - 0.25 * t, tall + 2.0 * edge], 0.5 * plate.height)
     size = max(2.0 * plate.thickness, max(plate.height, plate.width, bracket.standoff + inner) / _COARSEST)
     grid = Grid(
-        ticks([*x, *bore.marks(0)], size, times),
-        ticks([*_both(y, 0.5 * plate.width), *bore.marks(1)], size, times),
-        ticks([rise + each for each in _both(z, 0.5 * plate.height)], size, times),
+        ticks([*x, *bore.marks(0)], size, times, finer_x),
+        ticks([*_both(y, 0.5 * plate.width), *bore.marks(1)], size, times, finer_y),
+        ticks([rise + each for each in _both(z, 0.5 * plate.height)], size, times, [rise + each for each in finer_z]),
     )
 
     def kept(p: Array) -> Mask:

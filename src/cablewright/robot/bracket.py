@@ -121,8 +121,9 @@ class Bracket(Description):
         if 2.0 * self.bearing.width >= uprights.height:
             why = f"must be under half the uprights' height, {uprights.height:g} m"
             raise refusal("width", why, within=("bearing",))
-        if self.standoff < 0.5 * gap + uprights.thickness:
-            raise refusal("standoff", f"must leave room for the block: at least {0.5 * gap + uprights.thickness:g} m")
+        least = 0.5 * gap + 2.0 * uprights.thickness
+        if self.standoff < least:
+            raise refusal("standoff", f"must leave room for the block: at least {least:g} m")
         if gap + 2.0 * uprights.thickness >= baseplate.width:
             raise refusal("gap", "with both uprights must be less than the baseplate's width", within=("uprights",))
         if uprights.height >= baseplate.height:

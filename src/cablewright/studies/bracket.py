@@ -53,6 +53,12 @@ class Highest:
     at: tuple[int, int]
     stress: tuple[float, float]
 
+    @property
+    def worst(self) -> tuple[list[float], float | None]:
+        """The pose of the universal joint's highest stress, and the retraction length there."""
+        row = self.at[0]
+        return self.poses[row].tolist(), None if self.retraction is None else float(self.retraction[row])
+
 
 @dataclass(frozen=True)
 class Varied:
@@ -93,7 +99,9 @@ def highest(
         found = np.stack([plate_peaks(own, held, times, some).max(axis=(0, 2)) for held, some in each])
         return np.where(np.isfinite(found).all(axis=0), found, -np.inf)
 
-    some = loads(np.unique(np.linspace(0, len(places) - 1, _LOOKED_AT).astype(np.int64)))
+    some: tuple[Loads, Loads] | None = loads(np.unique(np.linspace(0, len(places) - 1, _LOOKED_AT).astype(np.int64)))
+    if not all(each.held.ok.any() for each in some or ()):
+        some = None
     peaks = np.empty((2, len(places)))
     for first in range(0, len(places), BLOCK):
         report("loads of brackets", first, len(places))

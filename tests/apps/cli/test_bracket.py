@@ -70,6 +70,21 @@ def test_a_pose_out_of_reach_is_a_no(cli) -> None:
     assert "a line would have to push" in cli("bracket", "house-printer", "--at", "0,0,20", "--times", "1").no
 
 
+def test_rigid_cables_have_stresses_but_move_no_platform(cli) -> None:
+    found = cli("bracket", "house-printer", *AT, "--cable", "rigid", "--json")
+    assert found.code == 0
+    assert found.json["universal_joint"]["max_von_mises"] > 5e7
+    assert found.json["universal_joint"]["platform_motion"] == [None] * 3
+    assert found.json["platform_motion_cables"] == [None] * 3
+
+
+def test_a_search_that_finds_no_pose_is_a_no(cli) -> None:
+    limits = ("--tension-limits", "5000,5100")
+    found = cli("bracket", "house-printer", "--workspace", "7.5", "--times", "1", *limits, "--json")
+    assert "no place of a grid of 7.5 m is within all limits" in found.no
+    assert found.json["universal_joint"] is None
+
+
 def test_a_bracket_that_yields_is_a_no(cli, tmp_path) -> None:
     file = tmp_path / "soft.toml"
     text = library_text("house-printer")

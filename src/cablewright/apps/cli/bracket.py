@@ -86,16 +86,15 @@ def bracket(
 
     own = bracket_of(model.robot) if own is None else own
     joints(model.robot)
-    highest = None if at is not None else _highest(model, job, workspace, own, times)
-    pose: Any = numbers(at, "--at", free=True)
-    if highest is not None:
-        pose = highest.poses[highest.at[0]]
-        retraction = None if highest.retraction is None else float(highest.retraction[highest.at[0]])
+    highest, pose = None, numbers(at, "--at", free=True)
     try:
+        if pose is None:
+            highest = _highest(model, job, workspace, own, times)
+            pose, retraction = highest.worst
         found = bracket_at(model, pose, bracket=own, times=times, retraction=retraction)
     except AnswerError:
         if as_json:
-            print_json(_without_answer(model, pose))
+            print_json(_without_answer(model, pose, retraction))
         raise
     varied = _varied(found) if sensitivity else ()
     _write(found, plot, vtu)
@@ -149,11 +148,12 @@ def _write(found: Comparison, plot: Path | None, vtu: Path | None) -> None:
         write_whole(vtu, written(found))
 
 
-def _without_answer(model: Model, pose: list[float] | None) -> dict[str, Any]:
-    """The JSON of a pose that cannot be held."""
-    from cablewright.solvers.inverse import solve_inverse
+def _without_answer(model: Model, pose: list[float] | None, retraction: float | None) -> dict[str, Any]:
+    """The JSON of a pose that one of the designs cannot hold, or of no pose that they could."""
+    from cablewright.analyses.bracket_loads import loads_at
 
-    status = "infeasible" if pose is None else solve_inverse(model, pose).status.word
+    both = () if pose is None else loads_at(model, [pose], retraction=retraction)
+    status = next((loads.held[0].status.word for loads in both if not loads.held[0].ok), "infeasible")
     return {
         "status": status,
         "robot": model.robot.name,
