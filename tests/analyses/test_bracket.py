@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Bracket, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.studies.bracket import highest, highest_over_workspace, sensitivity
+from oracles import calculix
 
 POSE = [-2.25, -6.75, 13.0]  # Paty 2021, section 3.2
 HOUSE = load("house-printer")
@@ -197,6 +200,16 @@ def test_platform_motion_is_that_of_a_robot_whose_exit_points_have_moved(found: 
     anew = solve_forward(Model(HOUSE.model_copy(update={"lines": lines})), held.lengths, guess=POSE)
     assert anew.pose - POSE == pytest.approx(design.platform_motion, rel=0.02, abs=1e-6)
     assert np.linalg.norm(found.cable_motion) > 10 * np.linalg.norm(design.platform_motion)
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+@pytest.mark.parametrize("part", ["base", "lever"])
+def test_calculix_finds_the_same_displacements_on_the_same_mesh(found: Comparison, part: str, tmp_path) -> None:
+    design = found.conventional
+    solid, load = (base(HOUSE.bracket, 1), design.on_base) if part == "base" else (
+        cheek(HOUSE.bracket, 0.104, 1), design.on_cheek)  # fmt: skip
+    theirs = calculix.displacements(solid.elastic, solid.cases @ load, tmp_path)
+    assert np.abs(solid.moved @ load - theirs).max() < 1e-5 * np.abs(theirs).max()
 
 
 @pytest.mark.slow

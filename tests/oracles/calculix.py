@@ -12,19 +12,22 @@ from cablewright.apps.report.bracket_vtu import CORNERS_THEN_EDGES
 
 
 def deck(elastic: Elastic, load: np.ndarray) -> str:
-    """Linear static analysis of C3D20 elements under nodal forces (3 N,), displacements printed at all nodes."""
+    """Linear static analysis of C3D20 elements under nodal forces (3 N,), displacements printed at all nodes.
+
+    ccx reads no more than 20 characters of a number.
+    """
     basis = elastic.solid.basis
     lines = ["*NODE, NSET=ALL"]
-    lines += [f"{i + 1}, {x:.16g}, {y:.16g}, {z:.16g}" for i, (x, y, z) in enumerate(basis.doflocs.T)]
+    lines += [f"{i + 1}, {x:.12e}, {y:.12e}, {z:.12e}" for i, (x, y, z) in enumerate(basis.doflocs.T)]
     lines.append("*ELEMENT, TYPE=C3D20, ELSET=SOLID")
     for number, nodes in enumerate(basis.element_dofs[CORNERS_THEN_EDGES].T + 1):
         lines += [f"{number + 1}, " + ", ".join(map(str, nodes[:10])) + ",", ", ".join(map(str, nodes[10:]))]
     material = elastic.material
-    lines += ["*MATERIAL, NAME=M", "*ELASTIC", f"{material.young_modulus:.16g}, {material.poisson_ratio:.16g}"]
+    lines += ["*MATERIAL, NAME=M", "*ELASTIC", f"{material.young_modulus:.12e}, {material.poisson_ratio:.12e}"]
     lines += ["*SOLID SECTION, ELSET=SOLID, MATERIAL=M", "*BOUNDARY"]
     lines += [f"{node + 1}, 1, 3" for node in elastic.fixed]
     lines += ["*STEP", "*STATIC", "*CLOAD"]
-    lines += [f"{dof // 3 + 1}, {dof % 3 + 1}, {load[dof]:.16g}" for dof in np.flatnonzero(load)]
+    lines += [f"{dof // 3 + 1}, {dof % 3 + 1}, {load[dof]:.12e}" for dof in np.flatnonzero(load)]
     lines += ["*NODE PRINT, NSET=ALL", "U", "*END STEP", ""]
     return "\n".join(lines)
 
