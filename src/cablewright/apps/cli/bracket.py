@@ -50,9 +50,7 @@ def bracket(
     file: Annotated[
         Path | None, typer.Option("--bracket", metavar="FILE.toml", help="Another bracket than the robot file's.")
     ] = None,
-    times: Annotated[
-        int, typer.Option("--times", metavar="N", help="How finely: 1, which tells no error, 2 or 3.")
-    ] = 2,
+    times: Annotated[int, typer.Option("--times", metavar="N", help="How finely: 1, which tells no error, or 2.")] = 2,
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Stresses with each assumed size a quarter smaller and larger.")
     ] = False,
