@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmarks import (
     accuracy,
     bodies,
+    bracket,
     certificates,
     commands,
     equilibria,
@@ -36,6 +37,7 @@ def main() -> None:
         accuracy,
         workspace,
         interference,
+        bracket,
         walls,
         machine,
         commands,
