@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmarks import (
     accuracy,
     bodies,
+    bracket,
     certificates,
     commands,
     equilibria,
@@ -29,7 +30,7 @@ def main() -> None:
     """Run everything; an aim that is missed is said, not hidden."""
     rows = []
     print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
-    subjects = (
+    for source in (
         statics,
         bodies,
         certificates,
@@ -37,11 +38,12 @@ def main() -> None:
         accuracy,
         workspace,
         interference,
-        machine,
+        bracket,
         walls,
+        machine,
         estimation,
-    )
-    for source in (*subjects, commands):
+        commands,
+    ):
         for row in source.rows():
             print(row.text(), flush=True)
             rows.append(row.fields())

@@ -177,7 +177,10 @@ class Command:
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What only a simulation knows. It is logged, but no frame has it."""
+    """What only a simulation knows. It is logged, but no frame has it.
+
+    Of the dynamic plant, tensions and the taut lengths behind `excess` are those of half a substep before `time`.
+    """
 
     time: float  # s
     position: Array  # (3,) m, world: of B

@@ -368,6 +368,55 @@ def test_where_it_was_decides() -> None:
     assert "the place jumps" in jumped.note
 
 
+def test_what_is_lost_is_found_again() -> None:
+    """While nothing is seen the platform goes far: the old place counts for some turns, then not."""
+    only = WallSettings(KNOWN, (NORTH_LIDAR,), patience=4)
+    rng, state = np.random.default_rng(3), start()
+    state, found = step(only, state, LidarTurn(*scan(ROOM, (1.0, 3.0, 0.1), rng)))
+    assert found.status == "ok"
+    there = (-1.2, -2.0, -0.4)
+    said = []
+    for _ in range(6):
+        state, found = step(only, state, LidarTurn(*scan(ROOM, there, rng, mount=NORTH_LIDAR.mount[:2])))
+        said.append(found.status)
+    assert said[0] != "ok"
+    assert said[-1] == "ok"
+    assert [*found.position, found.yaw] == pytest.approx(there, abs=2e-3)
+
+
+def test_a_jump_is_never_taken_for_the_old_place() -> None:
+    """Carried elsewhere between two turns, whatever is called sure is right: old lines do not outvote new points."""
+    only, sure = WallSettings(KNOWN, (Lidar(),)), 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        state, _ = step(only, start(), LidarTurn(*scan(ROOM, pose_of(seed), rng)))
+        there = pose_of(1000 + seed)
+        _, found = step(only, state, LidarTurn(*scan(ROOM, there, rng)))
+        if found.status == "ok":
+            sure += 1
+            assert [*found.position, found.yaw] == pytest.approx(there, abs=0.03)
+    assert sure < 60
+
+
+def test_what_others_do_not_know_does_no_harm() -> None:
+    """NaN as tilt, drift or motion: those rays or turns do not count, and the next turn is as good as ever."""
+    only = WallSettings(KNOWN, (Lidar(),))
+    rng, pose = np.random.default_rng(4), (0.3, 0.2, 0.1)
+    tilt, drift = np.zeros((720, 2)), np.zeros((720, 3))
+    tilt[100:110] = math.nan
+    drift[200:210, 1] = math.nan
+    state, found = step(only, start(), LidarTurn(*scan(ROOM, pose, rng), tilt=tilt, drift=drift))
+    assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
+    state, found = step(only, state, LidarTurn(*scan(ROOM, pose, rng), moved=(math.nan, 0.0, 0.0)))
+    assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
+    state, found = step(only, state, LidarTurn(*scan(ROOM, pose, rng), tilt=(math.nan, 0.0)))
+    assert math.isfinite(found.yaw)  # from the older turns
+    state, found = step(only, state, LidarTurn(*scan(ROOM, pose, rng)))
+    assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
+    _, found = step(only, start(), LidarTurn(*scan(ROOM, pose, rng), tilt=(math.nan, 0.0)))
+    assert found.status == "no-wall"
+
+
 def test_moving_with_what_others_know() -> None:
     """3 cm/s: three turns spread over 6 cm; with `moved` they fall on one place, without within the paper's 2 cm."""
     for known in (True, False):

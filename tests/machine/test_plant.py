@@ -27,6 +27,17 @@ def test_it_hangs_where_it_was_hung_until_it_is_told_to_move(plant: str) -> None
     assert twin.truth.time == pytest.approx(50 * twin.period)
 
 
+def test_the_twist_of_the_lines_changes_as_the_drum_goes_and_not_as_it_stands() -> None:
+    yaws = np.array([machine(seed=seed, plant="quasi-static").truth.rotation[2] for seed in range(60)])
+    assert yaws.std() == pytest.approx(np.radians(4.0), rel=0.25)
+    twin = machine(changed(climate={"swing": 0.0}))
+    begin = twin.truth.rotation[2]
+    run(twin, 100)
+    assert twin.truth.rotation[2] == pytest.approx(begin, abs=1e-6)
+    run(twin, 500, (0.5, 0.5, -0.5, -0.5))
+    assert abs(twin.truth.rotation[2] - begin) > 5e-3
+
+
 def test_both_plants_come_to_the_equilibrium_of_the_solver() -> None:
     speeds = (0.3, -0.2, 0.1, 0.0)
     ends = {}
@@ -135,6 +146,7 @@ def test_the_same_seed_gives_the_same_bytes(plant: str, tmp_path) -> None:
     ("change", "says"),
     [
         ({"substep": 3e-3}, "substep = 0.003 s"),
+        ({"substep": 1e-9}, "substep = 1e-09 s"),
         ({"inertial": {"rate": 33.0}}, "inertial.rate = 33 Hz"),
         ({"line_angles": {"rate": 400.0}}, "line_angles.rate = 400 Hz"),
         ({"encoders": {"rate": 70.0}}, "encoders.rate = 70 Hz"),

@@ -56,6 +56,8 @@ def test_what_no_drum_is_is_refused() -> None:
         wind(10.0, CORE, 0.002, DIAMETER, PITCH)
     with pytest.raises(InputError, match="radius_walk"):
         wind(10.0, CORE, WIDTH, DIAMETER, PITCH, radius_walk=0.02)
+    with pytest.raises(InputError, match="more than 200000 turns"):
+        wind(1e4, 1e-6, WIDTH, DIAMETER, PITCH)
     made = coil()
     for asked in (-0.1, made.wound[-1] + 1.0):
         with pytest.raises(InputError, match="this drum takes"):

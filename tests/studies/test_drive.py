@@ -27,13 +27,24 @@ def test_the_machine_goes_along_the_loop_at_its_speed() -> None:
 
 def test_a_drive_comes_to_the_end_of_its_round() -> None:
     twin = machine(plant="quasi-static", start=START)
-    found = drive(twin, LOOP, 935.0, seed=2)
+    found = drive(twin, LOOP, 933.0, seed=2)
     assert found.distance == pytest.approx(28.0, rel=0.02)
     assert np.linalg.norm(twin.truth.position[:2] - LOOP[0]) < 0.05
-    assert found.powder == pytest.approx(SETTINGS.drum.powder - 935.0 * SETTINGS.drum.flow, abs=1e-6)
+    assert found.powder == pytest.approx(SETTINGS.drum.powder - 933.0 * SETTINGS.drum.flow, abs=1e-6)
     assert found.notices.total() == 0
     assert found.slack_share.sum() > 0.1
     assert found.slack_share.max() < 1.0
+
+
+def test_the_drum_is_filled_up_after_each_round() -> None:
+    twin = machine(plant="quasi-static", start=START)
+    found = drive(twin, LOOP, 120.0, settings=DriveSettings(speed=0.5))
+    assert found.refills == 2
+    assert found.powder > SETTINGS.drum.powder - 30.0 * SETTINGS.drum.flow
+    laid = twin.rig.ground.mass + twin.rig.falling
+    assert laid == pytest.approx(120.0 * SETTINGS.drum.flow, rel=1e-9)
+    with pytest.raises(InputError, match="the drum takes 0 to 50 kg"):
+        twin.refill(60.0)
 
 
 def test_the_log_and_the_summary_tell_the_same(tmp_path) -> None:

@@ -50,13 +50,13 @@ class WallSettings:
     """What is known of room and lidars, and how scans are judged.
 
     ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``stray``: m, by how much yaw and place may
-    differ from the last answer. ``keep``: turns of each lidar that count. ``agree``: rad, by which the yaws of two
-    walls may differ besides their noise. ``rank``: ``variance``, the paper's, or ``evidence``, the share of points a
-    place explains. ``near``: m, from a wall, of a point that it explains; ``recess``: m, how deep windows and doors may
-    be behind it. ``gate``: m, by how much a line may be off its wall, besides its noise, to count in the final fit.
-    ``distinct``: m, from which a second candidate is another place, and ``doubt``: what share of the points that the
-    first explains it must explain for the first to be doubted: in a long room turned by half, both long walls and one
-    end fit again.
+    differ from the last answer, which counts for ``patience`` turns without one. ``keep``: turns of each lidar that
+    count. ``agree``: rad, by which the yaws of two walls may differ besides their noise. ``rank``: ``variance``, the
+    paper's, or ``evidence``, the share of points that a place explains. ``near``: m, from a wall, of a point that it
+    explains; ``recess``: m, how deep windows and doors may be behind it. ``gate``: m, by how much a line may be off its
+    wall, besides its noise, to count in the final fit. ``distinct``: m, from which a second candidate is another place,
+    and ``doubt``: what share of the points that the first explains it must explain for the first to be doubted: in a
+    long room turned by half, both long walls and one end fit again. ``least``: the share that it must explain itself.
     """
 
     room: Room
@@ -65,6 +65,7 @@ class WallSettings:
     yaw_range: tuple[float, float] = (-math.pi / 4, math.pi / 4)
     yaw_step: float = math.radians(15.0)
     stray: float = 0.5
+    patience: int = 10
     keep: int = 3
     agree: float = math.radians(1.0)
     rank: Literal["variance", "evidence"] = "evidence"
@@ -73,6 +74,7 @@ class WallSettings:
     gate: float = 0.015
     distinct: float = 0.02
     doubt: float = 0.6
+    least: float = 0.25
 
     def __post_init__(self) -> None:
         if not 0 < self.yaw_range[1] - self.yaw_range[0] <= math.tau + 1e-9:
@@ -125,7 +127,8 @@ class WallState:
 
     turns: tuple[_KeptTurn, ...] = ()
     yaw: float | None = None  # rad, the last that was found
-    position: tuple[float, float] | None = None
+    position: tuple[float, float] | None = None  # m, likewise; both as moved since
+    misses: int = 0  # turns since then
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,22 +162,42 @@ def step(
     """
     if not 0 <= scan.lidar < len(settings.lidars):
         raise InputError(f"scan: lidar {scan.lidar}; there are {len(settings.lidars)}, counted from 0")
-    turns = _kept(settings, _shifted(state, scan.moved), _seen(settings, scan))
+    known = all(math.isfinite(value) for value in scan.moved)
+    moved = scan.moved if known else (0.0, 0.0, 0.0)
+    turns = _kept(settings, _shifted(state, moved) if known else (), _seen(settings, scan))
     room, seen = settings.room, [one for turn in turns for one in turn.seen]
     yaws = settings.yaw_range
     if state.yaw is not None:
-        centre = state.yaw + scan.moved[2]
+        centre = state.yaw + moved[2]
         yaws = centre - settings.yaw_step, centre + settings.yaw_step
     constraints = constraints_of(seen, settings.lidars, room, yaws)
     found = candidates_of(constraints, room, settings.agree, settings.recess)
     found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
-    expected = None if state.position is None else np.add(state.position, scan.moved[:2])
+    expected = None if state.position is None or not known else np.add(state.position, moved[:2])
     found = _ranked(found, settings, expected)
     pose = _answer(settings, constraints, found, seen, _fresh(turns), expected)
-    lost = pose.status in ("no-wall", "ambiguous")
-    position = state.position if lost or np.isnan(pose.position).any() else (pose.position[0], pose.position[1])
-    yaw = state.yaw if lost or math.isnan(pose.yaw) else wrapped(pose.yaw)
-    return WallState(turns, yaw, position), pose
+    return _followed(settings, state, turns, pose, moved), pose
+
+
+def _followed(
+    settings: WallSettings,
+    state: WallState,
+    turns: tuple[_KeptTurn, ...],
+    pose: WallPose,
+    moved: tuple[float, float, float],
+) -> WallState:
+    """Return the state after an answer: what is sure is kept, and after too long without it nothing is."""
+    if pose.status == "ok":
+        return WallState(turns, wrapped(pose.yaw), (float(pose.position[0]), float(pose.position[1])))
+    misses = state.misses + 1
+    if misses > settings.patience:
+        return WallState(turns, misses=misses)
+    yaw = None if state.yaw is None else wrapped(state.yaw + moved[2])
+    if pose.status == "parallel" and not math.isnan(pose.yaw):
+        yaw = wrapped(pose.yaw)
+    place = state.position
+    position = None if place is None else (place[0] + moved[0], place[1] + moved[1])
+    return WallState(turns, yaw, position, misses)
 
 
 def _seen(settings: WallSettings, scan: LidarTurn) -> _KeptTurn:
@@ -284,6 +307,10 @@ def _answer(
     note = _SAID[status]
     if best.laser_misfit > _LASER_FITS:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
+        status = "ambiguous"
+    elif best.explained < settings.least:
+        wanted = f"{100 * settings.least:.0f} % is wanted"
+        note = f"the best place explains {100 * best.explained:.0f} % of the points, {wanted}"
         status = "ambiguous"
     elif far := _beyond(best, settings, expected):
         note = f"the place jumps: the nearest that fits is {far + settings.stray:.2f} m from where it should be"

@@ -81,6 +81,9 @@ def points_of(
         raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are wanted, not {shapes}")
     with np.errstate(invalid="ignore"):
         good = np.isfinite(a) & (r >= lidar.least) & (r <= lidar.most)
+        for each in (leaning, moved):
+            if each is not None and each.ndim == 2:
+                good &= np.isfinite(each).all(axis=1)
         for begin, end in lidar.masked:
             good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
     bearing = a[good] % math.tau
@@ -89,6 +92,8 @@ def points_of(
     if len(order):
         first = int(step.argmax()) + 1
         order, step = np.roll(order, -first), np.roll(step, -first)
+    if not np.isfinite(leaning.reshape(-1, 2)[-1:]).all():
+        order, step = order[:0], step[:0]  # which way the lidar leans at the end is not known
     chosen = np.flatnonzero(good)[order]
     ray, far = np.stack([np.cos(bearing[order]), np.sin(bearing[order])], axis=1), r[chosen]
     xy = far[:, None] * ray

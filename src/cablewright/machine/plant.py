@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from cablewright.solvers.track import TrackerSettings
 __all__ = ["DynamicPlant", "Plant", "QuasiStaticPlant"]
 
 Array = NDArray[np.float64]
+
+MOST_SUBSTEPS: Final = 1000
 
 
 class Plant(Protocol):
@@ -40,9 +42,10 @@ class DynamicPlant:
         self.rig = rig
         self.period = rig.settings.period
         count = self.period / rig.settings.substep
-        if not (round(count) >= 1 and abs(count - round(count)) < 1e-6):
+        if not (0.5 < count < MOST_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
             raise InputError(
-                f"substep = {rig.settings.substep:g} s: no whole number of them fills the period, {self.period:g} s"
+                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MOST_SUBSTEPS}, "
+                f"fills the period, {self.period:g} s"
             )
         self._count = round(count)
         self._after = np.zeros(rig.robot.m)

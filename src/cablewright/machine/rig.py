@@ -53,7 +53,7 @@ class Rig:
     """The true robot and all that hangs on it. Plants change its arrays in place."""
 
     def __init__(self, robot: Robot, settings: MachineSettings, start: ArrayLike, seed: int) -> None:
-        """Hang the drum of *robot*, the one that is true, at rest at *start* (3,), m, with all lines at their tensions.
+        """Hang the drum of *robot*, the one that is true, at rest at *start* (3,), m, turned by chance.
 
         Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` where it cannot hang.
         """
@@ -83,6 +83,8 @@ class Rig:
         self.falling = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
         self._falls_from = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
+        self._was = self.motion[:3].copy()
+        self.drum[dynamics.YAW_REST] = self.motion[8] = settings.drum.yaw_wander * self._random.standard_normal()
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = np.zeros(layout.STATE)
         self._shown = np.zeros((robot.m, moving.SHOWS))
@@ -95,7 +97,8 @@ class Rig:
         """Let all that is slow happen during a *period* that begins at *time*: powder, twist of the lines, warmth."""
         notices = self._pour(period, valve)
         drum = self.settings.drum
-        keep = math.exp(-period / drum.yaw_wander_time)
+        keep = math.exp(-math.dist(self.motion[:3], self._was) / drum.yaw_wander_length)
+        self._was = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         self.drum[dynamics.YAW_REST] = keep * self.drum[dynamics.YAW_REST] + push * self._random.standard_normal()
         temperature, _ = air(self.settings.climate, time)
@@ -163,12 +166,16 @@ class Rig:
         if not self.falling:
             self._falls_from = here
         self.falling += left
-        self.powder -= left
+        self.fill(self.powder - left)
+        return []
+
+    def fill(self, powder: float) -> None:
+        """Let so much *powder* (kg) be in the drum from now on."""
+        self.powder = powder
         yaw_rest = self.drum[dynamics.YAW_REST]
-        self.drum = drum_numbers(self.settings, self.powder)
+        self.drum = drum_numbers(self.settings, powder)
         self.drum[dynamics.YAW_REST] = yaw_rest
         self.packed.platform[layout.PLATFORM_WEIGHT] = self._mass * self.robot.scene.gravity
-        return []
 
 
 def drum_numbers(settings: MachineSettings, powder: float) -> Array:

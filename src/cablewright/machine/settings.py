@@ -74,7 +74,7 @@ class Drum(Description):
     yaw_stiffness: _Size
     yaw_damping: _Size
     yaw_wander: NonNegative[Angle]
-    yaw_wander_time: Positive[Duration]
+    yaw_wander_length: Positive[Length]
     drag: _Size
 
     @model_validator(mode="after")

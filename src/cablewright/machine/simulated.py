@@ -101,6 +101,12 @@ class SimulatedMachine:
         """The robot as built, with the drum as full as it began."""
         return self.rig.robot
 
+    def refill(self, powder: float) -> None:
+        """Fill the drum up to so much *powder*, kg, as an attendant does. Raises `InputError` for what does not fit."""
+        if not 0.0 <= powder <= self.settings.drum.capacity:
+            raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
+        self.rig.fill(powder)
+
     def step(self, command: Command) -> SensorFrame:
         """Do as *command* says for one period. Returns what arrived meanwhile. As `Machine`."""
         speeds = self._checked(command)

@@ -21,7 +21,7 @@ from cablewright.printing.path import Samples, sample
 from cablewright.printing.schedule import Height
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.toml_input import read_table, require_schema, validated
-from cablewright.units import Acceleration, Length, Speed
+from cablewright.units import Acceleration, Jerk, Length, Speed
 
 __all__ = ["NEWEST_SCHEMA", "Bead", "Job", "Motion", "Sampling", "load_job"]
 
@@ -54,6 +54,8 @@ class Motion(_Part):
     acceleration: Annotated[Acceleration, Ge(1e-6), Le(1e6)] = 0.5
     corner_deviation: _Distance = 0.005
     """How far beside a corner the arc passes that stands for it; larger is faster. See `printing/timing.py`."""
+    jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
+    """Bound of the change of acceleration along the path; none when left out."""
 
 
 class Sampling(_Part):
@@ -123,7 +125,7 @@ class Job(_Part):
 
     def time_law(self, samples: Samples) -> TimeLaw:
         """Time the samples within the limits of the motion."""
-        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation)
+        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation, self.motion.jerk)
 
 
 def load_job(path: str | Path) -> Job:

@@ -102,6 +102,10 @@ class Pilot:
             return settings.speed * now * now / (2.0 * settings.ramp)
         return settings.speed * (now - 0.5 * settings.ramp)
 
+    def rounds(self, now: float) -> int:
+        """How many whole rounds one should have gone at *now* (s)."""
+        return int(self.distance(now) / self._length) if self._length else 0
+
     def command(self) -> Command:
         """What to do in the next step."""
         now, period, truth, settings = self.machine.time, self.machine.period, self.machine.truth, self.settings
@@ -152,6 +156,8 @@ class Drive:
     """Steps in which each line's excess was over `SLACK`, (m,)."""
     most_tension: float = 0.0
     """N at a sheave."""
+    refills: int = 0
+    """How often the drum was filled up."""
     most_tilt: float = 0.0
     """rad of the drum's axis from the vertical."""
     yaw: tuple[float, float] = (0.0, 0.0)
@@ -220,6 +226,8 @@ def drive(
 ) -> Drive:
     """Drive *machine* for *duration* (s) along *way*, or hold it, and write each step to *log*.
 
+    After each round an attendant fills the drum up to what it began with.
+
     Raises `InputError` for a duration of no step, `AnswerError` where the path cannot be held.
     """
     steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
@@ -227,8 +235,13 @@ def drive(
         raise InputError(f"duration = {duration:g} s: at least one step of {machine.period:g} s is wanted")
     pilot = Pilot(machine, way, settings or DriveSettings(), seed)
     found = Drive(tuple(line.name for line in machine.robot.lines))
+    full, rounds = machine.truth.powder, 0
     begin = time.perf_counter()
     for step in range(steps):
+        if pilot.rounds(machine.time) > rounds:
+            rounds += 1
+            found.refills += 1
+            machine.refill(full)
         before, command = machine.truth, pilot.command()
         frame = machine.step(command)
         if log is not None:

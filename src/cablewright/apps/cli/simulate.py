@@ -157,11 +157,11 @@ def _fault(text: str) -> FaultPlan:
 
 
 def _once_round(way: Array | None, settings: DriveSettings) -> float:
-    """Time for one round, s; half of the ramp is lost."""
+    """Whole seconds that a round takes; half of the ramp is lost."""
     from cablewright.studies.drive import length_of
 
     assert way is not None  # a machine that is held has a duration
-    return math.ceil(length_of(way) / settings.speed + 0.5 * settings.ramp)
+    return math.floor(length_of(way) / settings.speed + 0.5 * settings.ramp)
 
 
 def _numbers(text: str, count: int, option: str) -> list[float]:
@@ -187,6 +187,7 @@ def _values(twin: SimulatedMachine, found: Drive, head: LogHead) -> dict[str, An
         "duration": found.duration,
         "distance": found.distance,
         "powder": found.powder,
+        "refills": found.refills,
         "lines": list(found.lines),
         "slack_share": found.slack_share,
         "max_tension": found.most_tension,
