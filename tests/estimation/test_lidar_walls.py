@@ -18,6 +18,7 @@ from cablewright.estimation.lidar_walls import (
     WallPose,
     WallSettings,
     WallState,
+    look,
     start,
     steady_drift,
     step,
@@ -507,3 +508,12 @@ def test_refusals() -> None:
         WallSettings(KNOWN, yaw_range=(1.0, 1.0))
     with pytest.raises(InputError, match="sigma over 0"):
         Lidar(sigma=0.0)
+
+
+def test_looking_first_and_placing_then_is_one_step() -> None:
+    a, r = scan(ROOM, (0.3, -0.5, 0.1), np.random.default_rng(2), mount=NORTH_LIDAR.mount[:2])
+    turn = LidarTurn(a, r)
+    _, whole = step(BOTH, start(), turn)
+    _, halves = step(BOTH, start(), turn, (), look(BOTH, turn))
+    assert np.array_equal(whole.position, halves.position)
+    assert np.array_equal(whole.covariance, halves.covariance)

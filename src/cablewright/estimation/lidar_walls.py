@@ -27,7 +27,17 @@ from cablewright.estimation.room import Laser, Room
 from cablewright.estimation.scan import Lidar, level_mount, points_of
 from cablewright.estimation.wall_lines import LineSearch, lines_of
 
-__all__ = ["LidarTurn", "WallPose", "WallSettings", "WallState", "WallStatus", "start", "steady_drift", "step"]
+__all__ = [
+    "KeptTurn",
+    "LidarTurn",
+    "WallPose",
+    "WallSettings",
+    "WallState",
+    "WallStatus",
+    "start",
+    "steady_drift",
+    "step",
+]
 
 Array = NDArray[np.float64]
 
@@ -113,7 +123,7 @@ def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: floa
     return np.outer(before, [ahead, left, yaw_rate])
 
 
-class _KeptTurn(NamedTuple):
+class KeptTurn(NamedTuple):
     """What is kept of a turn, in the platform's present level frame."""
 
     lidar: int
@@ -125,7 +135,7 @@ class _KeptTurn(NamedTuple):
 class WallState:
     """What `step` hands to the next."""
 
-    turns: tuple[_KeptTurn, ...] = ()
+    turns: tuple[KeptTurn, ...] = ()
     yaw: float | None = None  # rad, the last that was found
     position: tuple[float, float] | None = None  # m, likewise; both as moved since
     misses: int = 0  # turns since then
@@ -153,10 +163,31 @@ def start() -> WallState:
     return WallState()
 
 
+def look(settings: WallSettings, scan: LidarTurn) -> KeptTurn:
+    """Find the lines of a new turn and bring them into the platform's level frame: half of the work of `step`."""
+    lidar = settings.lidars[scan.lidar]
+    points = points_of(lidar, scan.angles, scan.ranges, scan.tilt, scan.drift)
+    mount = level_mount(lidar, scan.tilt)
+    lines = lines_of(points, lidar, settings.search)
+    c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
+    turn = np.array([[c, -s], [s, c]])
+    seen = tuple(
+        SeenLine(scan.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ turn.T + mount))
+        for line in lines
+    )
+    return KeptTurn(scan.lidar, seen, points.xy @ turn.T + mount)
+
+
 def step(
-    settings: WallSettings, state: WallState, scan: LidarTurn, lasers: Sequence[Laser] = ()
+    settings: WallSettings,
+    state: WallState,
+    scan: LidarTurn,
+    lasers: Sequence[Laser] = (),
+    looked: KeptTurn | None = None,
 ) -> tuple[WallState, WallPose]:
     """Take one turn of a lidar. ``lasers``: what an operator measured at this place; it picks among candidates.
+
+    *looked*: what `look` found in the turn, where that was done before: who has no time for all may take two steps.
 
     Raises `InputError` for a lidar or wall that is not there, or arrays that do not fit; never for what a scan holds.
     """
@@ -164,7 +195,7 @@ def step(
         raise InputError(f"scan: lidar {scan.lidar}; there are {len(settings.lidars)}, counted from 0")
     known = all(math.isfinite(value) for value in scan.moved)
     moved = scan.moved if known else (0.0, 0.0, 0.0)
-    turns = _kept(settings, _shifted(state, moved) if known else (), _seen(settings, scan))
+    turns = _kept(settings, _shifted(state, moved) if known else (), look(settings, scan) if looked is None else looked)
     room, seen = settings.room, [one for turn in turns for one in turn.seen]
     yaws = settings.yaw_range
     if state.yaw is not None:
@@ -182,7 +213,7 @@ def step(
 def _followed(
     settings: WallSettings,
     state: WallState,
-    turns: tuple[_KeptTurn, ...],
+    turns: tuple[KeptTurn, ...],
     pose: WallPose,
     moved: tuple[float, float, float],
 ) -> WallState:
@@ -200,22 +231,7 @@ def _followed(
     return WallState(turns, yaw, position, misses)
 
 
-def _seen(settings: WallSettings, scan: LidarTurn) -> _KeptTurn:
-    """Find the lines of a new turn and bring them into the platform's level frame."""
-    lidar = settings.lidars[scan.lidar]
-    points = points_of(lidar, scan.angles, scan.ranges, scan.tilt, scan.drift)
-    mount = level_mount(lidar, scan.tilt)
-    lines = lines_of(points, lidar, settings.search)
-    c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
-    turn = np.array([[c, -s], [s, c]])
-    seen = tuple(
-        SeenLine(scan.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ turn.T + mount))
-        for line in lines
-    )
-    return _KeptTurn(scan.lidar, seen, points.xy @ turn.T + mount)
-
-
-def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_KeptTurn, ...]:
+def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[KeptTurn, ...]:
     """Bring older turns to where the platform is now: what moved one way is seen to have moved the other."""
     if moved == (0.0, 0.0, 0.0):
         return state.turns
@@ -235,10 +251,10 @@ def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_Kept
         )
         return SeenLine(one.lidar, mount, line)
 
-    return tuple(_KeptTurn(t.lidar, tuple(shifted(one) for one in t.seen), t.xy @ turn.T - back) for t in state.turns)
+    return tuple(KeptTurn(t.lidar, tuple(shifted(one) for one in t.seen), t.xy @ turn.T - back) for t in state.turns)
 
 
-def _kept(settings: WallSettings, older: tuple[_KeptTurn, ...], newest: _KeptTurn) -> tuple[_KeptTurn, ...]:
+def _kept(settings: WallSettings, older: tuple[KeptTurn, ...], newest: KeptTurn) -> tuple[KeptTurn, ...]:
     """Return the last turns of each lidar, the newest last."""
     turns = (*older, newest)
     own = [i for i, turn in enumerate(turns) if turn.lidar == newest.lidar]
@@ -246,7 +262,7 @@ def _kept(settings: WallSettings, older: tuple[_KeptTurn, ...], newest: _KeptTur
     return tuple(turn for i, turn in enumerate(turns) if i not in gone)
 
 
-def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
+def _newest(turns: Sequence[KeptTurn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
     """Return the points of each lidar's last turn, and which walls they may be on."""
     last = {turn.lidar: turn.xy for turn in turns}
     names = [wall.name for wall in settings.room.walls]
@@ -255,7 +271,7 @@ def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Ar
     return [(xy[:: 1 + len(xy) // _MOST_JUDGED], masks[i]) for i, xy in last.items()]
 
 
-def _fresh(turns: Sequence[_KeptTurn]) -> frozenset[int]:
+def _fresh(turns: Sequence[KeptTurn]) -> frozenset[int]:
     """Return which of all lines are of the last turn of their lidar."""
     last = {turn.lidar: i for i, turn in enumerate(turns)}
     of_turn = [i for i, turn in enumerate(turns) for _ in turn.seen]

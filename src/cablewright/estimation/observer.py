@@ -17,7 +17,7 @@ from cablewright.errors import Status
 from cablewright.estimation import drum_radius, lengths, lidar_walls, slackness, tilt
 from cablewright.estimation.height import height_of
 from cablewright.estimation.lidar_walls import LidarTurn, WallPose, WallState
-from cablewright.estimation.observer_state import ObserverSettings, ObserverState
+from cablewright.estimation.observer_state import Looked, ObserverSettings, ObserverState
 from cablewright.estimation.slackness import taut_at
 from cablewright.estimation.trail import Trail
 from cablewright.estimation.watch import Watch
@@ -82,10 +82,12 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         else:
             _take(settings, state, reading)
     _carry_on(settings, state, dt)
-    if state.pending:
+    if state.looked is not None:
+        _place(settings, state, state.looked)
+    elif state.pending:
         _look(settings, state, state.pending.pop(0))
     due = state.gathered.issuperset((*settings.lidars, "vertical")) or state.time - state.gathering > settings.gather
-    if due and not state.pending:
+    if due and not state.pending and state.looked is None:
         _settle(settings, state)
     if state.tracker is not None:
         state.taut = taut_at(settings.model, state.tracker.pose)
@@ -110,6 +112,7 @@ def _clock_back(state: ObserverState, now: float) -> None:
     state.slackness = state.slackness._replace(time=-math.inf, heard=np.full_like(state.slackness.heard, -np.inf))
     state.walls = WallState(yaw=state.walls.yaw, position=state.walls.position)
     state.turns_end.clear()
+    state.looked = None
     state.turn_end, state.inertial, state.encoders = None, None, None
     state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
     state.settled_at = state.whole = now
@@ -202,7 +205,7 @@ def _carry_on(settings: ObserverSettings, state: ObserverState, dt: float) -> No
 
 
 def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
-    """Take one turn of a lidar."""
+    """Take one turn of a lidar: of a horizontal one its lines, for there is not the time for more in one step."""
     state.gathered.add(scan.source)
     times = scan.times
     attitudes, places = state.attitudes.at(times), state.places.at(times)
@@ -224,9 +227,15 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
         moved = (float(end[0] - was[0]), float(end[1] - was[1]), yaw - was_yaw)
     state.turn_end = end, yaw
     turn = LidarTurn(scan.angles, scan.ranges, settings.lidars.index(scan.source), attitudes[:, 1:], drift, moved)
+    state.looked = Looked(scan, turn, lidar_walls.look(settings.walls, turn), end, yaw)
+
+
+def _place(settings: ObserverSettings, state: ObserverState, looked: Looked) -> None:
+    """Say where the drum is by the lines that were found a step before."""
     lasers = settings.lasers if state.tracker is None else ()
-    state.walls, state.pose = lidar_walls.step(settings.walls, state.walls, turn, lasers)
-    _judge(settings, state, scan, state.pose, end, yaw)
+    state.walls, state.pose = lidar_walls.step(settings.walls, state.walls, looked.turn, lasers, looked.kept)
+    state.looked = None
+    _judge(settings, state, looked.scan, state.pose, looked.end, looked.yaw)
 
 
 def _forget_stale(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.estimation.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.height import Height, HeightSettings
-from cablewright.estimation.lidar_walls import WallPose, WallSettings, WallState
+from cablewright.estimation.lidar_walls import KeptTurn, LidarTurn, WallPose, WallSettings, WallState
 from cablewright.estimation.room import Laser
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut
 from cablewright.estimation.tilt import TiltSettings, TiltState
@@ -22,7 +23,7 @@ from cablewright.models.statics import Model
 from cablewright.signals import Distance, Encoders, Inertial, Scan
 from cablewright.solvers.track import Tracker
 
-__all__ = ["ObserverSettings", "ObserverState"]
+__all__ = ["Looked", "ObserverSettings", "ObserverState"]
 
 Array = NDArray[np.float64]
 
@@ -68,6 +69,16 @@ class ObserverSettings:
             raise InputError(f"counts = {self.counts:g}: over 0 is wanted")
 
 
+class Looked(NamedTuple):
+    """A turn of a horizontal lidar whose lines are found; where the drum is by them comes in the next step."""
+
+    scan: Scan
+    turn: LidarTurn
+    kept: KeptTurn
+    end: Array  # (3,) m, by odometry, at the end of the turn
+    yaw: float  # rad, likewise
+
+
 @dataclass(eq=False)
 class ObserverState:
     """What `step` changes. Odometry (x, y, z, yaw) goes on without the lidars; `anchor` is what they add to it."""
@@ -97,6 +108,7 @@ class ObserverState:
     velocity: Array = field(default_factory=lambda: np.zeros(3))
     taut: Taut | None = None
     pending: list[Scan] = field(default_factory=list)
+    looked: Looked | None = None
     last_ranges: dict[str, Array] = field(default_factory=dict)
     turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
     turns_end: dict[str, float] = field(default_factory=dict)  # s: when each lidar turned last
