@@ -170,6 +170,23 @@ def test_a_quasi_static_machine_is_found_too() -> None:
     assert errors(found, told, 8.0).max() < 0.03
 
 
+def test_turns_do_not_queue_up(whole: Any) -> None:
+    """After a long gap of the link, and at steps of a second."""
+    known = observer_settings(ROBOT, SETTINGS)
+    state = observer.start(known)
+    scans = [r for frame, _ in whole for r in frame.of(Scan)]
+    for k in range(20):
+        readings = tuple(dataclasses.replace(scan, begin=scan.begin + 14.0 * k) for scan in scans)  # type: ignore[type-var]
+        observer.step(known, state, SensorFrame(14.0 * (k + 1), readings))
+        assert not state.pending or k == 0
+    observer.step(
+        known, state, SensorFrame(280.01, tuple(dataclasses.replace(s, begin=s.begin + 266.0) for s in scans))
+    )  # type: ignore[type-var]
+    assert len(state.pending) <= 3 * known.walls.keep
+    empty = Scan("north", 300.0, 1e-3, 0.0, 0.01, np.empty(0))
+    observer.step(known, state, SensorFrame(301.0, (empty,)))
+
+
 def test_estimation_never_sees_the_truth() -> None:
     import pathlib
 

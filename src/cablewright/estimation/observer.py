@@ -42,6 +42,7 @@ _KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
 _STUCK: Final = 10  # readings in a row, the same to the last bit
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
+_UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _STALE: Final = 2.5  # turns after which a lidar is quiet
 _ENCODERS_GAP: Final = 0.1  # s without counts
 
@@ -82,10 +83,9 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         else:
             _take(settings, state, reading)
     _carry_on(settings, state, dt)
-    if state.looked is not None:
-        _place(settings, state, state.looked)
-    elif state.pending:
-        _look(settings, state, state.pending.pop(0))
+    _see(settings, state)
+    while dt > _UNHURRIED and (state.pending or state.looked is not None):
+        _see(settings, state)
     due = state.gathered.issuperset((*settings.lidars, "vertical")) or state.time - state.gathering > settings.gather
     if due and not state.pending and state.looked is None:
         _settle(settings, state)
@@ -99,6 +99,14 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         state.slackness = slackness.step(settings.slackness, state.slackness, told, there)
     state.watch.check(state.time)
     return _estimate(settings, state)
+
+
+def _see(settings: ObserverSettings, state: ObserverState) -> None:
+    """Do the next bit of work on the lidars' turns: as much as there is time for in one step."""
+    if state.looked is not None:
+        _place(settings, state, state.looked)
+    elif state.pending:
+        _look(settings, state, state.pending.pop(0))
 
 
 def _clock_back(state: ObserverState, now: float) -> None:
@@ -133,9 +141,17 @@ def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) ->
             return
         state.watch.clear(reading.source, "stuck")
         state.last_ranges[reading.source] = reading.ranges
-        if reading.source in settings.lidars or reading.source == "vertical":
-            state.pending.append(reading)
-            state.gathering = min(state.gathering, state.time)
+        if len(reading.ranges) and reading.source in (*settings.lidars, "vertical"):
+            _queue(settings, state, reading)
+
+
+def _queue(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
+    """Put a turn in the queue; of more of one lidar than count, as after a gap of the link, the oldest are left out."""
+    state.pending.append(scan)
+    own = [each for each in state.pending if each.source == scan.source]
+    if len(own) > settings.walls.keep:
+        state.pending.remove(own[0])
+    state.gathering = min(state.gathering, state.time)
 
 
 def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
