@@ -1,0 +1,170 @@
+"""Gross errors: found after a plain fit by re-weighting, then judged one by one against what the others predict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from cablewright.calibration.fit import Fit, fit
+from cablewright.calibration.observability import projected
+from cablewright.calibration.problem import Problem
+
+__all__ = ["Rejected", "without_outliers"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_FALSE_ALARM: Final = 0.01
+"""How often a calibration without gross errors may reject anything."""
+
+_ROUNDS: Final = 12  # of re-weighting
+_SETTLING: Final = 12  # of judging
+_EXACT: Final = 1e-8  # m: what fits better than this is no gross error, whatever the others do
+_TOO_MANY: Final = 0.4  # share of poses beyond which it is the model that does not fit
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A pose (counted from 0) left out, or one line of it where the others tell which; `size`: how far off it is, m."""
+
+    pose: int
+    line: str | None
+    size: float
+
+
+def without_outliers(problem: Problem, plain: Fit) -> tuple[Fit, tuple[Rejected, ...]]:
+    """Fit again without gross errors. *plain* is a fit of all rows.
+
+    A pose says of its own error no more than its surplus of rows: with one row more than freedoms, that something is
+    wrong; with more, which line it is.
+    """
+    start = problem.of_poses(plain.weights)
+    robust = _reweighted(problem, plain)
+    off, ranks, _, _ = _surplus(problem, robust)
+    spread = _spread(off, ranks, start.shape[1])
+    limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(start.shape[1] - ranks, 1))
+    bad = np.sum(off * off, axis=1) > limit * spread**2
+    found, rows = robust, np.zeros(start.shape, dtype=bool)
+    for _ in range(_SETTLING):
+        if bad.mean() > _TOO_MANY:
+            return plain, ()
+        rows = _rows_of(problem, found, bad, _spread_of(problem, found, bad))
+        weights = plain.weights.copy()
+        problem.of_poses(weights)[rows] = 0.0
+        found = fit(problem, found.theta, found.poses, weights)
+        judged = _judged(problem, found, plain.weights, bad)
+        if np.array_equal(judged, bad):
+            break
+        bad = judged
+    return found, tuple(_told(problem, found, rows))
+
+
+def _surplus(problem: Problem, found: Fit, weights: Array | None = None) -> tuple[Array, NDArray[np.int64], Array, Array]:
+    """What poses leave unexplained: (N, r), their ranks, derivatives (N, r, k), and the covariance (k, k)."""
+    used = found.weights if weights is None else weights
+    off, reduced, ranks = projected(problem.derivatives(found.theta, found.poses, used))
+    inner = problem.derivatives(found.theta, found.poses, found.weights)
+    _, own, _ = projected(inner)
+    rows = np.concatenate([own.reshape(-1, own.shape[-1]), inner.others_by_unknown])
+    covariance = np.linalg.pinv(rows.T @ rows, rcond=1e-13, hermitian=True)
+    return off, ranks, reduced, covariance
+
+
+def _spread(off: Array, ranks: NDArray[np.int64], e: int) -> float:
+    """Standard deviation of a row over that of its weight, from the middle of all poses: few of them cannot move it."""
+    freedom = max(int(np.median(e - ranks)), 1)
+    return float(np.sqrt(np.median(np.sum(off * off, axis=1)) / stats.chi2.median(freedom)))
+
+
+def _floor(problem: Problem) -> float:
+    """The same of what is as good as exact."""
+    return _EXACT / problem.encoder_sigma
+
+
+def _reweighted(problem: Problem, plain: Fit) -> Fit:
+    """Re-weight poses by 1 / |what they leave unexplained|, until a few bad ones count for next to nothing."""
+    found = plain
+    for _ in range(_ROUNDS):
+        off, ranks, _, _ = _surplus(problem, found, plain.weights)
+        size = np.sqrt(np.sum(off * off, axis=1))
+        least = max(0.3 * _spread(off, ranks, off.shape[1]), _floor(problem))
+        weights = plain.weights.copy()
+        problem.of_poses(weights)[:] *= np.sqrt(least / np.maximum(size, least))[:, None]
+        found = fit(problem, found.theta, found.poses, weights)
+    off, ranks, _, _ = _surplus(problem, found, plain.weights)
+    return Fit(found.theta, found.poses, plain.weights, found.cost, found.code, found.steps, found.starts)
+
+
+def _spread_of(problem: Problem, found: Fit, bad: Flags) -> float:
+    off, ranks, _, _ = _surplus(problem, found)
+    return max(_spread(off[~bad], ranks[~bad], off.shape[1]), _floor(problem))
+
+
+def _judged(problem: Problem, found: Fit, weights: Array, bad: Flags) -> Flags:
+    """Which poses are off by more than chance: each against what all others say (an F test, shared over all poses)."""
+    off, ranks, reduced, covariance = _surplus(problem, found, weights)
+    own, own_ranks, _, _ = _surplus(problem, found)
+    k = np.linalg.matrix_rank(covariance, tol=1e-13 * np.abs(covariance).max(), hermitian=True)
+    used = problem.of_poses(found.weights) > 0.0
+    freedom = max(int(used.sum() - own_ranks.sum() - k), 1)
+    total = max(float(np.sum(own * own)), freedom * _floor(problem) ** 2)
+    judged = np.zeros(len(off), dtype=bool)
+    for j, (rest, rows) in enumerate(zip(off, reduced, strict=True)):
+        surplus = len(rest) - int(ranks[j])
+        if surplus < 1:
+            continue
+        shared = rows @ covariance @ rows.T
+        if bad[j]:
+            square, others, left = rest @ np.linalg.solve(np.eye(len(rest)) + shared, rest), total, freedom
+        else:
+            square = rest @ np.linalg.pinv(np.eye(len(rest)) - shared, rcond=1e-9, hermitian=True) @ rest
+            others, left = max(total - square, 0.0), max(freedom - surplus, 1)
+        variance = max(others / left, _floor(problem) ** 2)
+        judged[j] = square / (surplus * variance) > stats.f.isf(_FALSE_ALARM / len(off), surplus, left)
+    return judged
+
+
+def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
+    """Which rows (N, e) to leave out: that of the one line whose removal explains a bad pose, else all of the pose."""
+    weights = problem.of_poses(problem.weights)
+    rows = np.zeros(weights.shape, dtype=bool)
+    derivatives = problem.derivatives(found.theta, found.poses)
+    _, _, ranks = projected(derivatives)
+    left, _, _ = np.linalg.svd(derivatives.by_pose, full_matrices=True)
+    m = problem.robot.m
+    for j in np.flatnonzero(bad):
+        surplus = weights.shape[1] - int(ranks[j])
+        if surplus < 2:
+            rows[j] = True
+            continue
+        free = left[j][:, ranks[j] :]
+        rest = free.T @ derivatives.residual[j]
+        explained = (free[:m] @ rest) ** 2 / np.maximum(np.sum(free[:m] ** 2, axis=1), 1e-12)
+        remains = (rest @ rest - explained) / ((surplus - 1) * spread**2)
+        order = np.argsort(remains)
+        limit = stats.chi2.isf(_FALSE_ALARM / len(bad), surplus - 1) / (surplus - 1)
+        if remains[order[0]] < 3.0 * limit and remains[order[1]] > limit:
+            rows[j, order[0]] = True
+        else:
+            rows[j] = True
+    return rows
+
+
+def _told(problem: Problem, found: Fit, rows: Flags) -> list[Rejected]:
+    """Name what is left out."""
+    everything = problem.weights.copy()
+    residual = problem.derivatives(found.theta, found.poses, everything).residual
+    told = []
+    m, sigma = problem.robot.m, problem.encoder_sigma
+    off, _, _ = projected(problem.derivatives(found.theta, found.poses, everything))
+    for j in np.flatnonzero(rows.any(axis=1)):
+        if rows[j].all():
+            told.append(Rejected(int(j), None, float(np.linalg.norm(off[j])) * sigma))
+            continue
+        i = int(np.flatnonzero(rows[j, :m])[0])
+        told.append(Rejected(int(j), problem.robot.lines[i].name, abs(float(residual[j, i])) * sigma))
+    return told
