@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -13,18 +13,26 @@ from cablewright.calibration.observability import information
 from cablewright.calibration.problem import Problem
 from cablewright.kernels import pose_schur
 from cablewright.kernels.pose_schur import Settings
+from cablewright.kernels.sensors import Rows
 
-__all__ = ["FAR", "NEAR", "Fit", "best_fit", "fit", "fits", "to_file_frame"]
+__all__ = ["NEAR", "Fit", "best_fit", "fit", "fits", "to_file_frame"]
 
 Array = NDArray[np.float64]
 
 NEAR: Final = Settings(1e-12, 0.0, 3000, 1e-6)
-FAR: Final = Settings(1e-12, 0.0, 3000, 1e-3)
+_FAR: Final = Settings(1e-10, 1e-6, 300, 1e-3)
+_STAGE: Final = Settings(1e-4, 1e-3, 60, 1e-3)
+_ROUGHLY: Final = Settings(1e-4, 1e-4, 40, 1e-2)
+_FLIPS: Final = 4
+_TRUST: Final = (0.1, 0.01, 0.001)
+"""As how exact encoders are taken, m, while exit points are still drawn to where they started."""
+
 
 _BATCH: Final = 8  # starts tried at a time
 _BATCHES: Final = 12
 _AGAIN: Final = 3  # times the least cost must be found before it counts as the least
 _SAME: Final = 1e-8  # m: rounding
+_FINE: Final = 5e-4  # m: from here on a fit without guesses of poses may be a wrong one found several times
 _ALIKE: Final = 1.01  # costs that differ by less are of one solution, or of its mirror image
 _ROUNDS: Final = 8
 
@@ -40,18 +48,24 @@ class Fit:
     code: int
     steps: int
     starts: int = 1  # how many were tried
+    alike: int = 1  # and how many of them ended at this cost
 
 
 def fits(
-    problem: Problem, theta: Array, poses: Array, weights: Array | None = None, settings: Settings = NEAR
+    problem: Problem,
+    theta: Array,
+    poses: Array,
+    weights: Array | None = None,
+    settings: Settings = NEAR,
+    rows: Rows | None = None,
 ) -> list[Fit]:
     """Fit from each of B starts: *theta* (B, k) of the unknowns that are not held, *poses* (B, N, n)."""
     theta, poses = np.array(theta, order="C"), np.array(poses, order="C")
     used = problem.weights if weights is None else weights
     runs = len(theta)
     codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
-    values, rows = problem.values[None], np.ascontiguousarray(used)[None]
-    pose_schur.adjust_runs(problem.rows, theta, poses, values, rows, settings, codes, steps, costs)
+    values, weight = problem.values[None], np.ascontiguousarray(used)[None]
+    pose_schur.adjust_runs(rows or problem.rows, theta, poses, values, weight, settings, codes, steps, costs)
     return [
         Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(runs)
     ]
@@ -69,23 +83,69 @@ def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
     fit alike, the one whose exit points are nearest to the file's counts.
     """
     rng = np.random.default_rng(seed)
-    rounding = 0.5 * float(np.sum((_SAME * problem.weights) ** 2))
+    rounding, fine = (0.5 * float(np.sum((off * problem.weights) ** 2)) for off in (_SAME, _FINE))
     found: list[Fit] = []
     for batch in range(_BATCHES):
         starts = list(_starts(problem, rng, rough, _BATCH, first=batch == 0))
-        theta, poses = np.array([start[0] for start in starts]), np.array([start[1] for start in starts])
-        found += [each for each in fits(problem, theta, poses, settings=FAR) if np.isfinite(each.cost)]
+        found += [each for each in (_from_far(problem, *start, rough) for start in starts) if np.isfinite(each.cost)]
         if not found:
             continue
         least = min(each.cost for each in found)
         alike = [each for each in found if each.cost <= _ALIKE * least + rounding]
-        if len(alike) >= _AGAIN:
+        if len(alike) >= _AGAIN and (problem.measured.guess is not None or least <= fine):
             break
     if not found:
         start = next(_starts(problem, rng, 0.0, 1, first=True))
         return fits(problem, start[0][None], start[1][None])[0]
     nearest = min(alike, key=lambda each: float(np.linalg.norm(_off(problem, each))))
-    return Fit(*(getattr(nearest, name) for name in ("theta", "poses", "weights", "cost", "code", "steps")), len(found))
+    polished = fit(problem, nearest.theta, nearest.poses)
+    return replace(polished, steps=nearest.steps + polished.steps, starts=len(found), alike=len(alike))
+
+
+def _from_far(problem: Problem, theta: Array, poses: Array, rough: float) -> Fit:
+    """A fit from a far start: exit points are drawn to where they started, less and less.
+
+    From there alone, many a machine ends in a valley that fits to millimetres and has another shape.
+    """
+    exits = np.array([each.name == "exit_point" for each in problem.unknowns])[~problem.held]
+    drawn = np.eye(len(theta))[exits]
+    if rough > 0.0 and len(drawn):
+        for trust in _TRUST:
+            weight = trust / (problem.encoder_sigma * rough)
+            rows = problem.rows._replace(
+                linear=np.concatenate([problem.rows.linear, weight * drawn]),
+                wanted=np.append(problem.rows.wanted, weight * problem.free[exits]),
+            )
+            stage = fits(problem, theta[None], poses[None], settings=_STAGE, rows=rows)[0]
+            if np.isfinite(stage.cost):
+                theta, poses = stage.theta, _unmirrored(problem, stage.theta, stage.poses)
+    found = fits(problem, theta[None], poses[None], settings=_FAR)[0]
+    for _ in range(_FLIPS):
+        poses = _unmirrored(problem, found.theta, found.poses)
+        if np.array_equal(poses, found.poses):
+            break
+        again = fits(problem, found.theta[None], poses[None], settings=_FAR)[0]
+        if not again.cost < found.cost:
+            break
+        found = again
+    return found
+
+
+def _unmirrored(problem: Problem, theta: Array, poses: Array) -> Array:
+    """*poses* with those on the other side of the exit points' plane that fit better there.
+
+    Where exit points are all but in one plane, lengths hardly tell on which side of it the platform is.
+    """
+    if not np.isfinite(problem.lengths(theta, poses)).all():
+        return poses
+    exits = problem.exit_points(theta)
+    middle = exits.mean(axis=0)
+    normal = np.linalg.svd(exits - middle)[2][2]
+    mirrored = poses.copy()
+    mirrored[:, :3] -= 2.0 * ((poses[:, :3] - middle) @ normal)[:, None] * normal
+    mirrored = _poses_alone(problem, theta, mirrored)
+    here, there = (np.sum(problem.derivatives(theta, each).residual ** 2, axis=1) for each in (poses, mirrored))
+    return np.where((there < 0.5 * here)[:, None], mirrored, poses)
 
 
 def _off(problem: Problem, found: Fit) -> Array:
@@ -130,24 +190,20 @@ def _with_offsets(problem: Problem, theta: Array, poses: Array) -> Array:
 
 def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Array]:
     """A start from a home pose alone: home lengths, then each pose by itself."""
-    robot, count = problem.robot, problem.poses
     at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
-    poses = np.tile(home, (count, 1))
+    poses = np.tile(home, (problem.poses, 1))
     theta = _with_home(problem, theta, problem.lengths(theta, poses[:1])[0] - problem.measured.counted[at_home])
-    lines = problem.rows.lines.copy()
-    for i in range(robot.m):
-        for c in range(lines.shape[1]):
-            if problem.rows.target[i, c] >= 0:
-                lines[i, c] = theta[problem.rows.target[i, c]]
+    return theta, _poses_alone(problem, theta, poses)
+
+
+def _poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
+    """The poses (N, n) that fit best with the unknowns as they are, from *poses* on."""
+    lines, target = problem.rows.lines.copy(), problem.rows.target
+    lines[target >= 0] = theta[target[target >= 0]]
     alone = problem.rows._replace(
-        lines=lines, target=np.full_like(problem.rows.target, -1), linear=np.zeros((0, 0)), wanted=np.zeros(0)
+        lines=lines, target=np.full_like(target, -1), linear=np.zeros((0, 0)), wanted=np.zeros(0)
     )
-    moved = poses[None].copy()
-    codes, steps, costs = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros(1)
-    values, weights = problem.values[None], problem.weights[None]
-    settings = Settings(1e-4, 1e-4, 40, 1e-2)
-    pose_schur.adjust_runs(alone, np.zeros((1, 0)), moved, values, weights, settings, codes, steps, costs)
-    return theta, moved[0]
+    return fits(problem, np.zeros((1, 0)), poses[None], settings=_ROUGHLY, rows=alone)[0].poses
 
 
 def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
@@ -173,7 +229,7 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
         change = np.einsum("nek,k->ne", derivatives.by_unknown, moved)
         follow = -np.einsum("nce,ne->nc", np.linalg.pinv(derivatives.by_pose), change)
         again = fit(problem, found.theta + moved, found.poses + follow, found.weights)
-        found = Fit(again.theta, again.poses, found.weights, again.cost, found.code, found.steps, found.starts)
+        found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -55,7 +55,8 @@ def without_outliers(problem: Problem, plain: Fit) -> tuple[Fit, tuple[Rejected,
         rows = _rows_of(problem, found, bad, _spread_of(problem, found, bad))
         weights = plain.weights.copy()
         problem.of_poses(weights)[rows] = 0.0
-        found = fit(problem, found.theta, found.poses, weights)
+        again = fit(problem, found.theta, found.poses, weights)
+        found = replace(plain, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
         judged = _judged(problem, found, plain.weights, bad)
         if np.array_equal(judged, bad):
             break

@@ -43,6 +43,7 @@ ROUGH: Final = 0.5
 _CONTRADICTS: Final = 3.0  # times the rms without it: a datum that fits this badly says what the data deny
 _NO_FIT: Final = 0.01  # rms over the frame's diagonal from which the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # rms over the given sigma
+_LEAST_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
 _DIGITS: Final = 12  # after the point, m, of what is written to a robot file
 
 
@@ -137,7 +138,7 @@ class Calibration:
             self.fit.weights,
             priors=True,
         )
-        return suggestions(counted, self.scale)
+        return suggestions(counted, max(self.scale, _LEAST_SIGMA / self.problem.encoder_sigma))
 
     @cached_property
     def robot(self) -> Robot:
@@ -192,7 +193,7 @@ def _to_datum(held: Problem, free: Problem, found: Fit) -> Fit:
         names = ", ".join(held.plan.datum)
         told = f"with {names} where the file has them, lengths fit to {after * 1e3:.3g} mm, without to"
         raise InputError(f"datum contradicts the data: {told} {before * 1e3:.3g} mm; hold fewer points")
-    return Fit(moved.theta, moved.poses, weights, moved.cost, max(found.code, moved.code), found.steps, found.starts)
+    return replace(found, theta=moved.theta, poses=moved.poses, cost=moved.cost, code=max(found.code, moved.code))
 
 
 def _rms(problem: Problem, found: Fit) -> float:

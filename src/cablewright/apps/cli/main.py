@@ -12,6 +12,7 @@ from typer.exceptions import TyperException
 
 from cablewright.apps.cli import (
     accuracy,
+    calibrate,
     check,
     equilibria,
     interference,
@@ -33,6 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("accuracy")(accuracy.accuracy)
+app.command("calibrate")(calibrate.calibrate)
 app.command("check")(check.check)
 app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
@@ -43,6 +45,7 @@ app.command("modulus")(modulus.modulus)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("simulate-calibration")(calibrate.simulate_calibration)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3

@@ -1,0 +1,220 @@
+"""`calibrate`, `simulate-calibration`: numbers of a robot from what was measured at poses; and data to try it with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cablewright.apps.cli.options import AsJson, RobotName
+from cablewright.apps.cli.output import print_json, tell, write_whole
+from cablewright.errors import AnswerError, InputError
+
+if TYPE_CHECKING:
+    from cablewright.calibration.plan import Plan
+    from cablewright.calibration.solve import Calibration
+
+__all__ = ["calibrate", "simulate_calibration"]
+
+
+def calibrate(
+    robot: RobotName,
+    data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Columns dl_1 .. dl_m: length changes since home.")],
+    datum: Annotated[
+        str | None,
+        typer.Option(
+            "--datum", metavar="SPEC", help="Exit points to hold, like south-west,south-east.y; or inner, the default."
+        ),
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option("--plan", metavar="TOML", help="Sigmas, unknowns, datum; else DATA.toml if it is there."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write the calibrated robot.")] = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="FILE.html", help="Write the report; beside --out else.")
+    ] = None,
+    rough: Annotated[float, typer.Option("--rough", help="How far the file's exit points may be off, m.")] = 0.5,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the starts.")] = 0,
+    as_json: AsJson = False,
+) -> int:
+    """Calibrate a robot from length changes at poses: exit points, home lengths, sigmas, and what stays open."""
+    from cablewright.calibration.data import read_measured
+    from cablewright.calibration.solve import calibrate as solve
+    from cablewright.robot import load
+
+    if not 0.0 <= rough <= 100.0:
+        raise InputError(f"--rough = {rough:g}: from 0 to 100 m is wanted")
+    if seed < 0:
+        raise InputError(f"--seed = {seed}: must not be negative")
+    machine = load(robot)
+    measured = read_measured(data, machine)
+    found = solve(machine, measured, _plan(plan, data, datum), seed=seed, rough=rough)
+    page = report or (out.with_suffix(".html") if out is not None else None)
+    text = _updated(robot, found) if out is not None and found.status == "ok" else None
+    if page is not None:
+        _write_report(found, page, data)
+    written = None
+    if out is not None and text is not None:
+        write_whole(out, text.encode())
+        written = str(out)
+    for note in found.notes:
+        tell(f"note: {note}")
+    if as_json:
+        print_json(summary(found) | {"out": written, "report": None if page is None else str(page)})
+    elif found.status == "ok":
+        _print(found, written, page)
+    if found.status != "ok":
+        raise AnswerError(f"not calibrated: {found.reason}")
+    return 0
+
+
+def simulate_calibration(
+    robot: RobotName,
+    poses: Annotated[int, typer.Option("--poses", help="How many; the first is home.")],
+    noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="CSV to write.")],
+    seed: Annotated[int, typer.Option("--seed", help="Seed of poses, noise and guesses.")] = 0,
+    guess: Annotated[float, typer.Option("--guess", help="How far x,y,z may be from the poses, m.")] = 0.05,
+    truth: Annotated[
+        Path | None, typer.Option("--truth", metavar="FILE", help="JSON with the true poses and home lengths.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Make data for calibrate: ROBOT is taken as true; x,y,z are guesses to start from, not data."""
+    import json
+
+    from cablewright.calibration.data import MAX_POSES, write_measured
+    from cablewright.calibration.simulation import simulate
+    from cablewright.robot import load
+
+    if not 1 <= poses <= MAX_POSES:
+        raise InputError(f"--poses = {poses}: from 1 to {MAX_POSES} are wanted")
+    if seed < 0:
+        raise InputError(f"--seed = {seed}: must not be negative")
+    machine = load(robot)
+    made = simulate(machine, poses, noise, seed, guess=guess)
+    comments = (
+        f"made up: {poses} poses of {machine.name}, encoder noise {noise:g} m, seed {seed}; the first pose is home",
+        f"x,y,z are guesses within {guess:g} m of the poses, not data",
+    )
+    write_whole(out, write_measured(made.measured, machine, comments).encode())
+    if truth is not None:
+        told = {"schema": 1, "poses": made.poses.tolist(), "home_lengths": made.home_lengths.tolist()}
+        write_whole(truth, (json.dumps(told) + "\n").encode())
+    if as_json:
+        print_json({"status": "ok", "poses": poses, "noise": noise, "seed": seed, "out": str(out)})
+    else:
+        typer.echo(f"{poses} poses of {machine.name}, noise {noise * 1e3:g} mm, written to {out}")
+    return 0
+
+
+def _plan(file: Path | None, data: Path, datum: str | None) -> Plan:
+    """What is asked: of --plan, or of the TOML beside the data; --datum counts instead of theirs."""
+    from cablewright.calibration.plan import Plan, load_plan
+
+    beside = data.with_suffix(".toml")
+    if file is None and beside != data and beside.is_file():
+        file = beside
+    asked = Plan() if file is None else load_plan(file)
+    if datum is None:
+        return asked
+    parts = tuple(part.strip() for part in datum.split(","))
+    if asked.datum and set(asked.datum) != set(parts):
+        raise InputError(f"--datum = {datum!r}: {file} has datum = {list(asked.datum)}; give one of them")
+    return asked.model_copy(update={"datum": parts})
+
+
+def _updated(name: str, found: Calibration) -> str:
+    """The robot's own file with the changed values, comments kept."""
+    from cablewright.robot import library_names, library_text, update
+
+    text = library_text(name) if name in library_names() else Path(name).read_text(encoding="utf-8-sig")
+    return update(text, found.robot)
+
+
+def _write_report(found: Calibration, page: Path, data: Path) -> None:
+    from cablewright.apps.report.calibration import calibration_page
+
+    write_whole(page, calibration_page(found, data.name).encode())
+
+
+def summary(found: Calibration) -> dict[str, Any]:
+    """What --json prints."""
+    names = [each.label for each in found.unknowns]
+    places = found.problem.measured.places
+    return {
+        "status": found.status,
+        "reason": found.reason or None,
+        "rms": found.rms,
+        "iterations": found.iterations,
+        "poses": found.problem.poses,
+        "unknowns": found.alone.total,
+        "rank": found.alone.rank,
+        "gauge": found.gauge,
+        "datum": found.problem.plan.datum or ("inner",),
+        "weakest": [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in found.weakest],
+        "encoder_sigma": found.encoder_sigma,
+        "sigma": dict(zip(names, found.sigma.tolist(), strict=True)),
+        "values": dict(zip(names, found.values.tolist(), strict=True)),
+        "covariance": found.covariance,
+        "rejected": [
+            {
+                "pose": each.pose + 1,
+                "row": places[each.pose] if len(places) else None,
+                "line": each.line,
+                "size": each.size,
+            }
+            for each in found.rejected
+        ],
+        "suggestions": [
+            {
+                "measurement": each.words,
+                "sigma_before": each.before,
+                "sigma_after": each.after,
+                "open_before": each.open_before,
+                "open_after": each.open_after,
+            }
+            for each in found.suggestions
+        ],
+        "pose": found.poses,
+        "starts": found.fit.starts,
+        "notes": found.notes,
+        "robot": found.robot.model_dump(mode="json"),
+    }
+
+
+def _print(found: Calibration, written: str | None, page: Path | None) -> None:
+    """The answer for people."""
+    robot = found.problem.robot
+    alone = found.alone
+    typer.echo(f"robot          {robot.name}, {found.problem.poses} poses, {found.iterations} steps")
+    typer.echo(f"lengths fit to {found.rms * 1e3:.4g} mm rms; encoders are exact to {found.encoder_sigma * 1e3:.4g} mm")
+    typer.echo(f"unknowns       {alone.total}, of which the data alone decide {alone.rank}")
+    typer.echo(f"open           {', '.join(found.gauge) or 'nothing'}")
+    held = ", ".join(found.problem.plan.datum)
+    inner = "inner: exit points keep, as a whole, place and direction of the file"
+    typer.echo(f"datum          {held if held and held != 'inner' else inner}")
+    typer.echo("weakest")
+    for each in found.weakest:
+        unit, times = ("mrad", 1e3) if each.unit == "rad" else ("mm", 1e3)
+        typer.echo(f"  {each.sigma * times:10.4g} {unit:5} {each.words}")
+    typer.echo("values")
+    values = zip(found.unknowns, found.values, found.sigma, strict=True)
+    for unknown, value, sigma in values:
+        typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma:.3g}")
+    for each in found.rejected:
+        where = found.problem.measured.place(each.pose)
+        typer.echo(f"left out       {where}{'' if each.line is None else ', ' + each.line}: off by {each.size * 1e3:.4g} mm")
+    if found.suggestions:
+        typer.echo("one more measurement would bring the exit points' sigma (rms, in one frame)")
+        for each in found.suggestions[:4]:
+            typer.echo(
+                f"  from {each.before * 1e3:.3g} to {each.after * 1e3:.3g} mm, open freedoms from {each.open_before} to "
+                f"{each.open_after}: {each.words}"
+            )
+    if written is not None:
+        typer.echo(f"robot file     {written}")
+    if page is not None:
+        typer.echo(f"report         {page}")

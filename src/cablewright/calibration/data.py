@@ -1,0 +1,193 @@
+"""The measurements of a calibration in and out of CSV: capped, and refused in one line that says where."""
+
+from __future__ import annotations
+
+import io
+import re
+from array import array
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.calibration.problem import Measured
+from cablewright.errors import InputError, suggestion
+from cablewright.robot import Robot
+from cablewright.toml_input import read_bytes
+from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
+
+__all__ = ["MAX_BYTES", "MAX_POSES", "read_measured", "write_measured"]
+
+Array = NDArray[np.float64]
+
+MAX_BYTES: Final = 32 << 20
+MAX_POSES: Final = 20_000
+
+_LONGEST_LINE: Final = 16384  # bytes
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_CELL = re.compile(r"([^\s(\[]+)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
+_LARGEST: Final = 1e9
+_POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class _Table(NamedTuple):
+    """How rows are to be read: the cells in a row, and the position and the unit's size of each known column."""
+
+    separator: str
+    width: int
+    columns: dict[str, tuple[int, float]]
+
+
+def read_measured(path: str | Path, robot: Robot) -> Measured:
+    """Read a CSV with a column ``dl_1`` .. ``dl_m`` for each line: the change of its length since home.
+
+    Optional: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), guesses of the poses, or with ``sigma_x`` .. measurements
+    of them; ``f_1`` .., tensions; ``swivel_1`` .., azimuths; ``tilt_x,tilt_y``. A unit may follow a name: ``dl_1 (mm)``;
+    without it numbers are SI. Cells are apart by tab, semicolon or comma. Comments begin with ``#``.
+
+    Raises `InputError` where it is no such file: a column missing, unknown or there twice, part of a group missing, a
+    row of another width, a cell that is no finite number.
+    """
+    path = Path(path)
+    rows = _rows(path)
+    number, text = next(rows, (0, ""))
+    if not number:
+        raise InputError(f"{path}: empty; a header with columns dl_1 to dl_{robot.m}, and rows of numbers are wanted")
+    table = _header(text, f"{path}, line {number}", robot)
+    values = {name: array("d") for name in table.columns}
+    places = array("q")
+    for number, text in rows:
+        if len(places) == MAX_POSES:
+            raise InputError(f"{path}, line {number}: more than {MAX_POSES} poses, the most that are taken")
+        cells = text.split(table.separator)
+        if len(cells) != table.width:
+            raise InputError(f"{path}, line {number}: {len(cells)} cells; the header has {table.width}")
+        for name, (position, size) in table.columns.items():
+            values[name].append(_number(cells[position], f"{path}, line {number}: {name}") * size)
+        places.append(number)
+    if not places:
+        raise InputError(f"{path}: a header, but no poses")
+    columns = {name: np.array(column) for name, column in values.items()}
+
+    def group(names: Sequence[str]) -> Array | None:
+        return np.column_stack([columns[name] for name in names]) if names[0] in columns else None
+
+    counted = group(_numbered("dl", robot))
+    assert counted is not None
+    pose = _POSE[: robot.n]
+    sigma = group([f"sigma_{name}" for name in pose])
+    if sigma is not None and not (sigma > 0.0).all():
+        row = int(np.argmin((sigma > 0.0).all(axis=1)))
+        raise InputError(f"{path}, line {places[row]}: sigma_{pose[int(np.argmin(sigma[row]))]}: must be over 0")
+    return Measured(
+        counted,
+        group(pose),
+        sigma,
+        group(_numbered("f", robot)),
+        group(_numbered("swivel", robot)),
+        group(["tilt_x", "tilt_y"]),
+        places,
+        str(path),
+    )
+
+
+def _numbered(name: str, robot: Robot) -> list[str]:
+    return [f"{name}_{i + 1}" for i in range(robot.m)]
+
+
+def _rows(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each line that is neither empty nor a comment."""
+    for number, raw in enumerate(io.BytesIO(read_bytes(path, MAX_BYTES, "table of measurements")), 1):
+        if len(raw) > _LONGEST_LINE:
+            raise InputError(f"{path}, line {number}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
+        try:
+            text = raw.decode("utf-8-sig" if number == 1 else "utf-8").strip(" \r\n")
+        except UnicodeDecodeError:
+            raise InputError(f"{path}, line {number}: not UTF-8 text; save the table as CSV in UTF-8") from None
+        if text and not text.startswith("#"):
+            yield number, text
+
+
+def _known(robot: Robot) -> dict[str, Dimension]:
+    """Columns and what they hold."""
+    pose = {name: LENGTH if at < 3 else ANGLE for at, name in enumerate(_POSE[: robot.n])}
+    return (
+        dict.fromkeys(_numbered("dl", robot), LENGTH)
+        | pose
+        | {f"sigma_{name}": quantity for name, quantity in pose.items()}
+        | dict.fromkeys(_numbered("f", robot), FORCE)
+        | dict.fromkeys((*_numbered("swivel", robot), "tilt_x", "tilt_y"), ANGLE)
+    )
+
+
+def _header(text: str, place: str, robot: Robot) -> _Table:
+    separator = next((mark for mark in "\t;," if mark in text), ",")
+    cells = [_bare(cell) for cell in text.split(separator)]
+    known, columns = _known(robot), dict[str, tuple[int, float]]()
+    for position, cell in enumerate(cells):
+        match = _CELL.fullmatch(cell)
+        name = match[1].casefold() if match else cell.casefold()
+        if match is None or name not in known:
+            raise InputError(f"{place}: unknown column {cell[:60]!r}; {_hint(name[:60], known, robot)}")
+        if name in columns:
+            raise InputError(f"{place}: more than one column {name!r}; keep one")
+        unit = match[2] or known[name].si
+        if unit not in known[name].units:
+            allowed = ", ".join(known[name].units)
+            raise InputError(f"{place}: column {cell[:60]!r}: unknown unit {unit[:60]!r}; one of {allowed}")
+        columns[name] = position, float(known[name].units[unit])
+    _check_groups(columns, place, robot)
+    return _Table(separator, len(cells), columns)
+
+
+def _hint(name: str, known: dict[str, Dimension], robot: Robot) -> str:
+    head, _, digits = name.rpartition("_")
+    if head in ("dl", "f", "swivel") and digits.isdecimal():
+        return f"{robot.name!r} has {robot.m} lines"
+    return suggestion(name, known, limit=20)
+
+
+def _check_groups(columns: dict[str, tuple[int, float]], place: str, robot: Robot) -> None:
+    """Raise `InputError` unless groups of columns are whole."""
+    pose = list(_POSE[: robot.n])
+    for wanted, names in (
+        (True, _numbered("dl", robot)),
+        (False, pose),
+        (False, [f"sigma_{name}" for name in pose]),
+        (False, _numbered("f", robot)),
+        (False, _numbered("swivel", robot)),
+        (False, ["tilt_x", "tilt_y"]),
+    ):
+        missing = [name for name in names if name not in columns]
+        if missing and (wanted or len(missing) < len(names)):
+            told = f"{names[0]} to {names[-1]}" if len(names) > 2 else " and ".join(names)
+            raise InputError(f"{place}: no column {missing[0]!r}; {told} are wanted, one of each line or axis")
+    if "sigma_x" in columns and "x" not in columns:
+        raise InputError(f"{place}: sigma_x, but no column 'x' that it is of")
+
+
+def _bare(cell: str) -> str:
+    cell = cell.strip()
+    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
+
+
+def _number(cell: str, place: str) -> float:
+    cell = _bare(cell)
+    value = float(cell) if _NUMBER.fullmatch(cell) else np.nan
+    if not abs(value) <= _LARGEST:
+        shown = repr(cell if len(cell) <= 60 else cell[:57] + "...")
+        raise InputError(f"{place} = {shown}: must be a finite number, with a decimal point and without a unit")
+    return value
+
+
+def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = ()) -> str:
+    """Return the CSV of lengths and guesses, SI, to the last digit."""
+    names, columns = _numbered("dl", robot), [measured.counted]
+    if measured.guess is not None:
+        names += _POSE[: robot.n]
+        columns.append(measured.guess)
+    lines = [*(f"# {comment}" for comment in comments), ",".join(names)]
+    lines += [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
+    return "\n".join(lines) + "\n"
