@@ -46,12 +46,12 @@ def _check_size(
     raise InputError(f"{where}: {names[column]} = {value:g} m, but the frame's diagonal is {diagonal:.3g} m: {hint}")
 
 
-def gauge_size(robot: Robot, problem: Problem) -> int:
+def gauge_size(problem: Problem) -> int:
     """How many freedoms encoders alone leave open: those of the world's frame, and of the platform's."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names:
         return 0
-    tiltable = all(isinstance(line.sheave, Eyelet) for line in robot.lines)
+    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines)
     return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
 
 
@@ -67,15 +67,15 @@ def least_poses(problem: Problem) -> int:
         raise InputError(f"{problem.measured.origin}: {told}: nothing is left over to calibrate with; measure more")
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
     known = problem.measured.pose_sigma is not None
-    open_freedoms = 0 if known else gauge_size(problem.robot, problem)
-    return max(1, -(-(len(problem.unknowns) - open_freedoms - (0 if known else 0) - given) // surplus))
+    open_freedoms = 0 if known else gauge_size(problem)
+    return max(1, -(-(len(problem.unknowns) - open_freedoms - given) // surplus))
 
 
 def check(problem: Problem) -> None:
     """Raise `InputError` where there are too few poses, or too few that differ."""
     measured, needed, count = problem.measured, least_poses(problem), problem.poses
     k, n = len(problem.unknowns), problem.robot.n
-    open_freedoms = 0 if measured.pose_sigma is not None else gauge_size(problem.robot, problem)
+    open_freedoms = 0 if measured.pose_sigma is not None else gauge_size(problem)
     why = (
         f"each pose tells {problem.per_pose} numbers and asks for {n}, and {k} unknowns less {open_freedoms} that stay "
         "open in any case are to be found"

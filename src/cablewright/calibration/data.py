@@ -43,9 +43,9 @@ class _Table(NamedTuple):
 def read_measured(path: str | Path, robot: Robot) -> Measured:
     """Read a CSV with a column ``dl_1`` .. ``dl_m`` for each line: the change of its length since home.
 
-    Optional: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), guesses of the poses, or with ``sigma_x`` .. measurements
-    of them; ``f_1`` .., tensions; ``swivel_1`` .., azimuths; ``tilt_x,tilt_y``. A unit may follow a name: ``dl_1 (mm)``;
-    without it numbers are SI. Cells are apart by tab, semicolon or comma. Comments begin with ``#``.
+    Optional: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), guesses of the poses, or with ``sigma_x`` ..
+    measurements of them; ``f_1`` .., tensions; ``swivel_1`` .., azimuths; ``tilt_x,tilt_y``. A unit may follow a name:
+    ``dl_1 (mm)``; without it numbers are SI. Cells are apart by tab, semicolon or comma. Comments begin with ``#``.
 
     Raises `InputError` where it is no such file: a column missing, unknown or there twice, part of a group missing, a
     row of another width, a cell that is no finite number.

@@ -1,4 +1,4 @@
-"""Fits of a calibration's equations: from given starts, from rough dimensions, and moved to the frame that is wanted."""
+"""Fits of a calibration's equations: from given starts, from rough dimensions, and moved to the wanted frame."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from cablewright.kernels import pose_schur
 from cablewright.kernels.pose_schur import Settings
 from cablewright.kernels.sensors import Rows
 
-__all__ = ["NEAR", "Fit", "best_fit", "fit", "fits", "to_file_frame"]
+__all__ = ["NEAR", "QUICK", "Fit", "best_fit", "first_start", "fit", "fits", "poses_alone", "to_file_frame"]
 
 Array = NDArray[np.float64]
 
 NEAR: Final = Settings(1e-12, 0.0, 3000, 1e-6)
+QUICK: Final = Settings(1e-6, 1e-6, 60, 1e-4)
 _FAR: Final = Settings(1e-10, 1e-6, 300, 1e-3)
 _STAGE: Final = Settings(1e-4, 1e-3, 60, 1e-3)
 _ROUGHLY: Final = Settings(1e-4, 1e-4, 40, 1e-2)
@@ -66,14 +67,18 @@ def fits(
     codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
     values, weight = problem.values[None], np.ascontiguousarray(used)[None]
     pose_schur.adjust_runs(rows or problem.rows, theta, poses, values, weight, settings, codes, steps, costs)
-    return [
-        Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(runs)
-    ]
+    return [Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(runs)]
 
 
-def fit(problem: Problem, theta: Array, poses: Array, weights: Array | None = None) -> Fit:
+def fit(problem: Problem, theta: Array, poses: Array, weights: Array | None = None, settings: Settings = NEAR) -> Fit:
     """Fit from one start near the solution."""
-    return fits(problem, theta[None], poses[None], weights)[0]
+    return fits(problem, theta[None], poses[None], weights, settings)[0]
+
+
+def first_start(problem: Problem) -> Fit:
+    """Where the file's numbers and the guesses of the poses are, before any step."""
+    theta, poses = next(_starts(problem, np.random.default_rng(0), 0.0, 1, first=True))
+    return Fit(theta, poses, problem.weights, np.inf, 0, 0)
 
 
 def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
@@ -143,9 +148,9 @@ def _unmirrored(problem: Problem, theta: Array, poses: Array) -> Array:
     normal = np.linalg.svd(exits - middle)[2][2]
     mirrored = poses.copy()
     mirrored[:, :3] -= 2.0 * ((poses[:, :3] - middle) @ normal)[:, None] * normal
-    mirrored = _poses_alone(problem, theta, mirrored)
+    mirrored = poses_alone(problem, theta, mirrored)
     here, there = (np.sum(problem.derivatives(theta, each).residual ** 2, axis=1) for each in (poses, mirrored))
-    return np.where((there < 0.5 * here)[:, None], mirrored, poses)
+    return np.asarray(np.where((there < 0.5 * here)[:, None], mirrored, poses))
 
 
 def _off(problem: Problem, found: Fit) -> Array:
@@ -185,7 +190,7 @@ def _with_offsets(problem: Problem, theta: Array, poses: Array) -> Array:
     for at, each in enumerate(problem.unknowns):
         if each.name == "length_offset" and each.line is not None:
             whole[at] = means[names.index(each.line)]
-    return whole[~problem.held]
+    return np.asarray(whole[~problem.held])
 
 
 def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Array]:
@@ -193,10 +198,10 @@ def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Arra
     at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
     poses = np.tile(home, (problem.poses, 1))
     theta = _with_home(problem, theta, problem.lengths(theta, poses[:1])[0] - problem.measured.counted[at_home])
-    return theta, _poses_alone(problem, theta, poses)
+    return theta, poses_alone(problem, theta, poses)
 
 
-def _poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
+def poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
     """The poses (N, n) that fit best with the unknowns as they are, from *poses* on."""
     lines, target = problem.rows.lines.copy(), problem.rows.target
     lines[target >= 0] = theta[target[target >= 0]]
@@ -212,7 +217,7 @@ def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
     for at, each in enumerate(problem.unknowns):
         if each.name == "length_offset" and each.line is not None:
             whole[at] = lengths[names.index(each.line)]
-    return whole[~problem.held]
+    return np.asarray(whole[~problem.held])
 
 
 def to_file_frame(problem: Problem, found: Fit) -> Fit:

@@ -90,7 +90,7 @@ class Information:
 
 
 def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
-    """What is left of residuals (N, r) and derivatives (N, r, k) of poses once each pose fits best, and pose ranks (N,).
+    """What is left of residuals (N, r) and derivatives (N, r, k) once each pose fits best, and the poses' ranks (N,).
 
     r = e where poses may be undecided: rows that a pose explains are zero.
     """
@@ -112,7 +112,7 @@ def information(problem: Problem, theta: Array, poses: Array, weights: Array, pr
 
     *priors* says whether what was known before counts.
     """
-    found = problem.derivatives(theta, poses, weights)
+    found = problem.balanced(theta, poses).derivatives(theta, poses, weights)
     _, reduced, ranks = projected(found)
     others = found.others_by_unknown if priors else found.others_by_unknown[~problem.is_prior]
     rows = _triangle(np.concatenate([reduced.reshape(-1, reduced.shape[-1]), others]))
@@ -137,7 +137,7 @@ def information(problem: Problem, theta: Array, poses: Array, weights: Array, pr
 
 def _triangle(rows: Array) -> Array:
     """At most k rows with the same Gram matrix."""
-    return rows if len(rows) <= rows.shape[1] else np.linalg.qr(rows, mode="r")
+    return rows if len(rows) <= rows.shape[1] else np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 def _spectrum(rows: Array) -> tuple[Array, Array]:
@@ -152,7 +152,9 @@ def _motions(found: Information) -> dict[str, Array]:
     """Motions of everything that no encoder sees, or hardly: by name, what they do to the unknowns (k,)."""
     arms = found.exits - found.exits.mean(axis=0)
     moves = {f"translation along {axis}": np.tile(np.eye(3)[k], (len(arms), 1)) for k, axis in enumerate(AXES)}
-    moves |= {name: np.cross(np.eye(3)[k], arms) for name, k in (("yaw", 2), *((tilt, k) for k, tilt in enumerate(_TILTS)))}
+    moves |= {
+        name: np.cross(np.eye(3)[k], arms) for name, k in (("yaw", 2), *((tilt, k) for k, tilt in enumerate(_TILTS)))
+    }
     names = [line.name for line in found.robot.lines]
     motions = {name: np.zeros(len(found.unknowns)) for name in moves}
     for at, each in enumerate(found.unknowns):

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from cablewright.calibration.fit import Fit, fit
+from cablewright.calibration.checks import gauge_size
+from cablewright.calibration.fit import QUICK, Fit, fit, poses_alone
 from cablewright.calibration.observability import projected
 from cablewright.calibration.problem import Problem
 
@@ -18,12 +19,17 @@ __all__ = ["Rejected", "without_outliers"]
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_FALSE_ALARM: Final = 0.01
+_FALSE_ALARM: Final = 0.003
 """How often a calibration without gross errors may reject anything."""
 
 _ROUNDS: Final = 12  # of re-weighting
 _SETTLING: Final = 12  # of judging
 _EXACT: Final = 1e-8  # m: what fits better than this is no gross error, whatever the others do
+_PARTS: Final = (40, 12)  # where few poses are left over, and where many are
+_CONCENTRATIONS: Final = 4
+_MANY: Final = 3  # times the poses a part needs: from here on re-weighting seldom fails
+_KEPT: Final = 75  # percent of the poses by whose fit parts are compared
+_LEFT_OVER: Final = 5  # measurements beyond those that decide, in a part
 _TOO_MANY: Final = 0.4  # share of poses beyond which it is the model that does not fit
 
 
@@ -36,19 +42,19 @@ class Rejected:
     size: float
 
 
-def without_outliers(problem: Problem, plain: Fit) -> tuple[Fit, tuple[Rejected, ...]]:
-    """Fit again without gross errors. *plain* is a fit of all rows.
+def without_outliers(problem: Problem, plain: Fit, start: Fit, seed: int) -> tuple[Fit, tuple[Rejected, ...]]:
+    """Fit again without gross errors. *plain* is a fit of all rows, *start* where fits of a part of them may begin.
 
     A pose says of its own error no more than its surplus of rows: with one row more than freedoms, that something is
     wrong; with more, which line it is.
     """
-    start = problem.of_poses(plain.weights)
-    robust = _reweighted(problem, plain)
+    shape = problem.of_poses(plain.weights).shape
+    robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed)
     off, ranks, _, _ = _surplus(problem, robust)
-    spread = _spread(off, ranks, start.shape[1])
-    limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(start.shape[1] - ranks, 1))
+    spread = max(_spread(off, ranks, shape[1]), _floor(problem))
+    limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(shape[1] - ranks, 1))
     bad = np.sum(off * off, axis=1) > limit * spread**2
-    found, rows = robust, np.zeros(start.shape, dtype=bool)
+    found, rows = robust, np.zeros(shape, dtype=bool)
     for _ in range(_SETTLING):
         if bad.mean() > _TOO_MANY:
             return plain, ()
@@ -64,7 +70,9 @@ def without_outliers(problem: Problem, plain: Fit) -> tuple[Fit, tuple[Rejected,
     return found, tuple(_told(problem, found, rows))
 
 
-def _surplus(problem: Problem, found: Fit, weights: Array | None = None) -> tuple[Array, NDArray[np.int64], Array, Array]:
+def _surplus(
+    problem: Problem, found: Fit, weights: Array | None = None
+) -> tuple[Array, NDArray[np.int64], Array, Array]:
     """What poses leave unexplained: (N, r), their ranks, derivatives (N, r, k), and the covariance (k, k)."""
     used = found.weights if weights is None else weights
     off, reduced, ranks = projected(problem.derivatives(found.theta, found.poses, used))
@@ -98,6 +106,50 @@ def _reweighted(problem: Problem, plain: Fit) -> Fit:
         found = fit(problem, found.theta, found.poses, weights)
     off, ranks, _, _ = _surplus(problem, found, plain.weights)
     return Fit(found.theta, found.poses, plain.weights, found.cost, found.code, found.steps, found.starts)
+
+
+def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> Fit:
+    """The fit whose better poses fit best, of *reweighted* and of fits of random parts of the poses.
+
+    Least trimmed squares (Rousseeuw, Van Driessen 2006): where few poses are left over, gross errors draw a plain fit
+    so far that no weights bring it back, while a part without them has the right answer.
+    """
+    count, surplus = problem.poses, problem.per_pose - problem.robot.n
+    decided = len(reweighted.theta) - gauge_size(problem)
+    least = -(-(decided + _LEFT_OVER) // surplus)
+    kept = max(-(-_KEPT * count // 100), least)
+    if kept >= count:
+        return reweighted
+    rng = np.random.default_rng(seed)
+    best, size = reweighted, _trimmed(problem, reweighted, kept)[0]
+    for part in range(_PARTS[kept > _MANY * least]):
+        found = (start, reweighted)[part % 2]
+        chosen = rng.choice(count, min(least, kept), replace=False)
+        trimmed = np.inf
+        for _ in range(_CONCENTRATIONS):
+            weights = reweighted.weights.copy()
+            left_out = np.ones(count, dtype=bool)
+            left_out[chosen] = False
+            problem.of_poses(weights)[left_out] = 0.0
+            found = fit(problem, found.theta, found.poses, weights, settings=QUICK)
+            if not np.isfinite(found.cost):
+                break
+            found = replace(found, poses=poses_alone(problem, found.theta, found.poses))
+            trimmed, order = _trimmed(problem, found, kept)
+            chosen = order[:kept]
+        if trimmed < size:
+            best, size = replace(reweighted, theta=found.theta, poses=found.poses), trimmed
+    return best
+
+
+def _trimmed(problem: Problem, found: Fit, kept: int) -> tuple[float, NDArray[np.int64]]:
+    """Sum of squares that the *kept* best poses leave unexplained, and poses in the order of theirs."""
+    if not np.isfinite(problem.lengths(found.theta, found.poses)).all():  # a pose that does not count is in a sheave
+        return np.inf, np.arange(problem.poses)
+    off, _, _ = projected(problem.derivatives(found.theta, found.poses))
+    sizes = np.sum(off * off, axis=1)
+    order = np.argsort(sizes)
+    return float(sizes[order[:kept]].sum()), order
 
 
 def _spread_of(problem: Problem, found: Fit, bad: Flags) -> float:

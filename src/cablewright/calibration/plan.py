@@ -15,7 +15,7 @@ from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Angle, Force, Length, Positive, Vec3
 
-__all__ = ["INNER", "Distance", "Plan", "Plane", "Point", "Prior", "Sigmas", "load_plan"]
+__all__ = ["INNER", "Distance", "Plan", "Plane", "Point", "Prior", "Range", "Sigmas", "load_plan"]
 
 NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
@@ -23,6 +23,7 @@ INNER: Final = "inner"
 
 _MOST: Final = 1000
 _Axis = Annotated[float, Strict()]
+_Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_length=1, max_length=100_000)]
 
 
 class Sigmas(Description):
@@ -73,7 +74,7 @@ class Point(Description):
 class Plane(Description):
     """Poses (rows of the data, counted from 1) whose nozzle touched a plane through ``point``."""
 
-    poses: Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_length=1, max_length=100_000)]
+    poses: _Poses
     point: Vec3
     normal: tuple[_Axis, _Axis, _Axis]
     deviation: Positive[Length] = 1e-3
@@ -85,8 +86,23 @@ class Plane(Description):
         return self
 
 
+class Range(Description):
+    """Measured distances of the nozzle from a known ``point`` of the world, at poses (rows, counted from 1)."""
+
+    point: Vec3
+    poses: _Poses
+    values: Annotated[tuple[Positive[Length], ...], Field(min_length=1, max_length=100_000)]
+    deviation: Positive[Length] = 1e-3
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        if len(self.poses) != len(self.values):
+            raise refusal("values", f"must be as many as poses: {len(self.values)} and {len(self.poses)} are given")
+        return self
+
+
 class Plan(Description):
-    """What is asked. ``datum`` names exit points (``south-west``) or coordinates (``south-east.y``) to hold, or "inner".
+    """What is asked. ``datum`` names exit points (``south-west``) or coordinates (``south-east.y``) to hold.
 
     ``shared``: unknowns that are one number for all lines. ``level``: how well it is known that the exit points, as a
     whole, are not tilted against the file, rad.
@@ -102,6 +118,7 @@ class Plan(Description):
     distances: Annotated[tuple[Distance, ...], Field(max_length=_MOST)] = ()
     points: Annotated[tuple[Point, ...], Field(max_length=_MOST)] = ()
     planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()
+    ranges: Annotated[tuple[Range, ...], Field(max_length=8)] = ()
 
 
 def load_plan(path: str | Path) -> Plan:

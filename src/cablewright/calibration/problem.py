@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 
 import numpy as np
@@ -89,7 +89,6 @@ class Problem:
         held = _held(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
         blocks = list(_blocks(robot, measured, plan))
         per_pose = sum(block.values.shape[1] for block in blocks)
-        count = len(measured.counted)
         distances = _distances(robot, plan)
         linear, wanted, prior = _linear(robot, unknowns, plan, start)
         keep = ~held
@@ -97,40 +96,17 @@ class Problem:
         for i, c in np.argwhere(target >= 0):
             if held[target[i, c]]:
                 lines[i, c] = start[target[i, c]]
-        rows = Rows(
-            robot.n,
-            np.arange(count + 1, dtype=np.int64) * per_pose,
-            *(
-                np.concatenate([np.concatenate([getattr(block, name) for block in blocks], axis=1).ravel(), of_none])
-                for name, of_none in (
-                    ("kind", np.full(len(distances), sensors.BETWEEN, dtype=np.int64)),
-                    ("line", np.array([each[0] for each in distances], dtype=np.int64)),
-                    ("other", np.array([each[1] for each in distances], dtype=np.int64)),
-                )
-            ),
-            np.concatenate(
-                [np.concatenate([block.extra for block in blocks], axis=1).reshape(-1, 6), np.zeros((len(distances), 6))]
-            ),
-            lines,
-            np.where(target >= 0, place[target], -1),
-            np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
-            _load(robot),
-            np.ascontiguousarray(linear[:, keep]),
-            wanted - linear[:, held] @ start[held],
+        rows = _rows(robot, measured, blocks, distances)._replace(
+            lines=lines,
+            target=np.where(target >= 0, place[target], -1),
+            linear=np.ascontiguousarray(linear[:, keep]),
+            wanted=wanted - linear[:, held] @ start[held],
         )
-        return cls(
-            robot,
-            measured,
-            plan,
-            unknowns,
-            rows,
-            np.append(np.concatenate([block.values for block in blocks], axis=1), [each[2] for each in distances]),
-            np.append(np.concatenate([block.weights for block in blocks], axis=1), [1 / each[3] for each in distances]),
-            per_pose,
-            start,
-            held,
-            np.append(np.zeros(len(distances), dtype=bool), prior),
-        )
+        values = np.append(np.concatenate([block.values for block in blocks], axis=1), [each[2] for each in distances])
+        weights = np.concatenate([block.weights for block in blocks], axis=1)
+        weights = np.append(weights, [1.0 / each[3] for each in distances])
+        is_prior = np.append(np.zeros(len(distances), dtype=bool), prior)
+        return cls(robot, measured, plan, unknowns, rows, values, weights, per_pose, start, held, is_prior)
 
     @property
     def poses(self) -> int:
@@ -185,6 +161,20 @@ class Problem:
             np.concatenate([gradients[count * e :], self.rows.linear]),
         )
 
+    def balanced(self, theta: Array, poses: Array) -> Problem:
+        """The problem with measured tensions, if any, replaced by the nearest ones that balance the load.
+
+        A force left unbalanced turns with the frame, and would seem to tell its direction.
+        """
+        if self.measured.tensions is None:
+            return self
+        m = self.robot.m
+        found = self.derivatives(theta, poses, np.ones(len(self.values)))
+        u = np.swapaxes(found.by_pose[:, :m, :3], 1, 2)  # (N, 3, m)
+        left = self.rows.load - np.einsum("nam,nm->na", u, self.rows.tensions)
+        tensions = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left)
+        return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(tensions)))
+
     def of_poses(self, weights: Array) -> Array:
         """The part (N, e) of row *weights* that belongs to poses; a view."""
         return weights[: self.poses * self.per_pose].reshape(self.poses, self.per_pose)
@@ -200,6 +190,34 @@ class _Block:
     extra: Array  # (N, r, 6)
     values: Array
     weights: Array
+
+
+def _rows(
+    robot: Robot, measured: Measured, blocks: Sequence[_Block], distances: Sequence[tuple[int, int, float, float]]
+) -> Rows:
+    """What the rows are of, without unknowns: those of poses in their order, then distances."""
+    count = len(measured.counted)
+    per_pose = sum(block.values.shape[1] for block in blocks)
+    whole = [np.array([each[k] for each in distances], dtype=np.int64) for k in range(2)]
+    kinds = np.concatenate([block.kind for block in blocks], axis=1).ravel()
+    lines = np.concatenate([block.line for block in blocks], axis=1).ravel()
+    others = np.concatenate([block.other for block in blocks], axis=1).ravel()
+    extra = np.concatenate([block.extra for block in blocks], axis=1).reshape(-1, 6)
+    nothing = np.zeros((robot.m, sensors.COLUMNS))
+    return Rows(
+        freedoms=robot.n,
+        start=np.arange(count + 1, dtype=np.int64) * per_pose,
+        kind=np.append(kinds, np.full(len(distances), sensors.BETWEEN, dtype=np.int64)),
+        line=np.append(lines, whole[0]),
+        other=np.append(others, whole[1]),
+        extra=np.concatenate([extra, np.zeros((len(distances), 6))]),
+        lines=nothing,
+        target=np.full(nothing.shape, -1, dtype=np.int64),
+        tensions=np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
+        load=_load(robot),
+        linear=np.zeros((0, 0)),
+        wanted=np.zeros(0),
+    )
 
 
 def _block(kind: int, values: Array, weights: Array, line: object = 0, other: object = 0, extra: object = 0) -> _Block:
@@ -230,20 +248,33 @@ def _blocks(robot: Robot, measured: Measured, plan: Plan) -> Iterator[_Block]:
         yield _block(sensors.SWIVEL, measured.swivel, one / sigma.swivel, lines)
     if measured.tilt is not None:
         if robot.n == 3:
-            raise InputError(f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt")
+            raise InputError(
+                f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
+            )
         yield _block(sensors.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
     if measured.tensions is not None:
         yield _balance(robot, measured, sigma.tension)
+    nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
     for index, plane in enumerate(plan.planes):
-        worst = max(plane.poses)
-        if worst > len(measured.counted):
-            raise InputError(f"planes[{index}].poses: there is no pose {worst}; the data have {len(measured.counted)}")
+        at = _at_poses(measured, plane.poses, f"planes[{index}]")
         normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
-        touching = np.zeros((len(measured.counted), 1))
-        touching[np.asarray(plane.poses) - 1] = 1.0 / plane.deviation
-        nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
-        values = np.full(touching.shape, float(normal @ plane.point))
-        yield _block(sensors.PLANE, values, touching, extra=np.append(normal, nozzle))
+        weights = at[:, None] / plane.deviation
+        values = np.full(weights.shape, float(normal @ plane.point))
+        yield _block(sensors.PLANE, values, weights, extra=np.append(normal, nozzle))
+    for index, reach in enumerate(plan.ranges):
+        at = _at_poses(measured, reach.poses, f"ranges[{index}]")
+        values = np.zeros((len(at), 1))
+        values[np.asarray(reach.poses) - 1, 0] = reach.values
+        yield _block(sensors.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle))
+
+
+def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
+    """1 at each of the poses (counted from 1), 0 at the others, (N,)."""
+    if max(poses) > len(measured.counted):
+        raise InputError(f"{where}.poses: there is no pose {max(poses)}; the data have {len(measured.counted)}")
+    at = np.zeros(len(measured.counted))
+    at[np.asarray(poses) - 1] = 1.0
+    return at
 
 
 def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:

@@ -35,9 +35,7 @@ class Simulated:
     home_lengths: Array
 
 
-def simulate(
-    robot: Robot, poses: int, noise: float, seed: int, *, guess: float = GUESS, scale: Array | None = None
-) -> Simulated:
+def simulate(robot: Robot, poses: int, noise: float, seed: int, *, guess: float = GUESS) -> Simulated:
     """Measure *robot*, taken as true, with encoders of standard deviation *noise* (m) at random poses in its workspace.
 
     The first pose is home. Guesses are uniform within *guess* (m, and rad) of the poses.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.checks import check, check_lengths
-from cablewright.calibration.fit import Fit, best_fit, fit, to_file_frame
+from cablewright.calibration.fit import Fit, best_fit, first_start, fit, to_file_frame
 from cablewright.calibration.observability import (
     Direction,
     Information,
@@ -84,7 +84,7 @@ class Calibration:
     @cached_property
     def values(self) -> Array:
         """The unknowns (k,)."""
-        return self.problem.whole(self.fit.theta) * self._sizes
+        return np.asarray(self.problem.whole(self.fit.theta) * self._sizes)
 
     @cached_property
     def covariance(self) -> Array:
@@ -145,7 +145,7 @@ class Calibration:
         """The calibrated robot; the old one unless `status` is "ok"."""
         if self.status != "ok":
             return self.problem.robot
-        return _written(self.problem.robot, self.unknowns, self.values, self.problem.whole(self.fit.theta))
+        return _written(self.problem.robot, self.unknowns, self.values)
 
 
 def calibrate(
@@ -169,7 +169,10 @@ def calibrate(
         raise InputError("unknowns: there is nothing to be found")
     check(free)
     plain = best_fit(free, seed, rough)
-    found, rejected = without_outliers(free, plain) if outliers and plain.code == 0 else (plain, ())
+    found, rejected = plain, tuple[Rejected, ...]()
+    if outliers and plain.code == 0:
+        start = plain if measured.guess is None else first_start(free)
+        found, rejected = without_outliers(free, plain, start, seed)
     found = to_file_frame(free, found)
     alone = information(free, found.theta, found.poses, found.weights)
     steps = plain.steps
@@ -179,7 +182,7 @@ def calibrate(
     scale, chi = _scale(held, found, posterior)
     rms = _rms(held, found)
     status, reason = _verdict(held, plain, found, rms)
-    notes = tuple(_notes(free, alone, scale, chi, rejected, plain))
+    notes = tuple(_notes(free, alone, scale, chi, rejected))
     return Calibration(status, reason, held, found, alone, posterior, rejected, scale, rms, steps, notes)
 
 
@@ -235,7 +238,7 @@ def _verdict(problem: Problem, plain: Fit, found: Fit, rms: float) -> tuple[str,
 
 
 def _notes(
-    problem: Problem, alone: Information, scale: float, chi: float, rejected: tuple[Rejected, ...], plain: Fit
+    problem: Problem, alone: Information, scale: float, chi: float, rejected: tuple[Rejected, ...]
 ) -> Iterator[str]:
     """Yield what a careful person would ask."""
     given, robot = problem.plan.sigma.encoder, problem.robot
@@ -248,10 +251,10 @@ def _notes(
     if given is not None and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"what is left is {chi:.3g} times what the given sigmas let expect"
     if rejected:
-        yield f"{len(rejected)} of {problem.poses} poses do not fit the others and are left out, whole or a line of them"
+        yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
 
 
-def _written(robot: Robot, unknowns: tuple[Unknown, ...], values: Array, raw: Array) -> Robot:
+def _written(robot: Robot, unknowns: tuple[Unknown, ...], values: Array) -> Robot:
     """The robot with the values in their places. A modelled winch exit follows its exit point sideways."""
     document: dict[str, Any] = robot.model_dump()
     lines = [dict(line) for line in document["lines"]]

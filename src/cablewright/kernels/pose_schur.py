@@ -22,7 +22,7 @@ NO_BETTER = 1e-8  # m: a refused step so small that what is left is rounding
 
 
 class Settings(NamedTuple):
-    """When a run ends: a step all of whose parts are under `step` (m, rad), or a cost that falls by less than `fall`."""
+    """When a run ends: a step with all parts under `step` (m, rad), or a cost that falls by less than `fall` of it."""
 
     step: float
     fall: float
@@ -121,7 +121,7 @@ def normal_equations(rows, theta, poses, values, weights, work):
 @jit
 def _add(work, j, count, weight, off, n, alone):
     """Add what one row says. U keeps its lower half."""
-    gradient, index, slope = work.row.gradient, work.row.index, work.row.slope
+    gradient, index, slope = work.row.gradient, work.row.unknown, work.row.slope
     for p in range(count):
         a, one = index[p], weight * gradient[p]
         work.g[a] -= one * off
@@ -220,7 +220,7 @@ def _solve_reduced(S, step, k):
 
 @jit
 def _try_step(theta, poses, damping, work):
-    """Write where the step leads to `theta` and `poses` of *work*. Returns its largest part and the fall it promises."""
+    """Write where the step leads to *work*. Returns its largest part and the fall of the cost that it promises."""
     k, n = theta.shape[0], poses.shape[1]
     largest, promised = 0.0, 0.0
     for a in range(k):
@@ -296,7 +296,7 @@ def adjust(rows, theta, poses, values, weights, settings, work):
 
 @jit(allocates=True)
 def adjust_runs(rows, theta, poses, values, weights, settings, codes, steps, costs):
-    """Runs of `adjust` in place: theta (B, k), poses (B, N, n), values and weights (B or 1, R); codes, steps, costs (B,)."""
+    """Runs of `adjust` in place: theta (B, k), poses (B, N, n), values, weights (B or 1, R); codes, steps, costs (B,)."""
     work = scratch(rows, theta.shape[1])
     for run in range(theta.shape[0]):
         own, weight = values[run % values.shape[0]], weights[run % weights.shape[0]]

@@ -4,7 +4,7 @@ Length over a swivelling sheave: Wang, Caro 2021, Eqs. 1 to 10, with the sign of
 side of wrap. Its derivative is the unit vector u along the free cable by the platform point, and -u by the exit point.
 """
 
-from math import asin, atan2, cos, exp, expm1, floor, nan, pi, sin, sqrt
+from math import asin, atan2, exp, expm1, floor, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -55,7 +55,7 @@ class Reading(NamedTuple):
 
     slope: NDArray[np.float64]  # (6,)
     gradient: NDArray[np.float64]  # (m * COLUMNS,)
-    index: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; one may be there twice
+    unknown: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; one may be there twice
     rotation: NDArray[np.float64]  # (3, 3) of the pose
     lines: NDArray[np.float64]  # (m, COLUMNS): all numbers of the lines, unknowns in place
     free: NDArray[np.float64]  # (9,): length, u (3,), per radius, free span, horizontal distance, its cosine and sine
@@ -131,7 +131,7 @@ def read_row(rows, i, j, value, pose, work):
         return _swivel(rows, rows.line[i], value, pose, work)
     if kind == TILT:
         return _tilt(rows.other[i], value, work), 0
-    if kind == REACH or kind == PLANE:
+    if kind in (REACH, PLANE):
         return _contact(kind, rows.extra[i], value, pose, work), 0
     if kind == BALANCE:
         return _balance(rows, j, rows.extra[i], pose, work)
@@ -144,7 +144,7 @@ def _put(rows, work, count, line, column, amount):
     at = rows.target[line, column]
     if at < 0:
         return count
-    work.gradient[count], work.index[count] = amount, at
+    work.gradient[count], work.unknown[count] = amount, at
     return count + 1
 
 
@@ -218,7 +218,7 @@ def _swivel(rows, i, value, pose, work):
 
 @jit
 def _tilt(about, value, work):
-    """Angle by which the plumb line leans in the platform's frame; d(R^T e_z) = -R^T (w x e_z) for a turn w in space."""
+    """How the plumb line leans in the platform's frame, rad; d(R^T e_z) = -R^T (w x e_z) for a turn w in space."""
     turned, slope = work.rotation, work.slope
     up, sign = turned[2, 2], (1.0 if about == 0 else -1.0)
     axis = 1 - about
@@ -254,7 +254,7 @@ def _contact(kind, extra, value, pose, work):
 
 @jit
 def _balance(rows, j, along, pose, work):
-    """Load less tensions times u, along a direction. u turns by what the point tied moves across over what it turns on."""
+    """Load less tensions times u, along a direction; u turns as the point tied moves across it."""
     free = work.free
     left = along[0] * rows.load[0] + along[1] * rows.load[1] + along[2] * rows.load[2]
     count = 0
@@ -312,7 +312,7 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
             for k in range(rows.freedoms):
                 slopes[i, k] = weights[i] * work.slope[k]
             for k in range(count):
-                gradients[i, work.index[k]] += weights[i] * work.gradient[k]
+                gradients[i, work.unknown[k]] += weights[i] * work.gradient[k]
 
 
 @jit(allocates=True)

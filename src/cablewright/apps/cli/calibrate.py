@@ -204,16 +204,15 @@ def _print(found: Calibration, written: str | None, page: Path | None) -> None:
     values = zip(found.unknowns, found.values, found.sigma, strict=True)
     for unknown, value, sigma in values:
         typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma:.3g}")
-    for each in found.rejected:
-        where = found.problem.measured.place(each.pose)
-        typer.echo(f"left out       {where}{'' if each.line is None else ', ' + each.line}: off by {each.size * 1e3:.4g} mm")
+    for out in found.rejected:
+        where = found.problem.measured.place(out.pose)
+        line = "" if out.line is None else f", {out.line}"
+        typer.echo(f"left out       {where}{line}: off by {out.size * 1e3:.4g} mm")
     if found.suggestions:
-        typer.echo("one more measurement would bring the exit points' sigma (rms, in one frame)")
-        for each in found.suggestions[:4]:
-            typer.echo(
-                f"  from {each.before * 1e3:.3g} to {each.after * 1e3:.3g} mm, open freedoms from {each.open_before} to "
-                f"{each.open_after}: {each.words}"
-            )
+        typer.echo("sigma of the exit points (rms, in one frame) with one more measurement, and open freedoms")
+    for more in found.suggestions[:4]:
+        sigmas = f"{more.before * 1e3:.3g} to {more.after * 1e3:.3g} mm"
+        typer.echo(f"  {sigmas:<20} {more.open_before} to {more.open_after}   {more.words}")
     if written is not None:
         typer.echo(f"robot file     {written}")
     if page is not None:

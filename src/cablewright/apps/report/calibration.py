@@ -47,13 +47,17 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
         yield section("How well exit points are known", *_exits(pictures))
         yield section("What one more measurement would bring", *_suggestions(found))
     yield section("What went in", _inputs(found, data))
-    yield section("What is assumed", list_of(_assumed(found)))
+    yield section("What is assumed", list_of(_assumed()))
 
 
 def _verdict(found: Calibration) -> Html:
     good = found.status == "ok"
     word = "Calibrated" if good else "Not calibrated"
-    told = f"Lengths of {count(found.problem.poses)} poses fit to {quantity(found.rms, 'm')} rms." if good else found.reason
+    told = (
+        f"Lengths of {count(found.problem.poses)} poses fit to {quantity(found.rms, 'm')} rms."
+        if good
+        else found.reason
+    )
     kind = "yes" if good else "no"
     return element("div", element("strong", word), element("p", told), class_=f"verdict {kind}", role="status")
 
@@ -163,10 +167,10 @@ def _inputs(found: Calibration, data: str) -> Html:
     return table(("what", "value"), [row for row in rows if row[1]])
 
 
-def _assumed(found: Calibration) -> list[str]:
+def _assumed() -> list[str]:
     return [
         "Lines are straight and do not stretch; sheaves swivel about a vertical axis without friction.",
         "Errors of the encoders are independent, normal and alike in all lines and poses.",
         "Sigma is of the first order: where a tilt is known to a few degrees only, its errors are not normal.",
-        "Lengths count from the exit point. The first pose need not be home: home lengths are those where counts are zero.",
+        "Lengths count from the exit point; home lengths are those where counts are zero, whichever pose that is.",
     ]
