@@ -157,7 +157,9 @@ def _off(problem: Problem, found: Fit) -> Array:
     """How far the exit points among the unknowns are from the file's, m, but for a common translation."""
     exits = np.array([each.name == "exit_point" for each in problem.unknowns])[~problem.held]
     off = (found.theta - problem.free)[exits]
-    return off - off.mean() if len(off) % 3 else (off.reshape(-1, 3) - off.reshape(-1, 3).mean(axis=0)).ravel()
+    if len(off) % 3:  # a datum holds some
+        return np.asarray(off)
+    return np.asarray((off.reshape(-1, 3) - off.reshape(-1, 3).mean(axis=0)).ravel())
 
 
 def _starts(

@@ -260,8 +260,8 @@ def _measurements(found: Information) -> Iterator[tuple[str, Array]]:
         yield f"the exit point of {name} surveyed, {_SURVEYED * 1e3:g} mm", point(name)
     if len(lines) >= 3:
         rows = np.concatenate([point(line.name) for line in lines[:3]])
-        names = ", ".join(line.name for line in lines[:3])
-        yield f"three exit points surveyed ({names}), {_SURVEYED * 1e3:g} mm", rows
+        listed = ", ".join(line.name for line in lines[:3])
+        yield f"three exit points surveyed ({listed}), {_SURVEYED * 1e3:g} mm", rows
     if len(lines) >= 2:
         names = [line.name for line in robot.lines]
         for a, b in list(combinations(lines, 2))[:_MOST_PAIRS]:

@@ -97,7 +97,7 @@ class Calibration:
     @property
     def sigma(self) -> Array:
         """Standard deviations of the unknowns (k,)."""
-        return np.sqrt(np.diag(self.covariance).clip(min=0.0))
+        return np.asarray(np.sqrt(np.diag(self.covariance).clip(min=0.0)))
 
     @property
     def encoder_sigma(self) -> float:

@@ -296,7 +296,7 @@ def adjust(rows, theta, poses, values, weights, settings, work):
 
 @jit(allocates=True)
 def adjust_runs(rows, theta, poses, values, weights, settings, codes, steps, costs):
-    """Runs of `adjust` in place: theta (B, k), poses (B, N, n), values, weights (B or 1, R); codes, steps, costs (B,)."""
+    """Runs of `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); codes, steps, costs (B,)."""
     work = scratch(rows, theta.shape[1])
     for run in range(theta.shape[0]):
         own, weight = values[run % values.shape[0]], weights[run % weights.shape[0]]

@@ -18,6 +18,7 @@ from cablewright.apps.cli import (
     interference,
     modes,
     modulus,
+    poses,
     retraction,
     robots,
     statics,
@@ -42,6 +43,7 @@ app.command("interference")(interference.interference)
 app.command("inverse")(statics.inverse)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
+app.command("poses")(poses.poses)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
