@@ -8,7 +8,17 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import accuracy, bodies, certificates, commands, equilibria, interference, statics, workspace
+from benchmarks import (
+    accuracy,
+    bodies,
+    calibration,
+    certificates,
+    commands,
+    equilibria,
+    interference,
+    statics,
+    workspace,
+)
 
 RESULTS = Path(__file__).with_name("results.json")
 
@@ -17,7 +27,7 @@ def main() -> None:
     """Run everything; an aim that is missed is said, not hidden."""
     rows = []
     print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
-    for source in (statics, bodies, certificates, equilibria, accuracy, workspace, interference, commands):
+    for source in (statics, bodies, certificates, equilibria, accuracy, workspace, interference, calibration, commands):
         for row in source.rows():
             print(row.text(), flush=True)
             rows.append(row.fields())

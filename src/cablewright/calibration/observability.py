@@ -23,6 +23,7 @@ __all__ = [
     "Information",
     "Suggestion",
     "information",
+    "information_of",
     "open_freedoms",
     "projected",
     "suggestions",
@@ -113,24 +114,36 @@ def information(problem: Problem, theta: Array, poses: Array, weights: Array, pr
     *priors* says whether what was known before counts.
     """
     found = problem.balanced(theta, poses).derivatives(theta, poses, weights)
-    _, reduced, ranks = projected(found)
-    others = found.others_by_unknown if priors else found.others_by_unknown[~problem.is_prior]
-    rows = _triangle(np.concatenate([reduced.reshape(-1, reduced.shape[-1]), others]))
+    if not priors:
+        found = replace(
+            found,
+            others=found.others[~problem.is_prior],
+            others_by_unknown=found.others_by_unknown[~problem.is_prior],
+        )
+    unknowns = tuple(each for each, held in zip(problem.unknowns, problem.held, strict=True) if not held)
     used = problem.of_poses(weights) > 0.0
+    return information_of(found, problem.robot, unknowns, problem.exit_points(theta), used)
+
+
+def information_of(
+    found: Derivatives, robot: Robot, unknowns: tuple[Unknown, ...], exits: Array, used: NDArray[np.bool_]
+) -> Information:
+    """Information of equations whose own unknowns, at each pose, are eliminated; *used* (N, e) says which count."""
+    _, reduced, ranks = projected(found)
+    rows = _triangle(np.concatenate([reduced.reshape(-1, reduced.shape[-1]), found.others_by_unknown]))
     alive = used.any(axis=1)
     values, right = _spectrum(rows)
     kept = _kept(values)
     inverse = right[kept].T / values[kept]
-    k = len(theta)
     return Information(
-        problem.robot,
-        tuple(each for each, held in zip(problem.unknowns, problem.held, strict=True) if not held),
-        problem.exit_points(theta),
+        robot,
+        unknowns,
+        exits,
         rows,
         right[~kept].T,
         int(ranks[alive].sum() + kept.sum()),
-        k + int(alive.sum()) * problem.robot.n,
-        int(used.sum()) + len(others),
+        rows.shape[1] + int(alive.sum()) * found.by_pose.shape[2],
+        int(used.sum()) + len(found.others_by_unknown),
         inverse @ inverse.T,
     )
 
@@ -184,7 +197,8 @@ def _without(basis: Array, unit: Array) -> Array:
 def _combination(unknowns: Sequence[Unknown], vector: Array) -> str:
     """The largest parts of a combination, in words."""
     order = np.argsort(-np.abs(vector))[:3]
-    return ", ".join(f"{vector[at]:+.2f} {unknowns[at].label}" for at in order if abs(vector[at]) > 0.05)
+    sign = np.sign(vector[order[0]])
+    return ", ".join(f"{sign * vector[at]:+.2f} {unknowns[at].label}" for at in order if abs(vector[at]) > 0.05)
 
 
 def weakest(found: Information) -> tuple[Direction, ...]:

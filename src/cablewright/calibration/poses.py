@@ -123,7 +123,7 @@ class _Search:
             before = size
             for at in range(len(chosen)):
                 rest = chosen[:at] + chosen[at + 1 :]
-                inverse = np.linalg.inv(self._information(rest))
+                inverse = _inverse(self._information(rest))
                 better = self._after(inverse)
                 better[rest] = np.inf
                 best = int(np.argmin(better))
@@ -137,7 +137,7 @@ class _Search:
 
     def sigmas(self, chosen: NDArray[np.int64]) -> tuple[float, float]:
         """Root mean square and largest sigma of the exit points' coordinates, m."""
-        variances = self._variances(np.linalg.inv(self._information(chosen)))
+        variances = self._variances(_inverse(self._information(chosen)))
         return float(np.sqrt(variances.mean())), float(np.sqrt(variances.max()))
 
     def _information(self, chosen: list[int] | NDArray[np.int64]) -> Array:
@@ -145,14 +145,14 @@ class _Search:
         return np.asarray(rows.T @ rows + self.ridge * 1e-6 * np.eye(rows.shape[1]))
 
     def _variances(self, inverse: Array) -> Array:
-        return np.einsum("ad,de,ae->a", self.exits, inverse, self.exits)
+        return np.asarray(np.einsum("ad,de,ae->a", self.exits, inverse, self.exits))
 
     def _size(self, chosen: list[int]) -> float:
         """What is to be small."""
         information = self._information(chosen)
         if self.criterion == "d-optimal":
             return -float(np.linalg.slogdet(information)[1])
-        return float(self._variances(np.linalg.inv(information)).max())
+        return float(self._variances(_inverse(information)).max())
 
     def _gains(self, inverse: Array) -> Array:
         """By how much each candidate's pose raises the logarithm of the determinant."""
@@ -168,6 +168,10 @@ class _Search:
         seen = across @ self.exits.T  # (C, r, a)
         fallen = np.einsum("cra,crs,csa->ca", seen, inner, seen)
         return np.asarray((self._variances(inverse) - fallen).max(axis=1))
+
+
+def _inverse(matrix: Array) -> Array:
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
 
 
 def _added(inverse: Array, rows: Array) -> Array:

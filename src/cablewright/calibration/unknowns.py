@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels import sensors
 from cablewright.robot import Eyelet, Robot
-from cablewright.robot.parameters import AXES
+from cablewright.robot.parameters import AXES, Parameter
 
 __all__ = ["DEFAULT", "NAMES", "Unknown", "numbers_of_lines", "targets", "unknowns_of"]
 
@@ -26,6 +26,7 @@ NAMES: Final = {
     "length_scale": "1",
     "drum_radius": "m",
     "build_up": "1/m",
+    "modulus": "1",
 }
 """What may be unknown, and the unit of its sigma."""
 
@@ -41,6 +42,7 @@ _COLUMNS: Final = {
     "drum_radius": sensors.SCALE,
     "build_up": sensors.BUILD_UP,
 }
+_OF_HARDWARE: Final = ("exit_point", "platform_point", "sheave_radius", "modulus")
 _POINTS: Final = ("exit_point", "platform_point")
 
 
@@ -64,6 +66,21 @@ class Unknown:
         return f"{words}{axis} of {'all lines' if self.line is None else self.line}"
 
     @property
+    def nominal(self) -> float | None:
+        """The value that stands for the robot as its file describes it; None where the file gives one."""
+        return {"length_offset": 0.0, "length_scale": 1.0, "drum_radius": 1.0, "build_up": 0.0, "modulus": 1.0}.get(
+            self.name
+        )
+
+    @property
+    def parameter(self) -> Parameter | None:
+        """The robot's parameter that it is; None where it speaks of the winch and not of the line."""
+        if self.name not in _OF_HARDWARE:
+            return None
+        axis = "" if self.axis is None else f".{AXES[self.axis]}"
+        return Parameter(f"{self.name}{axis}", self.line)
+
+    @property
     def column(self) -> int:
         """Its column among the numbers of a line."""
         return _COLUMNS[self.name] + (self.axis or 0)
@@ -74,7 +91,9 @@ class Unknown:
         return NAMES[self.name]
 
 
-def unknowns_of(robot: Robot, names: Sequence[str] = DEFAULT, shared: Sequence[str] = ()) -> tuple[Unknown, ...]:
+def unknowns_of(
+    robot: Robot, names: Sequence[str] = DEFAULT, shared: Sequence[str] = (), elastic: bool = False
+) -> tuple[Unknown, ...]:
     """The unknowns of those ``names``, line by line; of ``shared`` names one for all lines.
 
     Raises `InputError` for an unknown name, one given twice, and what this robot does not have.
@@ -83,6 +102,8 @@ def unknowns_of(robot: Robot, names: Sequence[str] = DEFAULT, shared: Sequence[s
     for index, name in enumerate(names):
         if name not in NAMES:
             raise UnknownName("unknown", name, NAMES)
+        if name == "modulus" and not elastic:
+            raise InputError("unknowns: modulus: rigid lines do not stretch; take elastic or catenary ones")
         if name in names[:index]:
             raise InputError(f"unknowns: {name!r} is given more than once")
         _check_has(robot, name)

@@ -203,7 +203,8 @@ def _print(found: Calibration, written: str | None, page: Path | None) -> None:
     typer.echo("values")
     values = zip(found.unknowns, found.values, found.sigma, strict=True)
     for unknown, value, sigma in values:
-        typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma:.3g}")
+        size, unit = (1e3, "mm") if unknown.unit == "m" else (1.0, unknown.unit)
+        typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma * size:.3g} {unit}")
     for out in found.rejected:
         where = found.problem.measured.place(out.pose)
         line = "" if out.line is None else f", {out.line}"

@@ -33,7 +33,7 @@ def poses(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write the poses as CSV.")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Poses that tell most of what a calibration looks for, within the tension limits, in an order that moves little."""
+    """Poses that tell most of what a calibration looks for, within tension limits, in an order that moves little."""
     from cablewright.calibration.data import write_measured
     from cablewright.calibration.plan import load_plan
     from cablewright.calibration.poses import choose
