@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba.core.types import unliteral
 from scipy.optimize import least_squares
 
 from cablewright.calibration.fit import fit
 from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior
 from cablewright.calibration.problem import Measured, Problem
-from cablewright.calibration.simulation import random_poses
+from cablewright.calibration.simulation import random_poses, simulate
+from cablewright.calibration.solve import calibrate
+from cablewright.kernels import pose_schur, sensors
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
@@ -194,3 +197,14 @@ def test_a_spool_builds_up() -> None:
         middle = 0.5 * (grid[1:] + grid[:-1])
         paid_out = float(np.sum(theta[4 + i] * np.exp(-theta[8 + i] * middle) * np.diff(grid)))
         assert lengths[i] - theta[i] - paid_out == pytest.approx(rest[i], abs=1e-10)
+
+
+def test_kernels_have_one_compiled_signature() -> None:
+    for robot in (load("wang2021"), load("cogiro")):
+        made = simulate(robot, 20, 1e-4, 1, guess=0.01)
+        calibrate(robot, made.measured, rough=0.0, outliers=False)
+        calibrate(robot, made.measured, Plan(datum=(robot.lines[0].name,)), rough=0.0)
+    for module in (sensors, pose_schur):
+        for each in vars(module).values():
+            if hasattr(each, "signatures"):
+                assert len({tuple(map(unliteral, signature)) for signature in each.signatures}) <= 1, each.__name__

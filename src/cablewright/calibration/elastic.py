@@ -7,15 +7,16 @@ the pose as its own unknowns. All derivatives are those of the one linearisation
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.observability import Information, information_of, open_freedoms
+from cablewright.calibration.observability import Direction, Information, information_of, open_freedoms, weakest
 from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import ENCODER_SIGMA, Derivatives, Measured
-from cablewright.calibration.unknowns import Unknown, unknowns_of
+from cablewright.calibration.unknowns import Unknown, unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.parameters import varied
@@ -43,6 +44,7 @@ class ElasticCalibration:
 
     status: str
     reason: str
+    old: Robot
     unknowns: tuple[Unknown, ...]
     values: Array  # (k,)
     lengths: Array  # (N, m) m: what was paid out, unstrained, from winch exit to platform
@@ -55,6 +57,16 @@ class ElasticCalibration:
     def sigma(self) -> Array:
         """Standard deviations of the unknowns (k,)."""
         return np.asarray(np.sqrt(np.diag(self.alone.covariance)))
+
+    @property
+    def weakest(self) -> tuple[Direction, ...]:
+        """The least known combinations that are not open."""
+        return weakest(self.alone)
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The calibrated robot; the old one unless `status` is "ok"."""
+        return with_values(self.old, self.unknowns, self.values) if self.status == "ok" else self.old
 
     @property
     def gauge(self) -> tuple[str, ...]:
@@ -84,6 +96,9 @@ class _Search:
         for given, what in ((measured.tensions, "f_1"), (measured.swivel, "swivel_1"), (measured.tilt, "tilt_x")):
             if given is not None:
                 raise InputError(f"{measured.origin}: column {what}: {cable} lines take encoders and poses alone")
+        for key in ("datum", "level", "priors", "distances", "points", "planes", "ranges"):
+            if getattr(plan, key):
+                raise InputError(f"{key}: goes with rigid lines alone; {cable} ones take encoders and poses")
         self.robot, self.measured = robot, measured
         self.wanted, self.pose_sigma = measured.guess, measured.pose_sigma
         self.sigma = plan.sigma.encoder or ENCODER_SIGMA
@@ -219,7 +234,9 @@ class _Search:
         found = information_of(rows, self.robot, self.unknowns, exits, np.ones(rows.residual.shape, dtype=bool))
         rms = float(np.sqrt(np.mean((held.pose[:, :3] - self.wanted[:, :3]) ** 2)))
         sizes = np.array([each.size for each in self.unknowns])
-        return ElasticCalibration(status, reason, self.unknowns, theta * sizes, lengths, held, found, rms, steps)
+        return ElasticCalibration(
+            status, reason, self.robot, self.unknowns, theta * sizes, lengths, held, found, rms, steps
+        )
 
 
 def _step(rows: Derivatives, damping: float) -> tuple[Array, Array]:

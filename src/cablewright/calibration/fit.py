@@ -31,6 +31,7 @@ _TRUST: Final = (0.1, 0.01, 0.001)
 
 _BATCH: Final = 8  # starts tried at a time
 _BATCHES: Final = 12
+_UNGUESSED: Final = 4  # batches at least, where nobody guesses poses
 _AGAIN: Final = 3  # times the least cost must be found before it counts as the least
 _SAME: Final = 1e-8  # m: rounding
 _FINE: Final = 5e-4  # m: from here on a fit without guesses of poses may be a wrong one found several times
@@ -95,9 +96,11 @@ def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
         found += [each for each in (_from_far(problem, *start, rough) for start in starts) if np.isfinite(each.cost)]
         if not found:
             continue
+        found += _mirrored(problem, min(found, key=lambda each: each.cost))
         least = min(each.cost for each in found)
         alike = [each for each in found if each.cost <= _ALIKE * least + rounding]
-        if len(alike) >= _AGAIN and (problem.measured.guess is not None or least <= fine):
+        guessed = problem.measured.guess is not None
+        if len(alike) >= _AGAIN and (guessed or (least <= fine and batch + 1 >= _UNGUESSED)):
             break
     if not found:
         start = next(_starts(problem, rng, 0.0, 1, first=True))
@@ -134,6 +137,19 @@ def _from_far(problem: Problem, theta: Array, poses: Array, rough: float) -> Fit
             break
         found = again
     return found
+
+
+def _mirrored(problem: Problem, found: Fit) -> list[Fit]:
+    """The fit from the upside-down image of another: sheaves alone tell the two apart, by millimetres."""
+    if problem.robot.n == 6 or problem.measured.guess is not None or not found.cost < np.inf:
+        return []
+    theta, poses = found.theta.copy(), found.poses.copy()
+    middle = float(problem.exit_points(theta)[:, 2].mean())
+    heights = np.array([(each.name, each.axis) == ("exit_point", 2) for each in problem.unknowns])[~problem.held]
+    theta[heights] = 2.0 * middle - theta[heights]
+    poses[:, 2] = 2.0 * middle - poses[:, 2]
+    image = fits(problem, theta[None], poses[None], settings=_FAR)[0]
+    return [image] if np.isfinite(image.cost) else []
 
 
 def _unmirrored(problem: Problem, theta: Array, poses: Array) -> Array:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from cablewright.calibration.observability import (
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import Measured, Problem
-from cablewright.calibration.unknowns import Unknown
+from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.errors import InputError
 from cablewright.robot import Robot
 
@@ -44,7 +44,6 @@ _CONTRADICTS: Final = 3.0  # times the rms without it: a datum that fits this ba
 _NO_FIT: Final = 0.01  # rms over the frame's diagonal from which the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # rms over the given sigma
 _LEAST_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
-_DIGITS: Final = 12  # after the point, m, of what is written to a robot file
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +144,7 @@ class Calibration:
         """The calibrated robot; the old one unless `status` is "ok"."""
         if self.status != "ok":
             return self.problem.robot
-        return _written(self.problem.robot, self.unknowns, self.values)
+        return with_values(self.problem.robot, self.unknowns, self.values)
 
 
 def calibrate(
@@ -252,30 +251,3 @@ def _notes(
         yield f"what is left is {chi:.3g} times what the given sigmas let expect"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
-
-
-def _written(robot: Robot, unknowns: tuple[Unknown, ...], values: Array) -> Robot:
-    """The robot with the values in their places. A modelled winch exit follows its exit point sideways."""
-    document: dict[str, Any] = robot.model_dump()
-    lines = [dict(line) for line in document["lines"]]
-    names = [line.name for line in robot.lines]
-    for unknown, value in zip(unknowns, values.tolist(), strict=True):
-        for i in range(robot.m) if unknown.line is None else [names.index(unknown.line)]:
-            _put(lines[i], unknown, round(value, _DIGITS))
-    return Robot.model_validate(document | {"lines": lines})
-
-
-def _put(line: dict[str, Any], unknown: Unknown, value: float) -> None:
-    if unknown.name == "sheave_radius":
-        if line["sheave"]["kind"] != "eyelet":
-            line["sheave"] = line["sheave"] | {"radius": value}
-    elif unknown.name == "drum_radius":
-        line["winch"] = line["winch"] | {"drum_radius": value}
-    elif unknown.axis is not None:
-        point = list(line[unknown.name])
-        change, point[unknown.axis] = value - point[unknown.axis], value
-        line[unknown.name] = tuple(point)
-        if unknown.name == "exit_point" and line.get("winch_exit") is not None and unknown.axis < 2:
-            winch = list(line["winch_exit"])
-            winch[unknown.axis] = round(winch[unknown.axis] + change, _DIGITS)
-            line["winch_exit"] = tuple(winch)

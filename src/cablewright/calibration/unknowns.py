@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from cablewright.kernels import sensors
 from cablewright.robot import Eyelet, Robot
 from cablewright.robot.parameters import AXES, Parameter
 
-__all__ = ["DEFAULT", "NAMES", "Unknown", "numbers_of_lines", "targets", "unknowns_of"]
+__all__ = ["DEFAULT", "NAMES", "Unknown", "numbers_of_lines", "targets", "unknowns_of", "with_values"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,7 @@ _COLUMNS: Final = {
     "drum_radius": sensors.SCALE,
     "build_up": sensors.BUILD_UP,
 }
+_DIGITS: Final = 12  # after the point, m, of what is written to a robot file
 _OF_HARDWARE: Final = ("exit_point", "platform_point", "sheave_radius", "modulus")
 _POINTS: Final = ("exit_point", "platform_point")
 
@@ -174,3 +175,33 @@ def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
             if unknown.line in (None, line.name):
                 found[i, unknown.column] = at
     return found
+
+
+def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array) -> Robot:
+    """The robot with the values in their places. A modelled winch exit follows its exit point sideways."""
+    document: dict[str, Any] = robot.model_dump()
+    lines = [dict(line) for line in document["lines"]]
+    names = [line.name for line in robot.lines]
+    for unknown, value in zip(unknowns, values.tolist(), strict=True):
+        for i in range(robot.m) if unknown.line is None else [names.index(unknown.line)]:
+            _put(lines[i], unknown, round(value, _DIGITS))
+    return Robot.model_validate(document | {"lines": lines})
+
+
+def _put(line: dict[str, Any], unknown: Unknown, value: float) -> None:
+    if unknown.name == "modulus":
+        key = "axial_stiffness" if line["cable"].get("axial_stiffness") is not None else "young_modulus"
+        line["cable"] = line["cable"] | {key: line["cable"][key] * value}
+    elif unknown.name == "sheave_radius":
+        if line["sheave"]["kind"] != "eyelet":
+            line["sheave"] = line["sheave"] | {"radius": value}
+    elif unknown.name == "drum_radius":
+        line["winch"] = line["winch"] | {"drum_radius": value}
+    elif unknown.axis is not None:
+        point = list(line[unknown.name])
+        change, point[unknown.axis] = value - point[unknown.axis], value
+        line[unknown.name] = tuple(point)
+        if unknown.name == "exit_point" and line.get("winch_exit") is not None and unknown.axis < 2:
+            winch = list(line["winch_exit"])
+            winch[unknown.axis] = round(winch[unknown.axis] + change, _DIGITS)
+            line["winch_exit"] = tuple(winch)

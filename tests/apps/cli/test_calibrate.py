@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.simulation import aligned
+from cablewright.calibration.simulation import aligned, random_poses
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
 from cablewright.robot import library_text, load
+from cablewright.solvers.inverse import solve_inverse
 
 KEYS = {"status", "rms", "iterations", "unknowns", "rank", "gauge", "weakest", "sigma", "rejected", "robot"}
 TRUE = np.array([line.exit_point for line in load("wang2021").lines])
@@ -207,3 +210,27 @@ def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tm
 def test_bad_simulations(cli, tmp_path: Path, options: tuple[str, str]) -> None:
     given = {"--poses": "20", "--noise": "0.0001", "--seed": "1", "--out": str(tmp_path / "d.csv")} | dict([options])
     assert cli("simulate-calibration", "wang2021", *(part for pair in given.items() for part in pair)).refusal
+
+
+def test_lines_that_stretch(cli, data: Path, tmp_path: Path) -> None:
+    """From measured poses; without them it is refused."""
+    robot = load("wang2021")
+    model = Model(robot, Fidelity.of("elastic"))
+    poses = random_poses(robot, 20, np.random.default_rng(1))
+    lengths = solve_inverse(model, poses).checked().lengths
+    table = np.column_stack([lengths - lengths[0], poses, np.full(poses.shape, 1e-3)])
+    header = ",".join([*(f"dl_{i}" for i in range(1, 5)), "x,y,z,sigma_x,sigma_y,sigma_z"])
+    file, out = tmp_path / "d.csv", tmp_path / "new.toml"
+    file.write_text("\n".join([header, *(",".join(map(repr, row)) for row in table.tolist())]) + "\n")
+    plan = tmp_path / "plan.toml"
+    plan.write_text('schema = 1\nunknowns = ["exit_point", "length_offset", "modulus"]\nshared = ["modulus"]\n')
+    found = cli("calibrate", "wang2021", file, "--cable", "elastic", "--plan", plan, "--out", out, "--json").json
+    assert found.keys() >= KEYS
+    assert found["gauge"] == []
+    assert found["rms"] < 1e-8
+    assert load(out).lines[0].cable.young_modulus == pytest.approx(100e9, rel=1e-4)
+    assert "need measured poses" in cli("calibrate", "wang2021", data, "--cable", "elastic").refusal
+    assert "unknown cable law" in cli("calibrate", "wang2021", file, "--cable", "rubber").refusal
+    assert (
+        "datum: goes with rigid" in cli("calibrate", "wang2021", file, "--cable", "elastic", "--datum", "inner").refusal
+    )

@@ -12,8 +12,19 @@ from cablewright.apps.cli.output import print_json, tell, write_whole
 from cablewright.errors import AnswerError, InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy import float64
+    from numpy.typing import NDArray
+
+    from cablewright.calibration.observability import Direction
     from cablewright.calibration.plan import Plan
+    from cablewright.calibration.problem import Measured
     from cablewright.calibration.solve import Calibration
+    from cablewright.calibration.unknowns import Unknown
+    from cablewright.robot import Robot
+
+    Array = NDArray[float64]
 
 __all__ = ["calibrate", "simulate_calibration"]
 
@@ -36,6 +47,9 @@ def calibrate(
         Path | None, typer.Option("--report", metavar="FILE.html", help="Write the report; beside --out else.")
     ] = None,
     rough: Annotated[float, typer.Option("--rough", help="How far the file's exit points may be off, m.")] = 0.5,
+    cable: Annotated[
+        str, typer.Option("--cable", help="rigid; or elastic, catenary, which need measured poses.")
+    ] = "rigid",
     seed: Annotated[int, typer.Option("--seed", help="Seed of the starts.")] = 0,
     as_json: AsJson = False,
 ) -> int:
@@ -50,9 +64,14 @@ def calibrate(
         raise InputError(f"--seed = {seed}: must not be negative")
     machine = load(robot)
     measured = read_measured(data, machine)
-    found = solve(machine, measured, _plan(plan, data, datum), seed=seed, rough=rough)
+    asked = _plan(plan, data, datum)
+    if cable != "rigid":
+        if report is not None:
+            raise InputError(f"--report = {str(report)!r}: there is none of {cable} lines; leave it out")
+        return _elastic(robot, machine, measured, asked, cable, out, as_json)
+    found = solve(machine, measured, asked, seed=seed, rough=rough)
     page = report or (out.with_suffix(".html") if out is not None else None)
-    text = _updated(robot, found) if out is not None and found.status == "ok" else None
+    text = _updated(robot, found.robot) if out is not None and found.status == "ok" else None
     if page is not None:
         _write_report(found, page, data)
     written = None
@@ -126,12 +145,67 @@ def _plan(file: Path | None, data: Path, datum: str | None) -> Plan:
     return asked.model_copy(update={"datum": parts})
 
 
-def _updated(name: str, found: Calibration) -> str:
+def _elastic(
+    name: str, machine: Robot, measured: Measured, asked: Plan, cable: str, out: Path | None, as_json: bool
+) -> int:
+    """Calibrate lines that stretch or sag."""
+    from cablewright.calibration.elastic import calibrate_elastic
+
+    found = calibrate_elastic(machine, measured, asked, cable)
+    written = None
+    if out is not None and found.status == "ok":
+        write_whole(out, _updated(name, found.robot).encode())
+        written = str(out)
+    names = [each.label for each in found.unknowns]
+    if as_json:
+        told = {
+            "status": found.status,
+            "reason": found.reason or None,
+            "rms": found.rms,
+            "iterations": found.iterations,
+            "unknowns": found.alone.total,
+            "rank": found.alone.rank,
+            "gauge": found.gauge,
+            "weakest": _directions(found.weakest),
+            "sigma": dict(zip(names, found.sigma.tolist(), strict=True)),
+            "values": dict(zip(names, found.values.tolist(), strict=True)),
+            "rejected": [],
+            "robot": found.robot.model_dump(mode="json"),
+            "out": written,
+        }
+        print_json(told)
+    elif found.status == "ok":
+        typer.echo(
+            f"robot          {machine.name}, {cable} lines, {len(measured.counted)} poses, {found.iterations} steps"
+        )
+        typer.echo(f"poses fit to   {found.rms * 1e3:.4g} mm rms")
+        typer.echo(f"unknowns       {found.alone.total}, of which the data alone decide {found.alone.rank}")
+        typer.echo(f"open           {', '.join(found.gauge) or 'nothing'}")
+        _print_values(found.unknowns, found.values, found.sigma)
+        if written is not None:
+            typer.echo(f"robot file     {written}")
+    if found.status != "ok":
+        raise AnswerError(f"not calibrated: {found.reason}")
+    return 0
+
+
+def _directions(weakest: Sequence[Direction]) -> list[dict[str, Any]]:
+    return [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in weakest]
+
+
+def _print_values(unknowns: Sequence[Unknown], values: Array, sigmas: Array) -> None:
+    typer.echo("values")
+    for unknown, value, sigma in zip(unknowns, values, sigmas, strict=True):
+        size, unit = (1e3, "mm") if unknown.unit == "m" else (1.0, unknown.unit)
+        typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma * size:.3g} {unit}")
+
+
+def _updated(name: str, robot: Robot) -> str:
     """The robot's own file with the changed values, comments kept."""
     from cablewright.robot import library_names, library_text, update
 
     text = library_text(name) if name in library_names() else Path(name).read_text(encoding="utf-8-sig")
-    return update(text, found.robot)
+    return update(text, robot)
 
 
 def _write_report(found: Calibration, page: Path, data: Path) -> None:
@@ -154,7 +228,7 @@ def summary(found: Calibration) -> dict[str, Any]:
         "rank": found.alone.rank,
         "gauge": found.gauge,
         "datum": found.problem.plan.datum or ("inner",),
-        "weakest": [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in found.weakest],
+        "weakest": _directions(found.weakest),
         "encoder_sigma": found.encoder_sigma,
         "sigma": dict(zip(names, found.sigma.tolist(), strict=True)),
         "values": dict(zip(names, found.values.tolist(), strict=True)),
@@ -200,11 +274,7 @@ def _print(found: Calibration, written: str | None, page: Path | None) -> None:
     for each in found.weakest:
         unit, times = ("mrad", 1e3) if each.unit == "rad" else ("mm", 1e3)
         typer.echo(f"  {each.sigma * times:10.4g} {unit:5} {each.words}")
-    typer.echo("values")
-    values = zip(found.unknowns, found.values, found.sigma, strict=True)
-    for unknown, value, sigma in values:
-        size, unit = (1e3, "mm") if unknown.unit == "m" else (1.0, unknown.unit)
-        typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma * size:.3g} {unit}")
+    _print_values(found.unknowns, found.values, found.sigma)
     for out in found.rejected:
         where = found.problem.measured.place(out.pose)
         line = "" if out.line is None else f", {out.line}"
