@@ -43,6 +43,7 @@ ROUGH: Final = 0.5
 _CONTRADICTS: Final = 3.0  # times the rms without it: a datum that fits this badly says what the data deny
 _NO_FIT: Final = 0.01  # rms over the frame's diagonal from which the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # rms over the given sigma
+_FEW: Final = 10  # measurements left over that tell sigma to a quarter
 _LEAST_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
 
 
@@ -245,6 +246,8 @@ def _notes(
         yield "sheaves on universal joints are taken as if they swivelled about a vertical axis"
     if math.isnan(scale):
         yield "no measurement is left over: nothing tells how exact the encoders are, and so no sigma can be given"
+    elif given is None and alone.redundancy < _FEW and not _other_sensors(problem):
+        yield f"only {alone.redundancy} measurements are left over: the encoders' sigma, and with it all others, is vague"
     elif given is None and _other_sensors(problem):
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is taken"
     if given is not None and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -132,10 +133,11 @@ def simulate_calibration(
 def _plan(file: Path | None, data: Path, datum: str | None) -> Plan:
     """What is asked: of --plan, or of the TOML beside the data; --datum counts instead of theirs."""
     from cablewright.calibration.plan import Plan, load_plan
+    from cablewright.toml_input import read_table
 
     beside = data.with_suffix(".toml")
-    if file is None and beside != data and beside.is_file():
-        file = beside
+    if file is None and beside != data and beside.is_file() and "lines" not in read_table(beside)[0]:
+        file = beside  # not a robot's file of the same name
     asked = Plan() if file is None else load_plan(file)
     if datum is None:
         return asked
@@ -264,7 +266,9 @@ def _print(found: Calibration, written: str | None, page: Path | None) -> None:
     robot = found.problem.robot
     alone = found.alone
     typer.echo(f"robot          {robot.name}, {found.problem.poses} poses, {found.iterations} steps")
-    typer.echo(f"lengths fit to {found.rms * 1e3:.4g} mm rms; encoders are exact to {found.encoder_sigma * 1e3:.4g} mm")
+    exact = f"encoders are exact to {found.encoder_sigma * 1e3:.4g} mm"
+    exact = exact if math.isfinite(found.encoder_sigma) else "nothing tells how exact encoders are"
+    typer.echo(f"lengths fit to {found.rms * 1e3:.4g} mm rms; {exact}")
     typer.echo(f"unknowns       {alone.total}, of which the data alone decide {alone.rank}")
     typer.echo(f"open           {', '.join(found.gauge) or 'nothing'}")
     held = ", ".join(found.problem.plan.datum)
