@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.calibration.fit import NEAR, fits
 from cablewright.calibration.observability import information
-from cablewright.calibration.plan import Distance, Plan, Point, Prior, Sigmas
+from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior, Range, Sigmas
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses, simulate
 from cablewright.calibration.solve import calibrate
@@ -351,3 +351,27 @@ def test_lines_in_the_wrong_order_change_nothing() -> None:
     assert found.status != "ok"
     assert found.reason
     assert found.robot == WANG
+
+
+def test_contacts_with_a_plane_and_distances_from_a_point_count() -> None:
+    """A floor fixes height and tilt; distances from a known point fix the place."""
+    rng = np.random.default_rng(8)
+    poses = random_poses(WANG, 40, rng)
+    touching = (3, 9, 14, 20, 27, 33)
+    for at in touching:
+        poses[at - 1, 2] = 0.8
+    made = measure(WANG, poses, 1e-4, rng)
+    plane = Plane(poses=touching, point=(0.0, 0.0, 0.8), normal=(0.0, 0.0, 2.0), deviation=1e-4)
+    corner = np.array([0.5, -1.7, 0.1])
+    seen = tuple(range(1, 13))
+    values = np.linalg.norm(made.poses[:12] - corner, axis=1) + rng.normal(0.0, 1e-3, 12)
+    reach = Range(point=tuple(corner), poses=seen, values=tuple(values), deviation=1e-3)
+    sigma = Sigmas(encoder=1e-4)
+    alone = calibrate(WANG, made.measured, Plan(sigma=sigma))
+    floor = calibrate(WANG, made.measured, Plan(sigma=sigma, planes=(plane,)))
+    both = calibrate(WANG, made.measured, Plan(sigma=sigma, planes=(plane,), ranges=(reach,)))
+    assert floor.gauge == (GAUGE[0], GAUGE[1], GAUGE[3])
+    assert len(both.gauge) == 1  # a turn about the vertical through the point
+    assert floor.sigma[2] < 0.5 * alone.sigma[2]
+    off, _, _ = errors(floor.values, floor.poses, made)
+    assert np.abs(off).max() < 6.0 * floor.sigma[:12].max()

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -13,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.problem import Measured
+from cablewright.calibration.table import bare, rows_of
+from cablewright.calibration.table import number as to_number
 from cablewright.errors import InputError, suggestion
 from cablewright.robot import Robot
-from cablewright.toml_input import read_bytes
 from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
 
 __all__ = ["MAX_BYTES", "MAX_POSES", "read_measured", "write_measured"]
@@ -26,7 +26,6 @@ MAX_BYTES: Final = 32 << 20
 MAX_POSES: Final = 20_000
 
 _LONGEST_LINE: Final = 16384  # bytes
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _CELL = re.compile(r"([^\s(\[]+)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
 _LARGEST: Final = 1e9
 _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
@@ -51,7 +50,7 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     row of another width, a cell that is no finite number.
     """
     path = Path(path)
-    rows = _rows(path)
+    rows = rows_of(path, MAX_BYTES, _LONGEST_LINE, "table of measurements")
     number, text = next(rows, (0, ""))
     if not number:
         raise InputError(f"{path}: empty; a header with columns dl_1 to dl_{robot.m}, and rows of numbers are wanted")
@@ -65,7 +64,7 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
         if len(cells) != table.width:
             raise InputError(f"{path}, line {number}: {len(cells)} cells; the header has {table.width}")
         for name, (position, size) in table.columns.items():
-            values[name].append(_number(cells[position], f"{path}, line {number}: {name}") * size)
+            values[name].append(to_number(cells[position], f"{path}, line {number}: {name}", _LARGEST) * size)
         places.append(number)
     if not places:
         raise InputError(f"{path}: a header, but no poses")
@@ -97,19 +96,6 @@ def _numbered(name: str, robot: Robot) -> list[str]:
     return [f"{name}_{i + 1}" for i in range(robot.m)]
 
 
-def _rows(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line that is neither empty nor a comment."""
-    for number, raw in enumerate(io.BytesIO(read_bytes(path, MAX_BYTES, "table of measurements")), 1):
-        if len(raw) > _LONGEST_LINE:
-            raise InputError(f"{path}, line {number}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
-        try:
-            text = raw.decode("utf-8-sig" if number == 1 else "utf-8").strip(" \r\n")
-        except UnicodeDecodeError:
-            raise InputError(f"{path}, line {number}: not UTF-8 text; save the table as CSV in UTF-8") from None
-        if text and not text.startswith("#"):
-            yield number, text
-
-
 def _known(robot: Robot) -> dict[str, Dimension]:
     """Columns and what they hold."""
     pose = {name: LENGTH if at < 3 else ANGLE for at, name in enumerate(_POSE[: robot.n])}
@@ -124,7 +110,7 @@ def _known(robot: Robot) -> dict[str, Dimension]:
 
 def _header(text: str, place: str, robot: Robot) -> _Table:
     separator = next((mark for mark in "\t;," if mark in text), ",")
-    cells = [_bare(cell) for cell in text.split(separator)]
+    cells = [bare(cell) for cell in text.split(separator)]
     known, columns = _known(robot), dict[str, tuple[int, float]]()
     for position, cell in enumerate(cells):
         match = _CELL.fullmatch(cell)
@@ -166,20 +152,6 @@ def _check_groups(columns: dict[str, tuple[int, float]], place: str, robot: Robo
             raise InputError(f"{place}: no column {missing[0]!r}; {told} are wanted, one of each line or axis")
     if "sigma_x" in columns and "x" not in columns:
         raise InputError(f"{place}: sigma_x, but no column 'x' that it is of")
-
-
-def _bare(cell: str) -> str:
-    cell = cell.strip()
-    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
-
-
-def _number(cell: str, place: str) -> float:
-    cell = _bare(cell)
-    value = float(cell) if _NUMBER.fullmatch(cell) else np.nan
-    if not abs(value) <= _LARGEST:
-        shown = repr(cell if len(cell) <= 60 else cell[:57] + "...")
-        raise InputError(f"{place} = {shown}: must be a finite number, with a decimal point and without a unit")
-    return value
 
 
 def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = ()) -> str:

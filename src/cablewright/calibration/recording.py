@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
-import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from pathlib import Path
@@ -14,8 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.calibration.table import bare, rows_of
+from cablewright.calibration.table import number as to_number
 from cablewright.errors import InputError, suggestion
-from cablewright.toml_input import read_bytes
 from cablewright.units import FORCE, LENGTH, Dimension
 
 __all__ = ["MAX_BYTES", "MAX_ROWS", "MIN_POINTS", "TensileTest", "read_test"]
@@ -30,7 +29,6 @@ MIN_POINTS: Final = 20
 _LONGEST_LINE: Final = 4096  # bytes: a line is split as a whole
 _LARGEST: Final = {"force": 1e9, "elongation": 1e5}  # N, m: sums of their products stay finite
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +78,7 @@ def read_test(path: str | Path) -> TensileTest:
     has a row that is shorter or longer than the header or a cell that is no finite number.
     """
     path = Path(path)
-    rows = _rows(path)
+    rows = rows_of(path, MAX_BYTES, _LONGEST_LINE, "test")
     number, text = next(rows, (0, ""))
     if not number:
         raise InputError(f"{path}: empty; a header with columns force and elongation, and rows of numbers are wanted")
@@ -94,7 +92,7 @@ def read_test(path: str | Path) -> TensileTest:
         if len(cells) != table.width:
             raise InputError(f"{path}, line {number}: {len(cells)} cells; the header has {table.width}")
         for name, (position, size) in table.columns.items():
-            columns[name].append(_number(cells[position], f"{path}, line {number}: {name}") * size)
+            columns[name].append(to_number(cells[position], f"{path}, line {number}: {name}") * size)
         lines.append(number)
     return TensileTest(np.array(columns["force"]), np.array(columns["elongation"]), str(path), lines)
 
@@ -107,22 +105,9 @@ class _Table(NamedTuple):
     columns: dict[str, tuple[int, float]]
 
 
-def _rows(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line that is neither empty nor a comment."""
-    for number, raw in enumerate(io.BytesIO(read_bytes(path, MAX_BYTES, "test")), 1):
-        if len(raw) > _LONGEST_LINE:
-            raise InputError(f"{path}, line {number}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
-        try:
-            text = raw.decode("utf-8-sig" if number == 1 else "utf-8").strip(" \r\n")
-        except UnicodeDecodeError:
-            raise InputError(f"{path}, line {number}: not UTF-8 text; save the table as CSV in UTF-8") from None
-        if text and not text.startswith("#"):
-            yield number, text
-
-
 def _header(text: str, place: str) -> _Table:
     separator = next((mark for mark in "\t;," if mark in text), ",")
-    cells = [_bare(cell) for cell in text.split(separator)]
+    cells = [bare(cell) for cell in text.split(separator)]
     columns = {name: _column(name, cells, place) for name in _COLUMNS}
     return _Table(separator, len(cells), columns)
 
@@ -161,16 +146,3 @@ def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
         return bare[1:-1].strip()
     plain = cell[len(name) :].lstrip(" _/")
     return plain if plain in quantity.units and plain != cell[len(name) :] else None
-
-
-def _bare(cell: str) -> str:
-    cell = cell.strip()
-    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
-
-
-def _number(cell: str, place: str) -> float:
-    cell = _bare(cell)
-    if _NUMBER.fullmatch(cell) is None:
-        shown = repr(cell if len(cell) <= 60 else cell[:57] + "...")
-        raise InputError(f"{place} = {shown}: must be a finite number, with a decimal point and without a unit")
-    return float(cell)

@@ -247,7 +247,7 @@ def _notes(
     if math.isnan(scale):
         yield "no measurement is left over: nothing tells how exact the encoders are, and so no sigma can be given"
     elif given is None and alone.redundancy < _FEW and not _other_sensors(problem):
-        yield f"only {alone.redundancy} measurements are left over: the encoders' sigma, and with it all others, is vague"
+        yield f"only {alone.redundancy} measurements are left over: the encoders' sigma, and so every sigma, is vague"
     elif given is None and _other_sensors(problem):
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is taken"
     if given is not None and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
