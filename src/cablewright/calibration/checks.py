@@ -60,7 +60,7 @@ def least_poses(problem: Problem) -> int:
 
     Raises `InputError` where no number of poses is enough.
     """
-    surplus = problem.per_pose - problem.robot.n
+    surplus = _told_by_each(problem) - problem.robot.n
     if surplus < 1:
         m, n = problem.robot.m, problem.robot.n
         told = f"{m} lines tell {m} lengths of a pose that has {n} freedoms"
@@ -71,14 +71,19 @@ def least_poses(problem: Problem) -> int:
     return max(1, -(-(len(problem.unknowns) - open_freedoms - given) // surplus))
 
 
+def _told_by_each(problem: Problem) -> int:
+    """How many numbers every pose tells."""
+    return int((problem.of_poses(problem.weights) > 0.0).sum(axis=1).min())
+
+
 def check(problem: Problem) -> None:
     """Raise `InputError` where there are too few poses, or too few that differ."""
     measured, needed, count = problem.measured, least_poses(problem), problem.poses
     k, n = len(problem.unknowns), problem.robot.n
     open_freedoms = 0 if measured.pose_sigma is not None else gauge_size(problem)
     why = (
-        f"each pose tells {problem.per_pose} numbers and asks for {n}, and {k} unknowns less {open_freedoms} that stay "
-        "open in any case are to be found"
+        f"each pose tells {_told_by_each(problem)} numbers and asks for {n}, and {k} unknowns less {open_freedoms} "
+        "that stay open in any case are to be found"
     )
     if count < needed:
         raise InputError(f"{measured.origin}: {count} poses; at least {needed} are needed: {why}")

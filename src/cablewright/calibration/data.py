@@ -23,7 +23,7 @@ __all__ = ["MAX_BYTES", "MAX_POSES", "read_measured", "write_measured"]
 Array = NDArray[np.float64]
 
 MAX_BYTES: Final = 32 << 20
-MAX_POSES: Final = 20_000
+MAX_POSES: Final = 5_000
 
 _LONGEST_LINE: Final = 16384  # bytes
 _CELL = re.compile(r"([^\s(\[]+)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
@@ -73,16 +73,20 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     def group(names: Sequence[str]) -> Array | None:
         return np.column_stack([columns[name] for name in names]) if names[0] in columns else None
 
+    pose = _POSE[: robot.n]
+    guess = group(pose[:3])
+    if guess is not None and robot.n == 6:  # the position alone means unrotated
+        turned = group(pose[3:])
+        guess = np.column_stack([guess, np.zeros_like(guess) if turned is None else turned])
     counted = group(_numbered("dl", robot))
     assert counted is not None
-    pose = _POSE[: robot.n]
     sigma = group([f"sigma_{name}" for name in pose])
     if sigma is not None and not (sigma > 0.0).all():
         row = int(np.argmin((sigma > 0.0).all(axis=1)))
         raise InputError(f"{path}, line {places[row]}: sigma_{pose[int(np.argmin(sigma[row]))]}: must be over 0")
     return Measured(
         counted,
-        group(pose),
+        guess,
         sigma,
         group(_numbered("f", robot)),
         group(_numbered("swivel", robot)),
@@ -137,10 +141,11 @@ def _hint(name: str, known: dict[str, Dimension], robot: Robot) -> str:
 
 def _check_groups(columns: dict[str, tuple[int, float]], place: str, robot: Robot) -> None:
     """Raise `InputError` unless groups of columns are whole."""
-    pose = list(_POSE[: robot.n])
+    pose = _POSE[: robot.n]
     for wanted, names in (
         (True, _numbered("dl", robot)),
-        (False, pose),
+        (False, pose[:3]),
+        (False, pose[3:]),
         (False, [f"sigma_{name}" for name in pose]),
         (False, _numbered("f", robot)),
         (False, _numbered("swivel", robot)),
@@ -150,8 +155,11 @@ def _check_groups(columns: dict[str, tuple[int, float]], place: str, robot: Robo
         if missing and (wanted or len(missing) < len(names)):
             told = f"{names[0]} to {names[-1]}" if len(names) > 2 else " and ".join(names)
             raise InputError(f"{place}: no column {missing[0]!r}; {told} are wanted, one of each line or axis")
-    if "sigma_x" in columns and "x" not in columns:
-        raise InputError(f"{place}: sigma_x, but no column 'x' that it is of")
+    for name in pose:
+        if f"sigma_{name}" in columns and name not in columns:
+            raise InputError(f"{place}: sigma_{name}, but no column {name!r} that it is of")
+    if "rx" in columns and "x" not in columns:
+        raise InputError(f"{place}: rx, ry and rz, but no column 'x'")
 
 
 def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = ()) -> str:

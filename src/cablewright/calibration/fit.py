@@ -91,15 +91,16 @@ def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
     rng = np.random.default_rng(seed)
     rounding, fine = (0.5 * float(np.sum((off * problem.weights) ** 2)) for off in (_SAME, _FINE))
     found: list[Fit] = []
+    guessed = problem.measured.guess is not None
     for batch in range(_BATCHES):
-        starts = list(_starts(problem, rng, rough, _BATCH, first=batch == 0))
+        tried = _AGAIN if guessed else _BATCH
+        starts = list(_starts(problem, rng, rough, tried, first=batch == 0))
         found += [each for each in (_from_far(problem, *start, rough) for start in starts) if np.isfinite(each.cost)]
         if not found:
             continue
         found += _mirrored(problem, min(found, key=lambda each: each.cost))
         least = min(each.cost for each in found)
         alike = [each for each in found if each.cost <= _ALIKE * least + rounding]
-        guessed = problem.measured.guess is not None
         if len(alike) >= _AGAIN and (guessed or (least <= fine and batch + 1 >= _UNGUESSED)):
             break
     if not found:

@@ -48,11 +48,11 @@ def without_outliers(problem: Problem, plain: Fit, start: Fit, seed: int) -> tup
     A pose says of its own error no more than its surplus of rows: with one row more than freedoms, that something is
     wrong; with more, which line it is.
     """
-    shape = problem.of_poses(plain.weights).shape
+    shape, counts = problem.of_poses(plain.weights).shape, _counts(problem)
     robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed)
     off, ranks, _, _ = _surplus(problem, robust)
-    spread = max(_spread(off, ranks, shape[1]), _floor(problem))
-    limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(shape[1] - ranks, 1))
+    spread = max(_spread(off, counts - ranks), _floor(problem))
+    limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(counts - ranks, 1))
     bad = np.sum(off * off, axis=1) > limit * spread**2
     found, rows = robust, np.zeros(shape, dtype=bool)
     for _ in range(_SETTLING):
@@ -83,9 +83,14 @@ def _surplus(
     return off, ranks, reduced, covariance
 
 
-def _spread(off: Array, ranks: NDArray[np.int64], e: int) -> float:
+def _counts(problem: Problem) -> NDArray[np.int64]:
+    """How many rows each pose has (N,)."""
+    return np.asarray((problem.of_poses(problem.weights) > 0.0).sum(axis=1))
+
+
+def _spread(off: Array, surplus: NDArray[np.int64]) -> float:
     """Standard deviation of a row over that of its weight, from the middle of all poses: few of them cannot move it."""
-    freedom = max(int(np.median(e - ranks)), 1)
+    freedom = max(int(np.median(surplus)), 1)
     return float(np.sqrt(np.median(np.sum(off * off, axis=1)) / stats.chi2.median(freedom)))
 
 
@@ -100,12 +105,11 @@ def _reweighted(problem: Problem, plain: Fit) -> Fit:
     for _ in range(_ROUNDS):
         off, ranks, _, _ = _surplus(problem, found, plain.weights)
         size = np.sqrt(np.sum(off * off, axis=1))
-        least = max(0.3 * _spread(off, ranks, off.shape[1]), _floor(problem))
+        least = max(0.3 * _spread(off, _counts(problem) - ranks), _floor(problem))
         weights = plain.weights.copy()
         problem.of_poses(weights)[:] *= np.sqrt(least / np.maximum(size, least))[:, None]
         found = fit(problem, found.theta, found.poses, weights)
-    off, ranks, _, _ = _surplus(problem, found, plain.weights)
-    return Fit(found.theta, found.poses, plain.weights, found.cost, found.code, found.steps, found.starts)
+    return replace(found, weights=plain.weights)
 
 
 def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> Fit:
@@ -114,7 +118,7 @@ def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> 
     Least trimmed squares (Rousseeuw, Van Driessen 2006): where few poses are left over, gross errors draw a plain fit
     so far that no weights bring it back, while a part without them has the right answer.
     """
-    count, surplus = problem.poses, problem.per_pose - problem.robot.n
+    count, surplus = problem.poses, int(_counts(problem).min()) - problem.robot.n
     decided = len(reweighted.theta) - gauge_size(problem)
     least = -(-(decided + _LEFT_OVER) // surplus)
     kept = max(-(-_KEPT * count // 100), least)
@@ -154,7 +158,7 @@ def _trimmed(problem: Problem, found: Fit, kept: int) -> tuple[float, NDArray[np
 
 def _spread_of(problem: Problem, found: Fit, bad: Flags) -> float:
     off, ranks, _, _ = _surplus(problem, found)
-    return max(_spread(off[~bad], ranks[~bad], off.shape[1]), _floor(problem))
+    return max(_spread(off[~bad], (_counts(problem) - ranks)[~bad]), _floor(problem))
 
 
 def _judged(problem: Problem, found: Fit, weights: Array, bad: Flags) -> Flags:
@@ -165,9 +169,9 @@ def _judged(problem: Problem, found: Fit, weights: Array, bad: Flags) -> Flags:
     used = problem.of_poses(found.weights) > 0.0
     freedom = max(int(used.sum() - own_ranks.sum() - k), 1)
     total = max(float(np.sum(own * own)), freedom * _floor(problem) ** 2)
-    judged = np.zeros(len(off), dtype=bool)
+    judged, counts = np.zeros(len(off), dtype=bool), _counts(problem)
     for j, (rest, rows) in enumerate(zip(off, reduced, strict=True)):
-        surplus = len(rest) - int(ranks[j])
+        surplus = int(counts[j] - ranks[j])
         if surplus < 1:
             continue
         shared = rows @ covariance @ rows.T
@@ -188,9 +192,9 @@ def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
     derivatives = problem.derivatives(found.theta, found.poses)
     _, _, ranks = projected(derivatives)
     left, _, _ = np.linalg.svd(derivatives.by_pose, full_matrices=True)
-    m = problem.robot.m
+    m, counts = problem.robot.m, _counts(problem)
     for j in np.flatnonzero(bad):
-        surplus = weights.shape[1] - int(ranks[j])
+        surplus = int(counts[j] - ranks[j])
         if surplus < 2:
             rows[j] = True
             continue

@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.plan import Plan
+from cablewright.calibration.plan import INNER, Plan
 from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels import sensors
@@ -377,7 +377,7 @@ def _picks(unknowns: Sequence[Unknown], name: str, line: str, axis: int | None) 
 
 def _held(robot: Robot, unknowns: Sequence[Unknown], plan: Plan) -> Mask:
     """Which unknowns the datum holds."""
-    asked = [part for part in plan.datum if part != "inner"]
+    asked = [part for part in plan.datum if part != INNER]
     if len(asked) < len(plan.datum) and asked:
         raise InputError(f"datum: inner and {asked[0]} contradict each other: inner holds no single point")
     held = np.zeros(len(unknowns), dtype=bool)
@@ -389,7 +389,7 @@ def _held(robot: Robot, unknowns: Sequence[Unknown], plan: Plan) -> Mask:
         elif dot and line in names and axis in AXES:
             axes = [axis]
         else:
-            allowed = chain(["inner"], names, (f"{name}.{AXES[0]}" for name in names))
+            allowed = chain([INNER], names, (f"{name}.{AXES[0]}" for name in names))
             raise UnknownName("datum", part, list(allowed))
         for each in axes:
             picked = _picks(unknowns, "exit_point", line, AXES.index(each)) > 0.0

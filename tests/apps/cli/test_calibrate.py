@@ -234,3 +234,27 @@ def test_lines_that_stretch(cli, data: Path, tmp_path: Path) -> None:
     assert (
         "datum: goes with rigid" in cli("calibrate", "wang2021", file, "--cable", "elastic", "--datum", "inner").refusal
     )
+
+
+def test_a_body_may_be_guessed_unrotated(cli, tmp_path: Path) -> None:
+    file, cut = tmp_path / "d.csv", tmp_path / "cut.csv"
+    cli(
+        "simulate-calibration",
+        "jung2020",
+        "--poses",
+        "30",
+        "--noise",
+        "0",
+        "--seed",
+        "2",
+        "--guess",
+        "0.02",
+        "--out",
+        file,
+    )
+    rows = [line.split(",") for line in file.read_text().splitlines() if not line.startswith("#")]
+    cut.write_text("".join(",".join(row[:11]) + "\n" for row in rows))
+    found = cli("calibrate", "jung2020", cut, "--rough", "0.05", "--json").json
+    assert found["status"] == "ok"
+    assert found["rms"] < 1e-10
+    assert len(found["gauge"]) == 6

@@ -71,8 +71,9 @@ def calibrate(
             raise InputError(f"--report = {str(report)!r}: there is none of {cable} lines; leave it out")
         return _elastic(robot, machine, measured, asked, cable, out, as_json)
     found = solve(machine, measured, asked, seed=seed, rough=rough)
-    page = report or (out.with_suffix(".html") if out is not None else None)
-    text = _updated(robot, found.robot) if out is not None and found.status == "ok" else None
+    good = found.status == "ok"
+    page = report or (out.with_suffix(".html") if out is not None and good else None)
+    text = _updated(robot, found.robot) if out is not None and good else None
     if page is not None:
         _write_report(found, page, data)
     written = None
