@@ -16,7 +16,9 @@ from benchmarks import (
     commands,
     equilibria,
     interference,
+    machine,
     statics,
+    walls,
     workspace,
 )
 
@@ -27,14 +29,26 @@ def main() -> None:
     """Run everything; an aim that is missed is said, not hidden."""
     rows = []
     print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
-    for source in (statics, bodies, certificates, equilibria, accuracy, workspace, interference, calibration, commands):
+    for source in (
+        statics,
+        bodies,
+        certificates,
+        equilibria,
+        accuracy,
+        workspace,
+        interference,
+        calibration,
+        walls,
+        machine,
+        commands,
+    ):
         for row in source.rows():
             print(row.text(), flush=True)
             rows.append(row.fields())
-    machine = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
-    machine |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")}
+    host = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
+    host |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")}
     part = RESULTS.with_suffix(".part")
-    part.write_text(json.dumps({"schema": 1, "machine": machine, "rows": rows}, indent=2, default=float) + "\n")
+    part.write_text(json.dumps({"schema": 1, "machine": host, "rows": rows}, indent=2, default=float) + "\n")
     part.replace(RESULTS)
 
 

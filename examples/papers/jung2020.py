@@ -4,15 +4,15 @@ Volumes are counted on 41^3 nodes as his seem to be, and converged. His Table 3 
 its caption says 0.10 m: the caption is taken here.
 """
 
-import math
-
 import numpy as np
 
 import cablewright as cw
-from cablewright.analyses.modes import FREEDOMS, modes, modes_at
+from cablewright.analyses.boundary import boundary_modes
+from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.question import Law
 from cablewright.analyses.retraction import best_retraction
 from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.robot.changes import Change, changed, with_box_inertia
 
 RIGID = cw.Fidelity.of("rigid")
 LENGTHS = (2.0, 1.6, 1.2)  # m
@@ -21,15 +21,8 @@ TIP = 0.2  # m: how far the lower platform points are below the place that he ca
 
 def beam(apart: float, width: float = 0.04) -> cw.Robot:
     """jung2020, neighbouring exits so far apart; its top widened along x, its bottom along y, to *width* (m) in all."""
-    robot, inner = cw.load("jung2020"), 1.0 - apart / math.sqrt(2.0)
-    lines = []
-    for i, line in enumerate(robot.lines):
-        x, y, z = line.platform_point
-        wide = math.copysign(0.5 * width, x if i < 4 else y)
-        point = (wide, y, z) if i < 4 else (x, wide, z)
-        exits = tuple(math.copysign(inner, a) if abs(a) < 1.0 else a for a in line.exit_point)
-        lines.append(line.model_copy(update={"platform_point": point, "exit_point": exits}))
-    return robot.model_copy(update={"lines": tuple(lines)})
+    widths = Change("width-top-x+width-bottom-y")
+    return changed(cw.load("jung2020"), {Change("exit-distance"): apart, widths: width})
 
 
 TABLE_1, TABLE_3 = cw.load("jung2020-table1"), beam(0.1)
@@ -103,13 +96,9 @@ def frequencies() -> None:
     for width, paper in rows:
         elastic, whole, named = [], [], []
         for length in LENGTHS:
-            robot = beam(0.1, width).retracted(length)
-            mass, slim = robot.platform.mass, width**2
-            across, along = mass / 12 * (slim + length**2), mass / 6 * slim
-            platform = robot.platform.model_copy(update={"inertia": (across, across, along)})
-            model = cw.Model(robot.model_copy(update={"platform": platform}), cw.Fidelity.of("elastic"))
-            found = modes_at(model, boundary(model), preferred=np.full(8, 105.0))
-            plain = modes(found.equilibrium, geometric=False)
+            robot = with_box_inertia(beam(0.1, width).retracted(length))
+            found = boundary_modes(cw.Model(robot, cw.Fidelity.of("elastic")), "closed-form")
+            plain = modes(found.modes.equilibrium, geometric=False)
             elastic += plain.lowest.tolist()
             whole += found.lowest.tolist()
             named += plain.dominant[:, 0].tolist()
@@ -119,18 +108,6 @@ def frequencies() -> None:
             f"{width:.2f} m {paper:>14} {min(elastic):>8.2f} to {max(elastic):.2f} Hz "
             f"{min(whole):>13.1f} to {max(whole):.1f} Hz {most:>12} {lost:>9.1f} points"
         )
-
-
-def boundary(model: cw.Model) -> np.ndarray:
-    """Nodes (N, 3) of a grid of 0.1 m that are inside by the closed form and have a neighbour that is not."""
-    nodes = count_nodes(cw.Model(model.robot, RIGID), "closed-form", grid=21)
-    beyond = np.pad(nodes.inside, 1)
-    inner = nodes.inside.copy()
-    for axis in range(3):
-        for side in (-1, 1):
-            inner &= np.roll(beyond, side, axis)[1:-1, 1:-1, 1:-1]
-    places = np.stack(np.meshgrid(*nodes.axes, indexing="ij"), axis=-1)
-    return places[nodes.inside & ~inner]
 
 
 def main() -> None:

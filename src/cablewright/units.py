@@ -31,6 +31,7 @@ __all__ = [
     "Force3",
     "Inertia",
     "Inertia3",
+    "Jerk",
     "Length",
     "LinearDensity",
     "Mass",
@@ -140,7 +141,16 @@ PRESSURE = _dimension("pressure", {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa":
 MASS = _dimension("mass", {"kg": "1", "g": "1e-3", "t": "1e3"})
 LINEAR_DENSITY = _dimension("linear density", {"kg/m": "1", "g/m": "1e-3"})
 DENSITY = _dimension("density", {"kg/m^3": "1", "g/cm^3": "1e3"})
-ANGLE = _dimension("angle", {"rad": "1", "mrad": "1e-3", "deg": _DEGREE})
+ANGLE = _dimension(
+    "angle",
+    {
+        "rad": "1",
+        "mrad": "1e-3",
+        "deg": _DEGREE,
+        "gon": str(_EXACT.divide(Decimal(math.pi), Decimal(200))),
+        "arcsec": str(_EXACT.divide(Decimal(math.pi), Decimal(648000))),
+    },
+)
 SPEED = _dimension(
     "speed",
     {
@@ -152,6 +162,7 @@ SPEED = _dimension(
     },
 )
 ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
+JERK = _dimension("jerk", {"m/s^3": "1", "mm/s^3": "1e-3"})
 TORQUE = _dimension("torque", {"N m": "1", "kN m": "1e3", "mN m": "1e-3"})
 INERTIA = _dimension("inertia", {"kg m^2": "1", "kg cm^2": "1e-4", "kg mm^2": "1e-6", "g mm^2": "1e-9"})
 DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"})
@@ -160,8 +171,8 @@ TEMPERATURE_DIFFERENCE = _dimension("temperature difference", {"K": "1"})
 THERMAL_EXPANSION = _dimension("thermal expansion", {"/K": "1", "ppm/K": "1e-6"})
 
 _DIMENSIONS = (
-    LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, TORQUE, INERTIA,
-    DURATION, TEMPERATURE_DIFFERENCE, THERMAL_EXPANSION,
+    LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, JERK, TORQUE,
+    INERTIA, DURATION, TEMPERATURE_DIFFERENCE, THERMAL_EXPANSION,
 )  # fmt: skip
 
 Length = Annotated[float, LENGTH]
@@ -174,6 +185,7 @@ Density = Annotated[float, DENSITY]
 Angle = Annotated[float, ANGLE]
 Speed = Annotated[float, SPEED]
 Acceleration = Annotated[float, ACCELERATION]
+Jerk = Annotated[float, JERK]
 Torque = Annotated[float, TORQUE]
 Inertia = Annotated[float, INERTIA]
 Duration = Annotated[float, DURATION]

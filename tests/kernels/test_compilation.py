@@ -16,6 +16,7 @@ import cases
 from cablewright import kernels
 from cablewright.analyses.interference import interference
 from cablewright.kernels import catenary, sweep
+from cablewright.machine.simulated import PLANTS
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
@@ -24,6 +25,7 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.tension import METHODS, capacity, distribute
+from twins import machine, run
 
 MODULES = [import_module(f"cablewright.kernels.{path.stem}") for path in Path(kernels.__file__).parent.glob("[!_]*.py")]
 
@@ -43,6 +45,8 @@ def test_every_kernel_has_one_compiled_signature() -> None:
             for method in METHODS:
                 distribute(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
             capacity(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose)
+    for plant in PLANTS:
+        run(machine(plant=plant), 100, valve=1.0)
     for module in MODULES:
         for each in vars(module).values():
             if hasattr(each, "signatures"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from array import array
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.problem import Measured
-from cablewright.calibration.table import bare, rows_of
-from cablewright.calibration.table import number as to_number
+from cablewright.csv_input import cells_of, find_column, read_number, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
 from cablewright.robot import Robot
 from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
@@ -25,8 +23,6 @@ Array = NDArray[np.float64]
 MAX_BYTES: Final = 32 << 20
 MAX_POSES: Final = 5_000
 
-_LONGEST_LINE: Final = 16384  # bytes
-_CELL = re.compile(r"([^\s(\[]+)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
 _LARGEST: Final = 1e9
 _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -50,7 +46,7 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     row of another width, a cell that is no finite number.
     """
     path = Path(path)
-    rows = rows_of(path, MAX_BYTES, _LONGEST_LINE, "table of measurements")
+    rows = text_lines(path, MAX_BYTES, "table of measurements")
     number, text = next(rows, (0, ""))
     if not number:
         raise InputError(f"{path}: empty; a header with columns dl_1 to dl_{robot.m}, and rows of numbers are wanted")
@@ -64,7 +60,10 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
         if len(cells) != table.width:
             raise InputError(f"{path}, line {number}: {len(cells)} cells; the header has {table.width}")
         for name, (position, size) in table.columns.items():
-            values[name].append(to_number(cells[position], f"{path}, line {number}: {name}", _LARGEST) * size)
+            value = read_number(cells[position], f"{path}, line {number}: {name}")
+            if abs(value) > _LARGEST:
+                raise InputError(f"{path}, line {number}: {name} = {value:g}: must be at most {_LARGEST:g} in size")
+            values[name].append(value * size)
         places.append(number)
     if not places:
         raise InputError(f"{path}: a header, but no poses")
@@ -113,21 +112,17 @@ def _known(robot: Robot) -> dict[str, Dimension]:
 
 
 def _header(text: str, place: str, robot: Robot) -> _Table:
-    separator = next((mark for mark in "\t;," if mark in text), ",")
-    cells = [bare(cell) for cell in text.split(separator)]
+    separator = separator_of(text)
+    cells = cells_of(text, separator)
     known, columns = _known(robot), dict[str, tuple[int, float]]()
+    for name, quantity in known.items():
+        found = find_column((name,), cells, place, quantity)
+        if found is not None:
+            columns[name] = found.position, 1.0 if found.size is None else found.size
+    taken = {position for position, _ in columns.values()}
     for position, cell in enumerate(cells):
-        match = _CELL.fullmatch(cell)
-        name = match[1].casefold() if match else cell.casefold()
-        if match is None or name not in known:
-            raise InputError(f"{place}: unknown column {cell[:60]!r}; {_hint(name[:60], known, robot)}")
-        if name in columns:
-            raise InputError(f"{place}: more than one column {name!r}; keep one")
-        unit = match[2] or known[name].si
-        if unit not in known[name].units:
-            allowed = ", ".join(known[name].units)
-            raise InputError(f"{place}: column {cell[:60]!r}: unknown unit {unit[:60]!r}; one of {allowed}")
-        columns[name] = position, float(known[name].units[unit])
+        if position not in taken:
+            raise InputError(f"{place}: unknown column {shown(cell)}; {_hint(cell[:60].casefold(), known, robot)}")
     _check_groups(columns, place, robot)
     return _Table(separator, len(cells), columns)
 

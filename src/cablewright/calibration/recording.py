@@ -5,17 +5,15 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.calibration.table import bare, rows_of
-from cablewright.calibration.table import number as to_number
-from cablewright.errors import InputError, suggestion
-from cablewright.units import FORCE, LENGTH, Dimension
+from cablewright.csv_input import cells_of, find_column, no_column, read_number, separator_of, text_lines
+from cablewright.errors import InputError
+from cablewright.units import FORCE, LENGTH
 
 __all__ = ["MAX_BYTES", "MAX_ROWS", "MIN_POINTS", "TensileTest", "read_test"]
 
@@ -26,7 +24,6 @@ MAX_ROWS: Final = 2_000_000
 MIN_POINTS: Final = 20
 """Samples that a test needs, and each of its branches within the band."""
 
-_LONGEST_LINE: Final = 4096  # bytes: a line is split as a whole
 _LARGEST: Final = {"force": 1e9, "elongation": 1e5}  # N, m: sums of their products stay finite
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
 
@@ -78,7 +75,7 @@ def read_test(path: str | Path) -> TensileTest:
     has a row that is shorter or longer than the header or a cell that is no finite number.
     """
     path = Path(path)
-    rows = rows_of(path, MAX_BYTES, _LONGEST_LINE, "test")
+    rows = text_lines(path, MAX_BYTES, "test")
     number, text = next(rows, (0, ""))
     if not number:
         raise InputError(f"{path}: empty; a header with columns force and elongation, and rows of numbers are wanted")
@@ -92,7 +89,7 @@ def read_test(path: str | Path) -> TensileTest:
         if len(cells) != table.width:
             raise InputError(f"{path}, line {number}: {len(cells)} cells; the header has {table.width}")
         for name, (position, size) in table.columns.items():
-            columns[name].append(to_number(cells[position], f"{path}, line {number}: {name}") * size)
+            columns[name].append(read_number(cells[position], f"{path}, line {number}: {name}") * size)
         lines.append(number)
     return TensileTest(np.array(columns["force"]), np.array(columns["elongation"]), str(path), lines)
 
@@ -106,43 +103,15 @@ class _Table(NamedTuple):
 
 
 def _header(text: str, place: str) -> _Table:
-    separator = next((mark for mark in "\t;," if mark in text), ",")
-    cells = [bare(cell) for cell in text.split(separator)]
+    separator = separator_of(text)
+    cells = cells_of(text, separator)
     columns = {name: _column(name, cells, place) for name in _COLUMNS}
     return _Table(separator, len(cells), columns)
 
 
 def _column(name: str, cells: list[str], place: str) -> tuple[int, float]:
     """Find the one column of that name: its position and its unit's size."""
-    quantity = _COLUMNS[name]
-    found = [(i, unit) for i, cell in enumerate(cells) if (unit := _unit(cell, name, quantity)) is not None]
-    if len(found) > 1:
-        both = " and ".join(repr(cells[i][:60]) for i, _ in found[:2])
-        raise InputError(f"{place}: more than one column {name!r}: {both}; keep one")
-    units = f"a unit may follow, as in '{name} ({list(quantity.units)[1]})', one of {', '.join(quantity.units)}"
-    if not found:
-        near = max(cells, key=lambda cell: SequenceMatcher(None, name, cell[:60].casefold()).ratio())
-        hint = suggestion(near[:60].casefold(), _COLUMNS)
-        raise InputError(f"{place}: no column {name!r} ({units}); column {near[:60]!r}: {hint}")
-    position, unit = found[0]
-    if unit not in quantity.units:
-        raise InputError(f"{place}: column {cells[position][:60]!r}: unknown unit {unit[:60]!r}; {units}")
-    return position, float(quantity.units[unit])
-
-
-def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
-    """Return the unit that a header's cell gives to the column ``name``, or None if the cell is another column.
-
-    What is in brackets is a unit, known or not. Without them ``force_rate`` must stay a quantity of its own. Units are
-    told apart by case, for in some mN and MN are one letter and nine digits apart.
-    """
-    if cell[: len(name)].casefold() != name:
-        return None
-    rest = cell[len(name) :].strip()
-    if not rest:
-        return quantity.si
-    bare = rest.lstrip(" _")
-    if bare[:1] + bare[-1:] in ("()", "[]"):
-        return bare[1:-1].strip()
-    plain = cell[len(name) :].lstrip(" _/")
-    return plain if plain in quantity.units and plain != cell[len(name) :] else None
+    found = find_column((name,), cells, place, _COLUMNS[name])
+    if found is None:
+        raise no_column(name, cells, place, _COLUMNS[name], tuple(_COLUMNS))
+    return found.position, 1.0 if found.size is None else found.size

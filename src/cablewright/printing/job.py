@@ -1,4 +1,4 @@
-"""A job: which G-code is printed, how large, where on the machine and how fast. TOML in, or a bare G-code file.
+"""A job: which path is printed, how large, where on the machine and how fast. TOML in, or a bare G-code file.
 
 Paths are relative to the folder of the TOML file. Lengths and speeds are the machine's, after scaling.
 """
@@ -14,13 +14,14 @@ from annotated_types import Ge, Le
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cablewright.errors import InputError
+from cablewright.printing.course import Helix, RandomCurve
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, Progress, Toolpath, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.schedule import Height
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.toml_input import read_table, require_schema, validated
-from cablewright.units import Acceleration, Length, Speed
+from cablewright.units import Acceleration, Jerk, Length, Speed
 
 __all__ = ["NEWEST_SCHEMA", "Bead", "Job", "Motion", "Sampling", "load_job"]
 
@@ -53,6 +54,8 @@ class Motion(_Part):
     acceleration: Annotated[Acceleration, Ge(1e-6), Le(1e6)] = 0.5
     corner_deviation: _Distance = 0.005
     """How far beside a corner the arc passes that stands for it; larger is faster. See `printing/timing.py`."""
+    jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
+    """Bound of the change of acceleration along the path; none when left out."""
 
 
 class Sampling(_Part):
@@ -62,19 +65,28 @@ class Sampling(_Part):
 
 
 class Job(_Part):
-    """A part to print. The defaults suit a house-sized machine; a bare G-code file is printed as large as it is."""
+    """A part to print: G-code, or a path in numbers. The defaults suit a house-sized machine."""
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=300)]
-    gcode: Path
+    gcode: Path | None = None
+    curve: RandomCurve | None = None
+    helix: Helix | None = None
     scale: Annotated[float, Field(strict=True, ge=1e-4, le=1e4)] = 1.0
     origin: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
-    """Where the zero of the scaled file comes to, m, machine."""
+    """Where the zero of the scaled path comes to, m, machine."""
     bead: Bead = Bead()
     motion: Motion = Motion()
     sampling: Sampling = Sampling()
     schedule: Annotated[tuple[Height, ...], Field(max_length=10_000)] = ()
     """Rotation and retraction of a rigid platform by the nozzle's height, rising."""
+
+    @model_validator(mode="after")
+    def _has_one_path(self) -> Self:
+        given = [key for key in ("gcode", "curve", "helix") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ValueError(f"{' and '.join(given) or 'no path'} given: one of gcode, [curve] and [helix] is wanted")
+        return self
 
     @model_validator(mode="after")
     def _schedule_rises(self) -> Self:
@@ -84,9 +96,26 @@ class Job(_Part):
                 raise ValueError(f"schedule: heights must rise; {high:g} m follows {low:g} m")
         return self
 
+    @property
+    def course(self) -> Path | RandomCurve | Helix:
+        """The path that is given."""
+        return next(given for given in (self.gcode, self.curve, self.helix) if given is not None)
+
+    @property
+    def source(self) -> str:
+        """What to call the path: the G-code file's name, or what the job itself describes."""
+        return self.course.name if isinstance(self.course, Path) else self.course.title
+
+    @property
+    def move_name(self) -> str:
+        """What a report calls a move of the toolpath, before its number."""
+        return "piece" if self.gcode is None else "G-code line"
+
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
-        """Read the G-code, arcs cut as finely as the samples will be. Raises `InputError`."""
-        return parse(self.gcode, max(self.sampling.step / self.scale, SHORTEST_ARC_STEP), progress)
+        """Read the G-code, arcs cut as finely as the samples will be, or make the path. Raises `InputError`."""
+        if isinstance(self.course, Path):
+            return parse(self.course, max(self.sampling.step / self.scale, SHORTEST_ARC_STEP), progress)
+        return self.course.toolpath()
 
     def samples(self, toolpath: Toolpath) -> Samples:
         """Sample the toolpath on the machine. Raises `InputError`."""
@@ -96,7 +125,7 @@ class Job(_Part):
 
     def time_law(self, samples: Samples) -> TimeLaw:
         """Time the samples within the limits of the motion."""
-        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation)
+        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation, self.motion.jerk)
 
 
 def load_job(path: str | Path) -> Job:

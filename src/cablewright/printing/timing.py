@@ -9,13 +9,17 @@ corners of a finely cut circle would be passed faster than the circle itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.printing.jerk import Knots, averaged, refined, widened
 from cablewright.printing.path import Samples
 
 __all__ = ["TimeLaw", "corner_speeds", "time_law"]
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,21 +31,43 @@ class TimeLaw:
     duration: float  # s, with the dwell at the last sample
 
 
-def time_law(samples: Samples, acceleration: float, corner_deviation: float = 5e-3) -> TimeLaw:
-    """Return the fastest time law from rest to rest.
+def time_law(
+    samples: Samples, acceleration: float, corner_deviation: float = 5e-3, jerk: float | None = None
+) -> TimeLaw:
+    """Return the fastest time law from rest to rest, or with *jerk* (m/s^3) a little slower one that is bounded by it.
 
     ``acceleration`` (m/s^2) bounds the change of speed along the path and, by ``corner_deviation`` (m), the speed at
     corners. Between two samples the speed may rise above both and fall again, but never above the segment's limit.
+    ``jerk`` bounds the change of acceleration along the path: see `printing/jerk.py`.
     """
-    segment = np.diff(samples.distance)  # (k - 1,)
     limit = samples.speed_limit[1:]  # (k - 1,)
-    allowed = np.zeros(len(samples))  # of the squared speed at each sample
-    allowed[1:-1] = np.minimum(limit[:-1], limit[1:]) ** 2
-    np.minimum(allowed, corner_speeds(samples, acceleration, corner_deviation) ** 2, out=allowed)
-    allowed[samples.dwell > 0] = 0.0
+    corner = corner_speeds(samples, acceleration, corner_deviation)
+    corner[0] = corner[-1] = 0.0
+    corner[samples.dwell > 0] = 0.0
+    if jerk is not None:
+        return _smooth(samples, limit, corner, acceleration, 2.0 * acceleration / jerk)
+    ride = _ride(samples.distance, limit, corner, acceleration)
+    time = np.zeros(len(samples))
+    np.cumsum(ride.spent + samples.dwell[:-1], out=time[1:])
+    return _frozen(time, ride.speed, samples.dwell[-1])
 
+
+class _Ride(NamedTuple):
+    """The fastest speeds along a path within limits of it and an acceleration."""
+
+    speed: Array  # (k,) m/s at each place
+    peak: Array  # (k - 1,) m/s on each segment
+    level: Array  # (k - 1,) m passed at the peak speed
+    spent: Array  # (k - 1,) s on each segment
+
+
+def _ride(distance: Array, limit: Array, corner: Array, acceleration: float) -> _Ride:
+    """Places at *distance* (k,), m; *limit* (k - 1,) of the segments and *corner* (k,) of the places, m/s."""
+    segment = np.diff(distance)
+    allowed = corner**2
+    allowed[1:-1] = np.minimum(allowed[1:-1], np.minimum(limit[:-1], limit[1:]) ** 2)
     # The squared speed may rise and fall by 2 a per metre: the greatest such curve below `allowed`.
-    slope = 2 * acceleration * samples.distance
+    slope = 2 * acceleration * distance
     rising = np.minimum.accumulate(allowed - slope) + slope
     falling = np.minimum.accumulate((allowed + slope)[::-1])[::-1] - slope
     squared = np.clip(np.minimum(rising, falling), 0.0, allowed)
@@ -51,15 +77,54 @@ def time_law(samples: Samples, acceleration: float, corner_deviation: float = 5e
     mean_square = (squared[:-1] + squared[1:]) / 2
     peak = np.sqrt(np.minimum(limit**2, acceleration * segment + mean_square))
     np.maximum(peak, np.maximum(begin, end), out=peak)  # what rounding took
-    level = np.maximum(0.0, segment - (peak**2 - mean_square) / acceleration)  # length passed at the peak speed
+    level = np.maximum(0.0, segment - (peak**2 - mean_square) / acceleration)
     spent = (2 * peak - begin - end) / acceleration + level / peak
-    spent = np.maximum(spent, segment / limit)  # so that rounding never makes a segment free
+    return _Ride(speed, peak, level, np.maximum(spent, segment / limit))  # so that rounding never makes one free
 
-    time = np.zeros(len(samples))
-    np.cumsum(spent + samples.dwell[:-1], out=time[1:])
+
+def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, window: float) -> TimeLaw:
+    """The running mean over *window* (s) of a law within limits that are widened by as much."""
+    corner = np.where(corner <= 0.25 * acceleration * window, 0.0, corner)  # to creep would take longer than to stop
+    places = refined(samples.distance, limit, corner, window)
+    own = np.searchsorted(places, samples.distance)
+    limits = limit[np.clip(np.searchsorted(samples.distance, places[:-1], side="right") - 1, 0, len(limit) - 1)]
+    corners = np.full(len(places), np.inf)
+    corners[own] = corner
+    limits, corners = widened(places, limits, corners, window)
+    ride = _ride(places, limits, corners, acceleration)
+    pause = np.zeros(len(places))
+    pause[own] = np.where(corner == 0.0, window + samples.dwell, 0.0)
+    pause[0] = samples.dwell[0]
+    knots, arrival = _knots(places, ride, pause, acceleration)
+    time, speed = averaged(knots, arrival[own], samples.distance, window)
+    stops = corner == 0.0
+    time[stops], speed[stops] = arrival[own][stops] + window, 0.0
+    time[0] = 0.0
+    return _frozen(np.maximum.accumulate(time), np.maximum(speed, 0.0), samples.dwell[-1])
+
+
+def _knots(places: Array, ride: _Ride, pause: Array, acceleration: float) -> tuple[Knots, Array]:
+    """Rise, level, fall of each segment and a *pause* (k,), s, at its end; and when each place is reached, s."""
+    begin, end, peak = ride.speed[:-1], ride.speed[1:], ride.peak
+    rise, fall = (peak - begin) / acceleration, (peak - end) / acceleration
+    level = ride.spent - rise - fall
+    duration = np.stack([rise, level, fall, pause[1:]], axis=1).ravel()
+    start = np.concatenate([[pause[0]], pause[0] + np.cumsum(duration)])
+    climbed, passed = 0.5 * (begin + peak) * rise, ride.level
+    base, none = places[:-1], np.zeros_like(rise)
+    place = np.stack([base, base + climbed, base + climbed + passed, places[1:]], axis=1).ravel()
+    speed = np.stack([begin, peak, peak, none], axis=1).ravel()
+    change = np.stack([none + acceleration, none, none - acceleration, none], axis=1).ravel()
+    area = duration * (place + duration * (0.5 * speed + change * duration / 6.0))
+    kept = np.append(np.flatnonzero(duration > 0.0), len(duration) - 1)
+    knots = Knots(start[kept], place[kept], speed[kept], change[kept], (np.cumsum(area) - area)[kept])
+    return knots, np.concatenate([[pause[0]], start[3::4]])
+
+
+def _frozen(time: Array, speed: Array, last_dwell: float) -> TimeLaw:
     for column in (time, speed):
         column.setflags(write=False)
-    return TimeLaw(time, speed, float(time[-1] + samples.dwell[-1]))
+    return TimeLaw(time, speed, float(time[-1] + last_dwell))
 
 
 def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float) -> NDArray[np.float64]:

@@ -301,4 +301,4 @@ def _verdict(found: Check, failed: NDArray[np.intp]) -> str:
 
 
 def _where(found: Check, sample: int) -> str:
-    return f"in layer {found.samples.layer[sample]}, G-code line {found.samples.line[sample]}"
+    return f"in layer {found.samples.layer[sample]}, {found.job.move_name} {found.samples.line[sample]}"

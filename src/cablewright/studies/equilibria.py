@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import zipfile
 from collections.abc import Callable
 from importlib.metadata import version
@@ -11,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.errors import InputError
 from cablewright.kernels.layout import Packed
 from cablewright.solvers.branches import Equilibria
 from cablewright.solvers.exhaustive import Search, begin, exhaust
+from cablewright.studies.store import write_stream
 
 __all__ = ["search_all"]
 
@@ -74,15 +74,6 @@ def _read(file: Path, question: str) -> Search | None:
 
 
 def _write(file: Path, question: str, search: Search) -> None:
-    """Write how far the search is; the file appears whole, by rename."""
-    part = file.with_name(f".{file.name}.part")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as stream:
-            np.savez(stream, question=np.array(question), **{name: getattr(search, name) for name in FIELDS})
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(file)
-    except OSError as reason:
-        part.unlink(missing_ok=True)
-        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror}") from reason
+    """Write how far the search is."""
+    fields = {name: getattr(search, name) for name in FIELDS}
+    write_stream(file, lambda stream: np.savez(stream, question=np.array(question), **fields))

@@ -1,16 +1,18 @@
-"""Run folders: they appear whole, by rename, or not at all."""
+"""Run folders and files: they appear whole, by rename, or not at all."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import IO
 
 import numpy as np
 import pyarrow as pa
@@ -18,11 +20,22 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import Study
 from cablewright.studies.check import Check
 
-__all__ = ["file_hash", "folder_name", "robot_hash", "run_folder", "write_check", "write_manifest", "write_places"]
+__all__ = [
+    "file_hash",
+    "folder_name",
+    "job_hashes",
+    "robot_hash",
+    "run_folder",
+    "write_check",
+    "write_manifest",
+    "write_places",
+    "write_stream",
+]
 
 MANIFEST = "manifest.json"
 MANIFEST_BYTES = 1 << 20
@@ -107,8 +120,14 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     columns = {"time": np.round(check.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
-    inputs = {"robot": robot_hash(robot), "job": file_hash(job), "gcode": file_hash(check.job.gcode)}
+    inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
     write_manifest(folder, "check", inputs, options or {})
+
+
+def job_hashes(path: Path, job: Job) -> dict[str, str]:
+    """Hashes of the file of a *job*, and of its G-code where it has some."""
+    files = {"job": path} | ({} if job.gcode is None else {"gcode": job.gcode})
+    return {key: file_hash(file) for key, file in files.items()}
 
 
 def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> None:
@@ -143,6 +162,24 @@ def write_places(study: Study, folder: Path) -> None:
     columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
     with pa.OSFile(str(folder / "places.parquet"), "wb") as sink:
         pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
+
+
+def write_stream(file: Path, write: Callable[[IO[bytes]], object]) -> None:
+    """Have *write* fill a file, which appears whole, by rename, in a folder that is made if need be.
+
+    Raises `EnvironmentFault`.
+    """
+    part = file.with_name(f".{file.name}.part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(file)
+    except OSError as reason:
+        part.unlink(missing_ok=True)
+        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror}") from reason
 
 
 def robot_hash(robot: str) -> str:

@@ -76,3 +76,14 @@ def test_bad_searches_are_one_line(cli, tmp_path, arguments: tuple[str, ...], to
     garbage.write_bytes(b"PK\x03\x04 no archive at all")
     given = [str(garbage) if part == "{garbage}" else part for part in arguments]
     assert told in cli("equilibria", "merlet2023", "--lengths", LENGTHS, *given).refusal
+
+
+def test_lengths_that_cannot_meet_are_an_answer_of_no(cli) -> None:
+    asked = ("equilibria", "merlet2023", "--lengths", "5,5,5,5", "--json")
+    found = cli(*asked)
+    assert found.code == 1
+    assert found.json["status"] == "overstretched"
+    assert [each["status"] for each in found.json["solutions"]] == ["overstretched"]
+    assert found.err == (
+        "cablewright: the lengths cannot meet: in every stable equilibrium a line is over its breaking load\n"
+    )

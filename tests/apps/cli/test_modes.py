@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
+from cablewright.analyses.boundary import boundary_modes
 from cablewright.analyses.modes import FREEDOMS, modes_at
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -31,6 +34,15 @@ KEYS = {
     "line_frequencies",
     "asymmetry",
     "plot",
+}
+OF_BOUNDARIES = {
+    "criterion",
+    "point",
+    "orientations",
+    "retraction",
+    "retraction_law",
+    "wrench_box",
+    "boundary",
 }
 AT = ("--at", "0.2,0.1,0.9")
 
@@ -131,9 +143,79 @@ def test_a_body_of_unknown_inertia_is_refused(cli, tmp_path, at: str) -> None:
     assert "platform has no inertia" in cli("modes", tmp_path / "bare.toml", "--at", at).refusal
 
 
+def test_along_the_boundary(cli, tmp_path) -> None:
+    given = ("--boundary", "--criterion", "closed-form", "--grid", "11", "--no-geometric")
+    answer = cli("modes", "jung2020", *given, "--plot", tmp_path / "b.png", "--json")
+    assert (answer.code, answer.err) == (0, "")
+    found, own = answer.json, boundary_modes(Model(load("jung2020")), "closed-form", grid=11, geometric=False)
+    assert found.keys() == KEYS | OF_BOUNDARIES
+    assert (found["criterion"], found["cable"], found["counts_geometric"]) == ("closed-form", "catenary", False)
+    told = found["boundary"]
+    assert (told["least"], told["median"], told["greatest"]) == own.spread
+    assert (told["n"], told["unheld"], told["out_of_limits"]) == (len(own.lowest), 0, 0)
+    assert (told["grid"], told["tensions"]) == (11, "middle")
+    assert (told["shares"], told["dominant"]) == (own.shares, "rz")
+    assert told["worst_pose"] == found["pose"] == own.modes.equilibrium.pose[own.worst].tolist()
+    assert found["frequencies"][0] == pytest.approx(told["least"], rel=1e-12)
+    assert (tmp_path / "b.png").read_bytes().startswith(b"\x89PNG")
+    rows = cli("modes", "jung2020", *given).out.splitlines()
+    assert rows[0] == "jung2020: closed-form, boundary of the workspace of the nozzle"
+    assert re.fullmatch(r"lowest +1\.\d+ to 2\.\d+ Hz, median 1\.\d+ Hz, without geometric stiffness", rows[2])
+    assert rows[3].startswith("mostly    rz at ")
+
+
+def test_options_reach_the_boundary(cli) -> None:
+    def told(*options: str) -> dict:
+        return cli("modes", "jung2020", "--boundary", "--grid", "7", *options, "--json").json["boundary"]
+
+    plain = told()
+    for option in (
+        ("--criterion", "closed-form"),
+        ("--tensions", "middle"),
+        ("--box", "0,1,0,1,0,2"),
+        ("--orientations", "0,0,0;0.1,0,0"),
+        ("--retraction", "1.4"),
+        ("--retraction-law=-1,2.4,1.2,2",),
+        ("--tension-limits", "20,100"),
+        ("--wrench", "0,0,-50"),
+        ("--no-geometric",),
+        ("--cable", "rigid"),
+    ):
+        assert told(*option) != plain, option
+
+
+def test_poses_out_of_their_limits_are_told(cli) -> None:
+    given = ("--boundary", "--grid", "9", "--criterion", "wrench-closure", "--tension-limits", "10,30")
+    told = cli("modes", "jung2020", *given, "--json").json["boundary"]
+    assert 0 < told["out_of_limits"] <= told["n"]
+    assert f"beyond    {told['out_of_limits']} are held" in cli("modes", "jung2020", *given).out
+
+
+def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
+    nowhere = ("--boundary", "--grid", "5", "--box", "5,6,5,6,5,6")
+    answer = cli("modes", "jung2020", *nowhere, "--plot", tmp_path / "b.png", "--json")
+    assert answer.no == "no node of the grid is inside"
+    assert answer.json.keys() == KEYS | OF_BOUNDARIES
+    assert (answer.json["status"], answer.json["frequencies"], answer.json["boundary"]["least"]) == (
+        "empty",
+        None,
+        None,
+    )
+    assert list(tmp_path.iterdir()) == []
+    assert cli("modes", "jung2020", *nowhere).code == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
+        ([], "either --at X,Y,Z or --boundary is wanted"),
+        ([*AT, "--boundary"], "either --at X,Y,Z or --boundary is wanted"),
+        ([*AT, "--grid", "9"], "--grid: only with --boundary"),
+        ([*AT, "--criterion", "exact"], "--criterion: only with --boundary"),
+        (["--boundary", "--grid", "1000"], "3 to 121 nodes"),
+        (["--boundary", "--tensions", "many"], "unknown tensions 'many'"),
+        (["--boundary", "--orientations", "0,0,4"], "at most pi (180 degrees)"),
+        (["--boundary", "--retraction", "1.5", "--retraction-law", "0,1.5"], "give one of them"),
         (["--at", "1,2"], "6 numbers are wanted"),
         (["--at", "here"], "numbers with commas"),
         ([*AT, "--cable", "rope"], "unknown cable law 'rope'"),

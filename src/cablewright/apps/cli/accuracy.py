@@ -231,10 +231,11 @@ class _Asked:
         from cablewright.printing.job import load_job
         from cablewright.studies import store
 
-        files = {key: self.given[key] for key in ("uncertainty", "path") if self.given[key] is not None}
-        if "path" in files:
-            files["gcode"] = load_job(files["path"]).gcode
-        inputs = {"robot": store.robot_hash(self.name)} | {key: store.file_hash(file) for key, file in files.items()}
+        given, inputs = self.given, {"robot": store.robot_hash(self.name)}
+        if given["uncertainty"] is not None:
+            inputs["uncertainty"] = store.file_hash(given["uncertainty"])
+        if given["path"] is not None:
+            inputs |= store.job_hashes(given["path"], load_job(given["path"]))
         store.write_manifest(part, "accuracy", inputs, self.given)
 
 

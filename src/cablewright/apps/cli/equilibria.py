@@ -9,7 +9,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, LoadName, Retracted, RobotName, Sheave, Wrench, described
 from cablewright.apps.cli.output import numbers, print_json, progress, tell
-from cablewright.errors import AnswerError, InputError
+from cablewright.errors import AnswerError, InputError, Status
 
 if TYPE_CHECKING:
     from cablewright.solvers.branches import Equilibria
@@ -65,11 +65,20 @@ def equilibria(
     finished = True
     if exhaustive:
         found, finished = _search(found, corners, 600.0 if time_limit is None else time_limit, out)
+    torn = _is_torn(found)
     if as_json:
-        print_json({"status": "ok" if finished else "unfinished"} | _values(found))
+        print_json({"status": "unfinished" if not finished else "overstretched" if torn else "ok"} | _values(found))
     else:
         _print(found)
-    return 0 if finished else 1
+    if torn:
+        tell("cablewright: the lengths cannot meet: in every stable equilibrium a line is over its breaking load")
+    return 0 if finished and not torn else 1
+
+
+def _is_torn(found: Equilibria) -> bool:
+    """Whether there are stable equilibria, and cables would break in all of them."""
+    stable = [found.solutions[int(row)].status for row in found.stable.nonzero()[0]]
+    return bool(stable) and all(status is Status.OVERSTRETCHED for status in stable)
 
 
 def _search(found: Equilibria, box: list[float] | None, time_limit: float, out: Path | None) -> tuple[Equilibria, bool]:

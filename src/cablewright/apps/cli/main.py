@@ -14,6 +14,7 @@ from cablewright.apps.cli import (
     accuracy,
     calibrate,
     check,
+    curves,
     equilibria,
     interference,
     modes,
@@ -21,7 +22,11 @@ from cablewright.apps.cli import (
     poses,
     retraction,
     robots,
+    simulate,
     statics,
+    survey,
+    trade,
+    walls,
     workspace,
 )
 from cablewright.errors import CablewrightError
@@ -30,17 +35,19 @@ __all__ = ["app", "main"]
 
 app = typer.Typer(
     name="cablewright",
-    help="Models and checks cable-driven parallel robots that print large parts.",
+    help="Models, checks and simulates cable-driven parallel robots that print large parts.",
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 app.command("accuracy")(accuracy.accuracy)
 app.command("calibrate")(calibrate.calibrate)
 app.command("check")(check.check)
+app.command("curves")(curves.curves)
 app.command("equilibria")(equilibria.equilibria)
 app.command("forward")(statics.forward)
 app.command("interference")(interference.interference)
 app.command("inverse")(statics.inverse)
+app.command("machines")(simulate.machines)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
 app.command("poses")(poses.poses)
@@ -48,6 +55,10 @@ app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
 app.command("simulate-calibration")(calibrate.simulate_calibration)
+app.command("simulate")(simulate.simulate)
+app.command("survey")(survey.survey)
+app.command("trade")(trade.trade)
+app.command("walls")(walls.walls)
 app.command("workspace")(workspace.workspace)
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3

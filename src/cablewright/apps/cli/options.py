@@ -11,25 +11,37 @@ from cablewright.apps.cli.output import numbers
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
+    from cablewright.analyses.question import Law
     from cablewright.robot import Robot
 
 __all__ = [
     "AsJson",
     "Box",
     "Cable",
+    "Count",
+    "Criterion",
+    "Geometric",
+    "Grid",
+    "Holding",
+    "LawOfRetraction",
     "Limits",
     "LoadName",
+    "Orientations",
     "Plot",
     "Point",
     "Retracted",
     "RobotName",
+    "Seed",
     "Sheave",
     "Slack",
     "StraightCable",
+    "Tolerance",
     "Wrench",
     "check_plot",
     "described",
+    "retracting",
     "slack_excess",
+    "turns",
 ]
 
 RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `robots` lists.")]
@@ -63,6 +75,38 @@ Box = Annotated[
     str | None, typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Where to look, m; the robot's frame.")
 ]
 Point = Annotated[str, typer.Option("--point", help="What is at a place: nozzle, or the platform's origin.")]
+Criterion = Annotated[
+    str,
+    typer.Option(
+        "--criterion", help="closed-form, improved-closed-form, exact, capacity, wrench-closure or static (with sag)."
+    ),
+]
+Count = Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")]
+Grid = Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side.")]
+Tolerance = Annotated[
+    float | None, typer.Option("--tolerance", metavar="T", help="Error of the volume as a share of it; 0.002.")
+]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of the random places.")]
+Orientations = Annotated[
+    str | None,
+    typer.Option("--orientations", metavar="RX,RY,RZ;...", help="Inside under all of these, rotation vectors, rad."),
+]
+LawOfRetraction = Annotated[
+    str | None,
+    typer.Option("--retraction-law", metavar="C,D[,LEAST,MOST]", help="Retraction length C z + D with its clamps, m."),
+]
+Geometric = Annotated[
+    bool,
+    typer.Option(
+        "--geometric/--no-geometric", help="Whether what tension adds to the stiffness counts for the frequencies."
+    ),
+]
+Holding = Annotated[
+    str | None,
+    typer.Option(
+        "--tensions", help="Along the boundary: least, or nearest to the middle of the limits, as the closed forms'."
+    ),
+]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")]
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
 
@@ -88,6 +132,29 @@ def check_plot(plot: Path | None) -> None:
     """Raise `InputError` unless --plot names a PNG, or nothing."""
     if plot is not None and plot.suffix.lower() != ".png":
         raise InputError(f"--plot = {str(plot)!r}: a name that ends in .png is wanted")
+
+
+def turns(text: str | None) -> list[list[float]] | None:
+    """Rotation vectors, apart by semicolons."""
+    if text is None:
+        return None
+    return [numbers(part, "--orientations") or [] for part in text.split(";")]
+
+
+def retracting(length: float | None, law: str | None, point: str) -> float | Law | None:
+    """What --retraction and --retraction-law ask for. Raises `InputError`."""
+    from cablewright.analyses.question import Law
+
+    if law is not None and length is not None:
+        raise InputError("--retraction and --retraction-law: give one of them")
+    values = numbers(law, "--retraction-law")
+    if values is None:
+        return length
+    if len(values) not in (2, 4):
+        raise InputError(f"--retraction-law = {law!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps")
+    slope, intercept, *clamps = values
+    least, most = clamps or (None, None)
+    return Law(slope, intercept, least, most, point)
 
 
 def slack_excess(robot: Robot, text: str) -> dict[str, float]:

@@ -11,6 +11,7 @@ import typer
 from cablewright.apps.cli.options import (
     AsJson,
     Box,
+    Criterion,
     Limits,
     LoadName,
     Plot,
@@ -23,7 +24,6 @@ from cablewright.apps.cli.options import (
     described,
 )
 from cablewright.apps.cli.output import limits, numbers, print_json, progress, write_picture
-from cablewright.apps.cli.workspace import Criterion
 from cablewright.errors import AnswerError
 
 if TYPE_CHECKING:

@@ -10,62 +10,52 @@ import typer
 from cablewright.apps.cli.options import (
     AsJson,
     Box,
+    Count,
+    Criterion,
+    Grid,
+    LawOfRetraction,
     Limits,
     LoadName,
+    Orientations,
     Plot,
     Point,
     Retracted,
     RobotName,
+    Seed,
     Sheave,
     StraightCable,
+    Tolerance,
     Wrench,
     check_plot,
     described,
+    retracting,
+    turns,
 )
 from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.analyses.question import Law, Question
+    from cablewright.analyses.question import Question
     from cablewright.analyses.workspace import Nodes, Workspace
 
-__all__ = ["workspace"]
+__all__ = ["of_question", "workspace"]
 
 NO = 1
 COUNTS = ("volume", "nodes")
 SLICES = 21  # heights that are told
 
-Criterion = Annotated[
-    str,
-    typer.Option(
-        "--criterion", help="closed-form, improved-closed-form, exact, capacity, wrench-closure or static (with sag)."
-    ),
-]
-
 
 def workspace(
     robot: RobotName,
     criterion: Criterion = "exact",
-    count: Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")] = "volume",
-    grid: Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side.")] = None,
-    tolerance: Annotated[
-        float | None, typer.Option("--tolerance", metavar="T", help="Error of the volume as a share of it; 0.002.")
-    ] = None,
-    orientations: Annotated[
-        str | None,
-        typer.Option(
-            "--orientations", metavar="RX,RY,RZ;...", help="Inside under all of these, rotation vectors, rad."
-        ),
-    ] = None,
+    count: Count = "volume",
+    grid: Grid = None,
+    tolerance: Tolerance = None,
+    orientations: Orientations = None,
     box: Box = None,
     point: Point = "nozzle",
     retraction: Retracted = None,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            "--retraction-law", metavar="C,D[,LEAST,MOST]", help="Retraction length C z + D with its clamps, m."
-        ),
-    ] = None,
+    law: LawOfRetraction = None,
     cable: StraightCable = None,
     sheave: Sheave = None,
     tension_limits: Limits = None,
@@ -78,7 +68,7 @@ def workspace(
     arm: Annotated[
         float, typer.Option("--arm", metavar="L", help="Arm on which a moment counts as force for capacity, m.")
     ] = 1.0,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the random places.")] = 0,
+    seed: Seed = 0,
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE.stl|.glb", help="Write the boundary as a closed mesh, m.")
     ] = None,
@@ -91,8 +81,6 @@ def workspace(
     from cablewright.models.statics import Model
 
     _check_files(count, mesh, plot)
-    if law is not None and retraction is not None:
-        raise InputError("--retraction and --retraction-law: give one of them")
     if tolerance is not None and count == "nodes":
         raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
     machine = described(robot, load, wrench)
@@ -102,8 +90,8 @@ def workspace(
         "point": point,
         "wrench_box": _wrench_box(wrench_box, machine.n),
         "arm": arm,
-        "orientations": _turns(orientations),
-        "retraction": _law(law, point) or retraction,
+        "orientations": turns(orientations),
+        "retraction": retracting(retraction, law, point),
     }
     model = Model(machine, fidelity, limits(tension_limits))
     with progress() as show:
@@ -125,28 +113,6 @@ def _check_files(count: str, mesh: Path | None, plot: Path | None) -> None:
         raise InputError(f"--mesh = {str(mesh)!r}: a name that ends in .stl or .glb is wanted")
     if count == "nodes" and (mesh is not None or plot is not None):
         raise InputError("--mesh and --plot need the surface: they do not go with --count nodes")
-
-
-def _turns(text: str | None) -> list[list[float]] | None:
-    """Rotation vectors, apart by semicolons."""
-    if text is None:
-        return None
-    return [numbers(part, "--orientations") or [] for part in text.split(";")]
-
-
-def _law(text: str | None, point: str) -> Law | None:
-    from cablewright.analyses.question import Law
-
-    values = numbers(text, "--retraction-law")
-    if values is None:
-        return None
-    if len(values) not in (2, 4):
-        raise InputError(
-            f"--retraction-law = {text!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps"
-        )
-    slope, intercept, *clamps = values
-    least, most = clamps or (None, None)
-    return Law(slope, intercept, least, most, point)
 
 
 def _wrench_box(text: str | None, n: int) -> tuple[list[float], list[float]] | None:
@@ -176,7 +142,8 @@ def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, 
     return written
 
 
-def _of_question(asked: Question) -> dict[str, Any]:
+def of_question(asked: Question) -> dict[str, Any]:
+    """What was asked, for the JSON of every command that asks for a workspace."""
     from cablewright.analyses.question import Law
 
     law, fidelity = asked.retraction, asked.model.fidelity
@@ -213,7 +180,7 @@ def _tell_nodes(found: Nodes, as_json: bool) -> int:
     status = "ok" if found.counted else "empty"
     heights, areas = found.axes[2], found.slices()
     if as_json:
-        values = {"status": status} | _of_question(found.question) | {"count": "nodes"} | _figures(found)
+        values = {"status": status} | of_question(found.question) | {"count": "nodes"} | _figures(found)
         print_json(values | {"counted": found.counted, "slices": {"heights": heights, "areas": areas}})
     else:
         _print_head(found)
@@ -229,7 +196,7 @@ def _tell_volume(found: Workspace, written: dict[str, str | None], as_json: bool
     heights = np.linspace(found.box.low[2], found.box.high[2], SLICES)
     areas = found.slices(heights)
     if as_json:
-        values = {"status": status} | _of_question(found.question) | {"count": "volume"} | _figures(found)
+        values = {"status": status} | of_question(found.question) | {"count": "volume"} | _figures(found)
         values |= {"unseen": found.unseen, "cells": found.cells, "surface_area": found.mesh.area}
         print_json(values | {"slices": {"heights": heights, "areas": areas}} | written)
     else:

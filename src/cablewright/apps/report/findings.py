@@ -100,7 +100,7 @@ def _place(digest: Digest, finding: Finding) -> Html:
     x, y, z = (f"{v:.2f}".replace("-", "\N{MINUS SIGN}") for v in samples.positions[at])
     layer = int(samples.layer[at])
     where = "before the first layer" if layer < 0 else f"layer {layer}"
-    first = f"{where}, G-code line {count(int(samples.line[at]))}"
+    first = f"{where}, {digest.check.job.move_name} {count(int(samples.line[at]))}"
     return join(
         [
             element("span", first, class_="keep"),

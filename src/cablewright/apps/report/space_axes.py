@@ -57,6 +57,7 @@ def _axes(
 ) -> Any:
     """Return axes in a box with sides as *shown*."""
     low, high = ends
+    inches = drawn.get_figwidth() * where.get_position(drawn).width
     axes: Any = drawn.add_subplot(where, projection="3d", computed_zorder=False)
     axes.set_proj_type("ortho")
     axes.view_init(elev=_ELEVATION, azim=_AZIMUTH)
@@ -64,7 +65,9 @@ def _axes(
     for at, (name, side) in enumerate(zip("xyz", (axes.xaxis, axes.yaxis, axes.zaxis), strict=True)):
         getattr(axes, f"set_{name}lim")(float(low[at]), float(high[at]))
         getattr(axes, f"set_{name}label")(labels[at])
-        side.set_major_locator(MaxNLocator(max(2, round(6 * shown[at] / shown.max())), steps=[1, 2, 5, 10]))
+        bins = max(2, round(1.3 * inches * shown[at] / shown.max()))
+        prune = ("upper", "lower", None)[at]  # x and y meet there
+        side.set_major_locator(MaxNLocator(bins, steps=[1, 2, 5, 10], prune=prune, min_n_ticks=1))
         side.set_pane_color(_PANE)
         side.line.set_color(style.GREY)
         side.labelpad = 0.0

@@ -1,0 +1,185 @@
+"""The simulated machine beside the clock, and beside MuJoCo; one thread. As a command: the integrators compared.
+
+`python -m benchmarks.machine` prints the table of docs/decisions/0009: a drum dropped by 2 mm, by implicit midpoint and
+by velocity Verlet, which settles the lines at each step.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Iterator
+from importlib.util import find_spec
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.timing import Row, best
+from cablewright.kernels import dynamics
+from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
+from cablewright.kernels.line import settle
+from cablewright.machine.rig import drum_numbers
+from cablewright.machine.settings import MachineSettings, load_settings
+from cablewright.machine.simulated import PlantName, SimulatedMachine
+from cablewright.models.statics import Model
+from cablewright.robot import Robot, load
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.drive import DriveSettings, Pilot, random_round
+
+Array = NDArray[np.float64]
+START = (0.3, -1.0, 1.2)
+AIMS = {"dynamic": 20.0, "quasi-static": 500.0}
+SENSORS = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
+DROP = 2e-3  # m
+DROPPED = 0.5  # s that the integrators are compared over
+FINE = 0.125e-3  # s, the step of what they are compared with
+
+
+def rows() -> Iterator[Row]:
+    """All rows of this file."""
+    full = load_settings("merlet2023")
+    bare = full.model_copy(update={"lidars": {}, **dict.fromkeys(SENSORS)})
+    for plant, settings, what in (
+        ("dynamic", full, "with all sensors"),
+        ("dynamic", bare, "alone"),
+        ("quasi-static", full, "with all sensors"),
+        ("quasi-static", bare, "alone"),
+    ):
+        ratio = speed(settings, plant)
+        aim = AIMS[plant] if what == ("alone" if plant == "quasi-static" else "with all sensors") else None
+        told = "" if aim is None else f">= {aim:.0f}"
+        yield Row(f"merlet2023: {plant} plant, {what}", ratio, "x real", told, None if aim is None else ratio >= aim)
+    each = step_time(full)
+    yield Row("merlet2023: a dynamic step of 2 ms", 1e6 * each, "us")
+    if find_spec("mujoco"):
+        theirs = mujoco_time(load("merlet2023"), full.substep)
+        name = "merlet2023: MuJoCo's step, tendons without weight"
+        yield Row(name, 1e6 * theirs, "us", peer="ours", ratio=theirs / each)
+
+
+def speed(settings: MachineSettings, plant: PlantName) -> float:
+    """Times real time of a drive round a loop: what the pilot takes is not counted."""
+    robot = load("merlet2023")
+    way = random_round(robot, 28.0, seed=1)
+    machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=1, plant=plant)
+    pilot, spent, ratios = Pilot(machine, way, DriveSettings(), 1), 0.0, []
+    steps = round(10.0 / machine.period) if plant == "dynamic" else round(60.0 / machine.period)
+    for _ in range(6):  # the first compiles
+        spent = 0.0
+        for _ in range(steps):
+            command = pilot.command()
+            begin = time.perf_counter()
+            machine.step(command)
+            spent += time.perf_counter() - begin
+        ratios.append(steps * machine.period / spent)
+    return max(ratios[1:])
+
+
+def step_time(settings: MachineSettings) -> float:
+    """Time of one step of the drum and its lines, swinging, s."""
+    drop = Drop(settings)
+    drop.motion[dynamics.RATE : dynamics.RATE + 3] = 0.2, 0.1, 0.3
+
+    def hundred() -> None:
+        for _ in range(100):
+            drop.midpoint(settings.substep)
+
+    return best(hundred, 50) / 100.0
+
+
+def mujoco_time(robot: Robot, step: float) -> float:
+    """Time of MuJoCo's step, s: the drum on a ball joint, lines as springs without weight through eyelets."""
+    import mujoco
+
+    held = solve_inverse(Model(robot), START).checked()
+    tendons, sites = "", ""
+    for i, (line, length) in enumerate(zip(robot.lines, held.lengths, strict=True)):
+        begin = line.winch_exit or line.exit_point
+        sites += f'<site name="C{i}" pos="{_text(begin)}"/><site name="A{i}" pos="{_text(line.exit_point)}"/>'
+        path = f'<site site="C{i}"/><site site="A{i}"/><site site="B"/>'
+        stiffness = line.cable.stiffness / length
+        tendons += f'<spatial stiffness="{stiffness}" springlength="0 {length}">{path}</spatial>'
+    slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    drum = '<inertial pos="0 0 -0.5" mass="40" diaginertia="3 3 1"/>'
+    hung = f'<body><joint type="ball"/>{drum}</body>'
+    knot = '<inertial pos="0 0 0" mass="1e-3" diaginertia="1e-6 1e-6 1e-6"/>'
+    body = f'<body pos="{_text(START)}">{slides}{knot}<site name="B"/>{hung}</body>'
+    text = f'<mujoco><option timestep="{step}" integrator="implicit"/><worldbody>{sites}{body}</worldbody>'
+    model = mujoco.MjModel.from_xml_string(f"{text}<tendon>{tendons}</tendon></mujoco>")
+    data = mujoco.MjData(model)
+    return best(lambda: mujoco.mj_step(model, data, 100), 50) / 100.0
+
+
+def _text(vector: tuple[float, ...]) -> str:
+    return " ".join(map(repr, vector))
+
+
+class Drop:
+    """The empty drum at rest over START, lifted by DROP, undamped."""
+
+    def __init__(self, settings: MachineSettings) -> None:
+        """Hang it."""
+        robot = load("merlet2023")
+        self.model = Model(robot)
+        held = solve_inverse(self.model, START).checked()
+        self.lengths, self.states = held.lengths.copy(), held.states.copy()
+        self.drum = drum_numbers(settings, 0.0)
+        self.drum[dynamics.DRAG : dynamics.DRUM] = 0.0
+        self.motion = np.zeros(dynamics.MOTION)
+        self.motion[:3] = START
+        self.motion[2] += DROP
+        self.work, self.swing = dynamics.moving_workspace(robot.m)
+
+    def midpoint(self, dt: float) -> None:
+        """One step of the implicit midpoint rule."""
+        lengths = (self.lengths, self.lengths)
+        state = (self.states, self.work, self.swing)
+        assert dynamics.midpoint_step(self.model.packed, self.drum, self.motion, *lengths, dt, *state) == 0
+
+    def verlet(self, dt: float) -> None:
+        """One step of velocity Verlet, of B alone: the drum hangs straight."""
+        place, velocity = self.motion[:3], self.motion[3:6]
+        velocity += 0.5 * dt * self.force() / self.drum[dynamics.MASS]
+        place += dt * velocity
+        velocity += 0.5 * dt * self.force() / self.drum[dynamics.MASS]
+
+    def force(self) -> Array:
+        """What acts on B, N: the lines settled where it is."""
+        total = np.array([0.0, 0.0, -9.81 * self.drum[dynamics.MASS]])
+        for row, y, length in zip(self.model.packed.lines, self.states, self.lengths, strict=True):
+            away = self.motion[:2] - row[:2]
+            x = math.hypot(*away)
+            assert settle(row, x, self.motion[2] - row[2], length, y, np.zeros((6, 6)), np.zeros((6, 3)))
+            h, v = math.exp(y[TAU]) * math.cos(y[PHI]), math.exp(y[TAU]) * math.sin(y[PHI])
+            total -= [*(h * away / x), v + row[WEIGHT] * y[FREE]]
+        return total
+
+
+def height_after(method: str, dt: float) -> tuple[float, float]:
+    """Where B is after DROPPED, m, and the highest it was; NaN where it is lost."""
+    drop, highest = Drop(load_settings("merlet2023")), -math.inf
+    for _ in range(round(DROPPED / dt)):
+        try:
+            getattr(drop, method)(dt)
+        except AssertionError:
+            return math.nan, math.nan
+        highest = max(highest, float(drop.motion[2]))
+    return float(drop.motion[2]), highest
+
+
+def main() -> None:
+    """Print the table."""
+    methods = ("midpoint", "verlet")
+    exact = {method: height_after(method, FINE)[0] for method in methods}  # Verlet's drum does not swing
+    print(f"{'step':>8}  {'midpoint: off by':>18} {'at most':>10}  {'Verlet: off by':>16} {'at most':>10}")
+    for dt in (0.5e-3, 1e-3, 2e-3, 5e-3, 10e-3, 25e-3, 50e-3):
+        parts = [f"{1e3 * dt:6.1f} ms"]
+        for method in methods:
+            end, highest = height_after(method, dt)
+            parts.append(f"{1e3 * (end - exact[method]):13.3f} mm {1e3 * (highest - START[2]):9.2f} mm")
+        print("  ".join(parts))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

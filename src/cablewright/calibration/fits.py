@@ -1,0 +1,192 @@
+"""Lines, planes and circles through measured markers: each fit with its motion per marker, so that covariance follows.
+
+A fit is a small least-squares problem in which every residual is weighted by the covariance of the markers it is of
+(Gauss-Markov with conditions). To first order its answer moves by ``gain`` times the markers' motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Fit", "Linear", "circle", "level_circle", "level_plane", "plane", "upright_plane"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS: Final = 30
+_SETTLED: Final = 1e-13  # relative
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """A vector and its motion per coordinate of all markers of a survey."""
+
+    value: Array  # (k,)
+    motion: Array  # (k, 3 N)
+
+    def covariance(self, of_markers: Array) -> Array:
+        """(k, k), from the (3 N, 3 N) of the markers."""
+        joint: Array = self.motion @ of_markers @ self.motion.T
+        return joint
+
+    def sigma(self, of_markers: Array) -> Array:
+        """(k,) standard deviations."""
+        return np.sqrt(np.maximum(np.diag(self.covariance(of_markers)), 0.0))
+
+    def __getitem__(self, part: slice | list[int]) -> Linear:
+        return Linear(self.value[part], self.motion[part])
+
+
+class Fit(NamedTuple):
+    """What a fit found: unknowns, their motion per marker coordinate, what is left over and how much may be."""
+
+    value: Array  # (p,)
+    gain: Array  # (p, 3 k) per coordinate of its own markers
+    residuals: Array  # (k, r) m, by marker
+    allowed: Array  # (k, r) m, sigma of each residual; 0 where nothing checks it
+    chi_squared: float
+    surplus: int  # conditions less unknowns
+    converged: bool
+
+
+Model = Callable[[Array, Array], tuple[Array, Array, Array]]
+"""From unknowns (p,) and markers (k, 3): residuals (k, r), per unknown (k, r, p), per marker coordinate (k, r, 3)."""
+
+
+def _fit(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
+    """Solve by Gauss-Newton; where the equations are singular, the fit has not converged."""
+    try:
+        return _solved(model, start, points, covariances)
+    except np.linalg.LinAlgError:
+        r = model(start, points)[0]
+        return Fit(start, np.zeros((len(start), points.size)), r, np.zeros_like(r), math.nan, 0, converged=False)
+
+
+def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
+    """Solve; the residuals of one marker do not depend on another's coordinates."""
+    q = start
+    converged = False
+    for _ in range(_ROUNDS):
+        r, A, B = model(q, points)
+        weight = np.linalg.inv(np.einsum("kri,kij,ksj->krs", B, covariances, B))
+        normal = np.einsum("krp,krs,ksq->pq", A, weight, A)
+        scale = 1.0 / np.sqrt(np.diag(normal))  # an angle and a length differ by orders of magnitude
+        inverse = scale[:, None] * np.linalg.inv(scale[:, None] * normal * scale) * scale
+        step = -inverse @ np.einsum("krp,krs,ks->p", A, weight, r)
+        if converged:
+            break
+        q = q + step
+        converged = bool(np.all(np.abs(step) <= _SETTLED * (1.0 + np.abs(q))))
+    pull = np.einsum("pq,kqr->kpr", inverse, np.einsum("krp,krs->kps", A, weight))
+    gain = -np.einsum("kpr,krj->pkj", pull, B).reshape(len(q), -1)
+    spread = np.einsum("krr->kr", np.linalg.inv(weight)) - np.einsum("krp,pq,krq->kr", A, inverse, A)
+    surplus = r.size - len(q)
+    allowed = np.sqrt(np.maximum(spread, 0.0)) if surplus > 0 else np.zeros_like(r)
+    chi_squared = float(np.einsum("kr,krs,ks->", r, weight, r))
+    return Fit(q, gain, r, allowed, chi_squared, surplus, converged)
+
+
+def upright_plane(points: Array, covariances: Array) -> Fit:
+    """Fit a wall that stands upright, n(a) p = d, to two markers or more: azimuth a of its normal (rad), and d (m)."""
+    centre = points.mean(axis=0)
+    along = np.linalg.svd((points - centre)[:, :2])[2][0]
+    azimuth = np.arctan2(along[0], -along[1])
+
+    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
+        n, t = _directions(q[0])
+        r = p @ n - q[1]
+        A = np.stack([p @ t, -np.ones(len(p))], axis=-1)
+        return r[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
+
+    return _fit(model, np.array([azimuth, _directions(azimuth)[0] @ centre]), points, covariances)
+
+
+def plane(points: Array, covariances: Array, azimuth: float) -> Fit:
+    """Fit a wall that may lean: azimuth, lean upwards of its normal (rad) and distance; three markers or more."""
+
+    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
+        level, t = _directions(q[0])
+        up = np.array([0.0, 0.0, 1.0])
+        n = np.cos(q[1]) * level + np.sin(q[1]) * up
+        lean = np.cos(q[1]) * up - np.sin(q[1]) * level
+        A = np.stack([np.cos(q[1]) * (p @ t), p @ lean, -np.ones(len(p))], axis=-1)
+        return (p @ n - q[2])[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
+
+    start = np.array([azimuth, 0.0, _directions(azimuth)[0] @ points.mean(axis=0)])
+    return _fit(model, start, points, covariances)
+
+
+def level_plane(points: Array, covariances: Array) -> Fit:
+    """Fit a level floor or ceiling to one marker or more: its height."""
+
+    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
+        up = np.broadcast_to(np.array([[0.0, 0.0, 1.0]]), (len(p), 1, 3))
+        return p[:, 2:] - q[0], -np.ones((len(p), 1, 1)), up
+
+    return _fit(model, points[:, 2].mean(keepdims=True), points, covariances)
+
+
+def level_circle(points: Array, covariances: Array) -> Fit:
+    """Fit a circle about an upright axis to three markers or more: x, y of the axis, radius, height."""
+    x, y, radius = _algebraic(points[:, :2])
+
+    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
+        away = p[:, :2] - q[:2]
+        far = np.maximum(np.hypot(*away.T), 1e-300)
+        u = away / far[:, None]
+        zero, one = np.zeros(len(p)), np.ones(len(p))
+        A = np.stack([np.stack([-u[:, 0], -u[:, 1], -one, zero], -1), np.stack([zero, zero, zero, -one], -1)], 1)
+        B = np.stack([np.stack([u[:, 0], u[:, 1], zero], -1), np.stack([zero, zero, one], -1)], 1)
+        return np.stack([far - q[2], p[:, 2] - q[3]], -1), A, B
+
+    return _fit(model, np.array([x, y, radius, points[:, 2].mean()]), points, covariances)
+
+
+def circle(points: Array, covariances: Array) -> tuple[Fit, Array]:
+    """Fit a circle to three markers or more: centre (3,), radius, and how the axis turns from the (3, 3) returned.
+
+    The rows of that matrix are two directions in the plane and the axis; unknowns 4 and 5 tilt the axis towards the
+    first two.
+    """
+    middle = points.mean(axis=0)
+    basis = np.linalg.svd(points - middle)[2]
+    x, y, radius = _algebraic((points - middle) @ basis[:2].T)
+    centre = middle + x * basis[0] + y * basis[1]
+
+    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
+        n = q[4:] @ basis[:2] + basis[2]
+        size = np.linalg.norm(n)
+        n = n / size
+        tilts = [(basis[i] - (basis[i] @ n) * n) / size for i in (0, 1)]
+        away = p - q[:3]
+        out = away @ n
+        flat = away - out[:, None] * n
+        far = np.maximum(np.linalg.norm(flat, axis=1), 1e-300)
+        u = flat / far[:, None]
+        radial = np.concatenate([-u, -np.ones((len(p), 1)), *(-(out * (u @ t))[:, None] for t in tilts)], axis=1)
+        level = np.zeros((len(p), 1))
+        off = np.concatenate([np.broadcast_to(-n, p.shape), level, *((away @ t)[:, None] for t in tilts)], axis=1)
+        B = np.stack([u, np.broadcast_to(n, p.shape)], axis=1)
+        return np.stack([far - q[3], out], -1), np.stack([radial, off], axis=1), B
+
+    return _fit(model, np.array([*centre, radius, 0.0, 0.0]), points, covariances), basis
+
+
+def _directions(azimuth: float) -> tuple[Array, Array]:
+    """Return the level unit vector of that azimuth and its change per radian."""
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    return np.array([c, s, 0.0]), np.array([-s, c, 0.0])
+
+
+def _algebraic(points: Array) -> tuple[float, float, float]:
+    """Return centre and radius of the circle that fits points of a plane algebraically (Kasa), a start."""
+    middle = points.mean(axis=0)
+    p = points - middle
+    A = np.column_stack([2.0 * p, np.ones(len(p))])
+    x, y, c = np.linalg.lstsq(A, (p**2).sum(axis=1), rcond=None)[0]
+    return float(x + middle[0]), float(y + middle[1]), float(np.sqrt(max(c + x**2 + y**2, 1e-12)))

@@ -1,0 +1,103 @@
+"""Leica's GSI-8 and GSI-16: blocks of words, each an index, a unit digit, a sign and 8 or 16 digits.
+
+A word as in Leica's manuals (TPS1100 user manual, chapter "Data format"): positions 1 and 2 hold the word's index,
+position 6 the unit, position 7 the sign, then the digits, without a decimal point; the unit says where it is.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from cablewright.csv_input import shown
+from cablewright.errors import InputError
+
+__all__ = ["Block", "looks_like_gsi", "read_blocks"]
+
+POINT: Final = 11
+ANGLES: Final = frozenset({21, 22})  # horizontal circle, zenith angle
+LENGTHS: Final = frozenset({31, 81, 82, 83, 84, 85, 86, 87, 88})
+"""Slope distance; target's E, N, H; station's E0, N0, H0; height of the reflector and of the instrument."""
+
+_CODES: Final = range(41, 50)  # blocks of remarks
+_FOOT: Final = 0.3048
+_UNITS: Final = {"0": 1e-3, "1": 1e-3 * _FOOT, "6": 1e-4, "7": 1e-4 * _FOOT, "8": 1e-5}  # m for the last digit
+_CIRCLE: Final = {"2": 400e5, "3": 360e5, "5": 6400e4}  # last digits in a turn
+_SEXAGESIMAL: Final = "4"
+_FIRST = re.compile(r"\*?[0-9]{2}[0-9.]{4}[+-]")
+_WORD = re.compile(r"([0-9]{2})([0-9. ]{3})([0-9. ])([+-])(.*)")
+_LIMIT_OF_WORDS: Final = 64
+
+
+class Block(NamedTuple):
+    """One line: the point's name and its words that have a meaning here, in m and rad."""
+
+    line: int
+    point: str | None
+    words: dict[int, float]
+
+
+def looks_like_gsi(text: str) -> bool:
+    """Say whether a file that begins with this line is of GSI."""
+    return _FIRST.match(text) is not None
+
+
+def read_blocks(path: Path, lines: Iterator[tuple[int, str]]) -> Iterator[Block]:
+    """Yield the blocks of measurements; blocks of codes (words 41 to 49) are skipped.
+
+    Raises `InputError` for a line that is no block, a word with the wrong number of digits, or an unknown unit.
+    """
+    for number, text in lines:
+        place = f"{path}, line {number}"
+        digits = 16 if text.startswith("*") else 8
+        raw = text.removeprefix("*").split()
+        if len(raw) > _LIMIT_OF_WORDS:
+            raise InputError(f"{place}: {len(raw)} words, at most {_LIMIT_OF_WORDS} are allowed in a block")
+        point: str | None = None
+        words: dict[int, float] = {}
+        for word in raw:
+            match = _WORD.fullmatch(word)
+            if match is None:
+                form = "two digits of index, four of information, a sign and the data"
+                raise InputError(f"{place}: {shown(word)} is no GSI word: {form}")
+            index, (unit, sign, data) = int(match[1]), match.group(3, 4, 5)
+            if not words and point is None and index in _CODES:
+                break
+            if index != POINT and index not in ANGLES and index not in LENGTHS:
+                continue
+            if len(data) != digits:
+                raise InputError(f"{place}: word {shown(word)} has {len(data)} places of data; {digits} are wanted")
+            if index in words or (index == POINT and point is not None):
+                raise InputError(f"{place}: word {index} is there twice")
+            if index == POINT:
+                point = data.lstrip("0") or "0"
+            else:
+                words[index] = _value(index, unit, data, f"{place}: word {shown(word)}") * (-1 if sign == "-" else 1)
+        yield Block(number, point, words)
+
+
+def _value(index: int, unit: str, data: str, place: str) -> float:
+    """Return the data in m or rad."""
+    if not data.isascii() or not data.isdigit():
+        raise InputError(f"{place}: {shown(data)} must be digits")
+    if index in LENGTHS:
+        if unit not in _UNITS:
+            raise InputError(f"{place}: unit {unit!r}; a length has one of {', '.join(_UNITS)}")
+        return int(data) * _UNITS[unit]
+    if unit == _SEXAGESIMAL:
+        return math.radians(_degrees(int(data), place))
+    if unit not in _CIRCLE:
+        raise InputError(f"{place}: unit {unit!r}; an angle has one of {', '.join(sorted({*_CIRCLE, _SEXAGESIMAL}))}")
+    return int(data) / _CIRCLE[unit] * math.tau
+
+
+def _degrees(data: int, place: str) -> float:
+    """Return the degrees of DDDMMSSs, the last digit a tenth of a second."""
+    rest, tenths = divmod(data, 1000)
+    degrees, minutes = divmod(rest, 100)
+    if minutes >= 60 or tenths >= 600:
+        raise InputError(f"{place}: {minutes} minutes and {tenths / 10:g} seconds; both must be under 60")
+    return degrees + minutes / 60 + tenths / 36000

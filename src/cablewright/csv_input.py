@@ -1,0 +1,137 @@
+"""Reading a table of text a stranger wrote: capped line by line, and refused in one line that says where.
+
+A column is found by its name; a unit may follow it, ``force (kN)``, ``elongation [mm]``, ``force_kN``.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from difflib import SequenceMatcher
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from cablewright.errors import InputError, suggestion
+from cablewright.toml_input import read_bytes
+from cablewright.units import Dimension
+
+__all__ = [
+    "Column",
+    "cells_of",
+    "find_column",
+    "no_column",
+    "read_number",
+    "separator_of",
+    "shown",
+    "text_lines",
+    "units_wanted",
+]
+
+_LONGEST_LINE: Final = 4096  # bytes: a line is split as a whole
+_LONGEST_SHOWN: Final = 60
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+
+
+class Column(NamedTuple):
+    """Where a column stands, and the size of its unit in SI; None where the header gives no unit."""
+
+    position: int
+    size: float | None
+
+
+def text_lines(path: Path, most_bytes: int, what: str) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each line that is neither empty nor a comment (``#``).
+
+    Raises `InputError` where the file cannot be read, holds more than ``most_bytes``, has a line over 4096 bytes or is
+    not UTF-8.
+    """
+    for count, raw in enumerate(io.BytesIO(read_bytes(path, most_bytes, what)), 1):
+        if len(raw) > _LONGEST_LINE:
+            raise InputError(f"{path}, line {count}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
+        try:
+            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").strip(" \r\n")
+        except UnicodeDecodeError:
+            raise InputError(f"{path}, line {count}: not UTF-8 text; save the table as CSV in UTF-8") from None
+        if text and not text.startswith("#"):
+            yield count, text
+
+
+def separator_of(header: str) -> str:
+    """Return the first of tab, semicolon and comma that the header holds."""
+    return next((mark for mark in "\t;," if mark in header), ",")
+
+
+def cells_of(text: str, separator: str) -> list[str]:
+    """Split a row; quotes around a cell are taken off."""
+    return [_bare(cell) for cell in text.split(separator)]
+
+
+def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: Dimension) -> Column | None:
+    """Find the one column that has one of these ``names``; None if no cell of the header does.
+
+    Raises `InputError` for two of them, or for a unit that ``quantity`` does not have.
+    """
+    units = ((i, _unit(cell, name, quantity)) for i, cell in enumerate(cells) for name in names)
+    found = [(i, unit) for i, unit in units if unit is not None]
+    if len(found) > 1:
+        both = " and ".join(repr(cells[i][:_LONGEST_SHOWN]) for i, _ in found[:2])
+        raise InputError(f"{place}: more than one column {names[0]!r}: {both}; keep one")
+    if not found:
+        return None
+    position, unit = found[0]
+    if not unit:
+        return Column(position, None)
+    if unit not in quantity.units:
+        unknown = f"unknown unit {unit[:_LONGEST_SHOWN]!r}"
+        raise InputError(f"{place}: column {shown(cells[position])}: {unknown}; {units_wanted(names[0], quantity)}")
+    return Column(position, float(quantity.units[unit]))
+
+
+def no_column(name: str, cells: Sequence[str], place: str, quantity: Dimension, names: Sequence[str]) -> InputError:
+    """Return the error for a column that is not there; ``names`` are all that are wanted."""
+    near = max(cells, key=lambda cell: SequenceMatcher(None, name, cell[:_LONGEST_SHOWN].casefold()).ratio())
+    hint = suggestion(near[:_LONGEST_SHOWN].casefold(), names)
+    units = units_wanted(name, quantity)
+    return InputError(f"{place}: no column {name!r} ({units}); column {near[:_LONGEST_SHOWN]!r}: {hint}")
+
+
+def units_wanted(name: str, quantity: Dimension) -> str:
+    """Say how a unit may follow a column's name."""
+    return f"a unit may follow, as in '{name} ({list(quantity.units)[1]})', one of {', '.join(quantity.units)}"
+
+
+def read_number(cell: str, place: str) -> float:
+    """Return the finite number in a cell, quoted or not. Raises `InputError`."""
+    cell = _bare(cell)
+    if _NUMBER.fullmatch(cell) is None:
+        raise InputError(f"{place} = {shown(cell)}: must be a finite number, with a decimal point and without a unit")
+    return float(cell)
+
+
+def shown(text: str) -> str:
+    """Quote a foreign text, cut where it is long."""
+    return repr(text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "...")
+
+
+def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
+    """Return the unit that a header's cell gives to the column ``name``, "" for none; None if it is another column.
+
+    What is in brackets is a unit, known or not. Without them ``force_rate`` must stay a quantity of its own. Units are
+    told apart by case, for in some mN and MN are one letter and nine digits apart.
+    """
+    if cell[: len(name)].casefold() != name:
+        return None
+    rest = cell[len(name) :].strip()
+    if not rest:
+        return ""
+    bare = rest.lstrip(" _")
+    if bare[:1] + bare[-1:] in ("()", "[]"):
+        return bare[1:-1].strip() or "()"
+    plain = cell[len(name) :].lstrip(" _/")
+    return plain if plain in quantity.units and plain != cell[len(name) :] else None
+
+
+def _bare(cell: str) -> str:
+    cell = cell.strip()
+    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell

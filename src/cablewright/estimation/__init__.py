@@ -1,0 +1,1 @@
+"""Where the platform is, from what its sensors say."""

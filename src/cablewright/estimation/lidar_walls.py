@@ -1,0 +1,386 @@
+"""Position and yaw of the platform from planar lidars in a room with known walls (Merlet, Papegay 2023, III.A).
+
+`step` takes one turn of one lidar: settings and state in, state and answer out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError
+from cablewright.estimation.constraints import (
+    Candidate,
+    Constraint,
+    SeenLine,
+    candidates_of,
+    constraints_of,
+    judged,
+    wrapped,
+)
+from cablewright.estimation.room import Laser, Room
+from cablewright.estimation.scan import Lidar, level_mount, points_of
+from cablewright.estimation.wall_lines import LineSearch, lines_of
+
+__all__ = ["LidarTurn", "WallPose", "WallSettings", "WallState", "WallStatus", "start", "steady_drift", "step"]
+
+Array = NDArray[np.float64]
+
+WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
+
+_MOST_JUDGED: Final = 240  # points of a turn that judge candidates: evenly chosen, these tell shares as well as all
+_LASER_FITS: Final = 3.0  # sigmas
+_LEAST_SIGMA: Final = 1e-6  # m: what is called exact
+
+_SAID: Final[dict[str, str]] = {
+    "ok": "position and yaw are found",
+    "ambiguous": "two places explain the scan about as well; a distance measured to a wall would tell",
+    "parallel": "all walls in sight bound the same direction: the place along them is not known",
+    "no-wall": "no wall is in sight",
+}
+
+
+@dataclass(frozen=True)
+class WallSettings:
+    """What is known of room and lidars, and how scans are judged.
+
+    ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``stray``: m, by how much yaw and place may
+    differ from the last answer, which counts for ``patience`` turns without one. ``keep``: turns of each lidar that
+    count. ``agree``: rad, by which the yaws of two walls may differ besides their noise. ``rank``: ``variance``, the
+    paper's, or ``evidence``, the share of points that a place explains. ``near``: m, from a wall, of a point that it
+    explains; ``recess``: m, how deep windows and doors may be behind it. ``gate``: m, by how much a line may be off its
+    wall, besides its noise, to count in the final fit. ``distinct``: m, from which a second candidate is another place,
+    and ``doubt``: what share of the points that the first explains it must explain for the first to be doubted: in a
+    long room turned by half, both long walls and one end fit again. ``least``: the share that it must explain itself.
+    """
+
+    room: Room
+    lidars: tuple[Lidar, ...] = (Lidar(),)
+    search: LineSearch = field(default_factory=LineSearch)
+    yaw_range: tuple[float, float] = (-math.pi / 4, math.pi / 4)
+    yaw_step: float = math.radians(15.0)
+    stray: float = 0.5
+    patience: int = 10
+    keep: int = 3
+    agree: float = math.radians(1.0)
+    rank: Literal["variance", "evidence"] = "evidence"
+    near: float = 0.02
+    recess: float = 0.12
+    gate: float = 0.015
+    distinct: float = 0.02
+    doubt: float = 0.6
+    least: float = 0.25
+
+    def __post_init__(self) -> None:
+        if not 0 < self.yaw_range[1] - self.yaw_range[0] <= math.tau + 1e-9:
+            low, high = (f"{end:g}" for end in self.yaw_range)
+            raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
+        if self.keep < 1 or not self.lidars:
+            raise InputError("one lidar and one turn to keep at least are wanted")
+
+
+class LidarTurn(NamedTuple):
+    """One turn of one lidar.
+
+    ``tilt``: rad, rotation vector (x, y) of the platform by which it leans, at the end or at each ray. ``drift``: where
+    the platform was at each ray, as `points_of` takes it; `steady_drift` makes one. ``moved``: (dx, dy, dyaw) m and rad
+    in the reference frame since the turn before, of whatever lidar, where something else knows it; older turns follow.
+    """
+
+    angles: ArrayLike  # (n,) rad, counter-clockwise
+    ranges: ArrayLike  # (n,) m; 0 or not finite: no echo
+    lidar: int = 0
+    tilt: ArrayLike = (0.0, 0.0)  # (2,) or (n, 2)
+    drift: ArrayLike | None = None  # (n, 3)
+    moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: float, yaw: float) -> Array:
+    """(n, 3) m and rad: where the platform was at each ray, if it moves steadily.
+
+    ``times``: (n,) s, of the rays; the last one is the end. ``velocity``: m/s, reference frame; ``yaw``: rad, at the
+    end.
+    """
+    before = np.asarray(times, dtype=np.float64)
+    before = before - before[-1:]
+    c, s = math.cos(yaw), math.sin(yaw)
+    ahead, left = c * velocity[0] + s * velocity[1], c * velocity[1] - s * velocity[0]
+    return np.outer(before, [ahead, left, yaw_rate])
+
+
+class _KeptTurn(NamedTuple):
+    """What is kept of a turn, in the platform's present level frame."""
+
+    lidar: int
+    seen: tuple[SeenLine, ...]
+    xy: Array  # (n, 2) m
+
+
+@dataclass(frozen=True)
+class WallState:
+    """What `step` hands to the next."""
+
+    turns: tuple[_KeptTurn, ...] = ()
+    yaw: float | None = None  # rad, the last that was found
+    position: tuple[float, float] | None = None  # m, likewise; both as moved since
+    misses: int = 0  # turns since then
+
+
+@dataclass(frozen=True, eq=False)
+class WallPose:
+    """Where the platform is. ``position`` and ``yaw`` are fitted to all lines that fit the first candidate."""
+
+    status: WallStatus
+    position: Array  # (2,) m; NaN where it is not known
+    yaw: float  # rad; NaN if no wall is in sight
+    covariance: Array  # (3, 3) of x, y, yaw
+    candidates: tuple[Candidate, ...]  # the best first
+    constraints: tuple[Constraint, ...]
+    seen: tuple[SeenLine, ...]
+    used: tuple[int, ...]  # constraints in the final fit
+    bias: Array  # (l,) m, of each lidar's ranges, as far as opposite walls tell
+    confidence: float  # share of points that the first candidate explains more than any other place
+    note: str  # what a person should know, one sentence
+
+
+def start() -> WallState:
+    """Return the state before the first scan."""
+    return WallState()
+
+
+def step(
+    settings: WallSettings, state: WallState, scan: LidarTurn, lasers: Sequence[Laser] = ()
+) -> tuple[WallState, WallPose]:
+    """Take one turn of a lidar. ``lasers``: what an operator measured at this place; it picks among candidates.
+
+    Raises `InputError` for a lidar or wall that is not there, or arrays that do not fit; never for what a scan holds.
+    """
+    if not 0 <= scan.lidar < len(settings.lidars):
+        raise InputError(f"scan: lidar {scan.lidar}; there are {len(settings.lidars)}, counted from 0")
+    known = all(math.isfinite(value) for value in scan.moved)
+    moved = scan.moved if known else (0.0, 0.0, 0.0)
+    turns = _kept(settings, _shifted(state, moved) if known else (), _seen(settings, scan))
+    room, seen = settings.room, [one for turn in turns for one in turn.seen]
+    yaws = settings.yaw_range
+    if state.yaw is not None:
+        centre = state.yaw + moved[2]
+        yaws = centre - settings.yaw_step, centre + settings.yaw_step
+    constraints = constraints_of(seen, settings.lidars, room, yaws)
+    found = candidates_of(constraints, room, settings.agree, settings.recess)
+    found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
+    expected = None if state.position is None or not known else np.add(state.position, moved[:2])
+    found = _ranked(found, settings, expected)
+    pose = _answer(settings, constraints, found, seen, _fresh(turns), expected)
+    return _followed(settings, state, turns, pose, moved), pose
+
+
+def _followed(
+    settings: WallSettings,
+    state: WallState,
+    turns: tuple[_KeptTurn, ...],
+    pose: WallPose,
+    moved: tuple[float, float, float],
+) -> WallState:
+    """Return the state after an answer: what is sure is kept, and after too long without it nothing is."""
+    if pose.status == "ok":
+        return WallState(turns, wrapped(pose.yaw), (float(pose.position[0]), float(pose.position[1])))
+    misses = state.misses + 1
+    if misses > settings.patience:
+        return WallState(turns, misses=misses)
+    yaw = None if state.yaw is None else wrapped(state.yaw + moved[2])
+    if pose.status == "parallel" and not math.isnan(pose.yaw):
+        yaw = wrapped(pose.yaw)
+    place = state.position
+    position = None if place is None else (place[0] + moved[0], place[1] + moved[1])
+    return WallState(turns, yaw, position, misses)
+
+
+def _seen(settings: WallSettings, scan: LidarTurn) -> _KeptTurn:
+    """Find the lines of a new turn and bring them into the platform's level frame."""
+    lidar = settings.lidars[scan.lidar]
+    points = points_of(lidar, scan.angles, scan.ranges, scan.tilt, scan.drift)
+    mount = level_mount(lidar, scan.tilt)
+    lines = lines_of(points, lidar, settings.search)
+    c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
+    turn = np.array([[c, -s], [s, c]])
+    seen = tuple(
+        SeenLine(scan.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ turn.T + mount))
+        for line in lines
+    )
+    return _KeptTurn(scan.lidar, seen, points.xy @ turn.T + mount)
+
+
+def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[_KeptTurn, ...]:
+    """Bring older turns to where the platform is now: what moved one way is seen to have moved the other."""
+    if moved == (0.0, 0.0, 0.0):
+        return state.turns
+    if state.yaw is None:
+        return ()  # which way it moved for the lidars is not known
+    yaw = state.yaw + moved[2]
+    back = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]) @ np.array(moved[:2])
+    c, s = math.cos(moved[2]), math.sin(moved[2])
+    turn = np.array([[c, s], [-s, c]])
+
+    def shifted(one: SeenLine) -> SeenLine:
+        angle = one.line.angle - moved[2]
+        n = np.array([math.cos(angle), math.sin(angle)])
+        mount = turn @ one.mount  # stays with the line: where the lidar was, but for the shift
+        line = one.line._replace(
+            angle=angle, distance=one.line.distance - float(n @ back), ends=one.line.ends @ turn.T - back
+        )
+        return SeenLine(one.lidar, mount, line)
+
+    return tuple(_KeptTurn(t.lidar, tuple(shifted(one) for one in t.seen), t.xy @ turn.T - back) for t in state.turns)
+
+
+def _kept(settings: WallSettings, older: tuple[_KeptTurn, ...], newest: _KeptTurn) -> tuple[_KeptTurn, ...]:
+    """Return the last turns of each lidar, the newest last."""
+    turns = (*older, newest)
+    own = [i for i, turn in enumerate(turns) if turn.lidar == newest.lidar]
+    gone = set(own[: max(0, len(own) - settings.keep)])
+    return tuple(turn for i, turn in enumerate(turns) if i not in gone)
+
+
+def _newest(turns: Sequence[_KeptTurn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
+    """Return the points of each lidar's last turn, and which walls they may be on."""
+    last = {turn.lidar: turn.xy for turn in turns}
+    names = [wall.name for wall in settings.room.walls]
+    sees = {i: settings.lidars[i].sees for i in last}
+    masks = {i: np.array([only is None or name in only for name in names]) for i, only in sees.items()}
+    return [(xy[:: 1 + len(xy) // _MOST_JUDGED], masks[i]) for i, xy in last.items()]
+
+
+def _fresh(turns: Sequence[_KeptTurn]) -> frozenset[int]:
+    """Return which of all lines are of the last turn of their lidar."""
+    last = {turn.lidar: i for i, turn in enumerate(turns)}
+    of_turn = [i for i, turn in enumerate(turns) for _ in turn.seen]
+    return frozenset(line for line, i in enumerate(of_turn) if last[turns[i].lidar] == i)
+
+
+def _ranked(found: Sequence[Candidate], settings: WallSettings, expected: Array | None) -> list[Candidate]:
+    """Put those that fit the operator's distances first, then those where the platform can be, then by the rank."""
+
+    def key(one: Candidate) -> tuple[float, float, float]:
+        misfit = max(0.0, one.laser_misfit - _LASER_FITS)
+        return misfit, _beyond(one, settings, expected), one.variance if by_variance else -one.explained
+
+    by_variance = settings.rank == "variance"
+    return sorted(found, key=key)
+
+
+def _beyond(one: Candidate, settings: WallSettings, expected: Array | None) -> float:
+    """By how much a candidate is farther from where the platform should be than allowed, m."""
+    return 0.0 if expected is None else max(0.0, math.dist(one.position, expected) - settings.stray)
+
+
+def _answer(
+    settings: WallSettings,
+    constraints: Sequence[Constraint],
+    found: Sequence[Candidate],
+    seen: Sequence[SeenLine],
+    fresh: frozenset[int],
+    expected: Array | None,
+) -> WallPose:
+    """Fit the first candidate, and say how sure it is."""
+    biases = np.zeros(len(settings.lidars))
+    nothing = WallPose(
+        "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), tuple(found), tuple(constraints),
+        tuple(seen), used=(), bias=biases, confidence=0.0, note="",
+    )  # fmt: skip
+    if not constraints:
+        lines = f"{len(seen)} straight lines, none at a yaw that is allowed" if seen else "no straight line long enough"
+        return replace(nothing, note=f"{_SAID['no-wall']}: {lines}")
+    if not found:
+        return _half(nothing)
+    best = found[0]
+    x, covariance, bias, used = _fit(settings, constraints, seen, best)
+    fits = [one for one in found if one.laser_misfit <= _LASER_FITS] or found
+    likely = [one for one in fits if not _beyond(one, settings, expected)] or fits
+    now = [all(constraints[i].seen in fresh for i in one.constraints) for one in likely]
+    rivals = [one.explained for one, new in zip(likely, now, strict=True) if _apart(one, best, settings, new)]
+    status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
+    note = _SAID[status]
+    if best.laser_misfit > _LASER_FITS:
+        note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
+        status = "ambiguous"
+    elif best.explained < settings.least:
+        wanted = f"{100 * settings.least:.0f} % is wanted"
+        note = f"the best place explains {100 * best.explained:.0f} % of the points, {wanted}"
+        status = "ambiguous"
+    elif far := _beyond(best, settings, expected):
+        note = f"the place jumps: the nearest that fits is {far + settings.stray:.2f} m from where it should be"
+        status = "ambiguous"
+    return replace(
+        nothing, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
+        confidence=best.explained - max(rivals, default=0.0), note=note,
+    )  # fmt: skip
+
+
+def _half(nothing: WallPose) -> WallPose:
+    """Answer where walls bound one direction only, or no two agree."""
+    best = min(nothing.constraints, key=lambda one: one.yaw_sigma)
+    one_way = len({one.kind for one in nothing.constraints}) == 1
+    covariance = nothing.covariance.copy()
+    covariance[2, 2] = best.yaw_sigma**2
+    note = _SAID["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
+    return replace(nothing, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
+
+
+def _apart(one: Candidate, other: Candidate, settings: WallSettings, new: bool) -> bool:
+    """Say whether two candidates are different places or yaws; one of older turns may be so far away by motion."""
+    far = math.dist(one.position, other.position) > (settings.distinct if new else settings.stray)
+    return far or abs(wrapped(one.yaw - other.yaw)) > (3.0 * settings.agree if new else settings.yaw_step)
+
+
+def _fit(
+    settings: WallSettings, constraints: Sequence[Constraint], seen: Sequence[SeenLine], best: Candidate
+) -> tuple[Array, Array, Array, tuple[int, ...]]:
+    """Fit x, y and yaw to all lines that fit the candidate.
+
+    Each lidar's bias and each wall's surveyed distance are unknown too, as far as their sigmas let them be. Returns
+    x, y, yaw (3,), their covariance (3, 3), the biases (l,) m, and which constraints are used.
+    """
+    room, lidars = settings.room, settings.lidars
+    prior = [0.0] * 3 + [max(one.bias_sigma, _LEAST_SIGMA) ** -2 for one in lidars]
+    prior += [max(wall.distance_sigma, _LEAST_SIGMA) ** -2 for wall in room.walls]
+    k, rows = len(constraints), np.arange(len(constraints))
+    lines = [seen[one.seen].line for one in constraints]
+    walls = np.array([one.wall for one in constraints])
+    spread = np.array([line.covariance for line in lines])
+    spread[:, 0, 0] += np.array([wall.angle_sigma**2 for wall in room.walls])[walls]
+    weights = np.linalg.inv(spread)
+    surveyed = np.array([wall.distance_sigma for wall in room.walls])[walls]
+    turn_gate = settings.agree + 3.0 * np.sqrt(spread[:, 0, 0])
+    off_gate = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + surveyed**2)
+    n, yaws = room.normals[walls], np.array([one.yaw for one in constraints])
+    mounts = np.array([seen[one.seen].mount for one in constraints])
+    distances = np.array([line.distance for line in lines]) - room.distances[walls]
+    # Residuals are (yaw, place along the normal); their parts that do not depend on the yaw:
+    J = np.zeros((k, 2, len(prior)))
+    J[:, 0, 2] = 1.0
+    J[:, 1, :2] = n
+    J[rows, :, 3 + np.array([seen[one.seen].lidar for one in constraints])] = [-line.per_bias for line in lines]
+    J[rows, 1, 3 + len(lidars) + walls] = -1.0
+    q = np.zeros(len(prior))
+    q[:3] = *best.position, best.yaw
+    used = np.zeros(k, dtype=np.bool_)
+    for _ in range(2):
+        c, s = math.cos(q[2]), math.sin(q[2])
+        lever = mounts @ np.array([[c, s], [-s, c]])
+        J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
+        off = np.einsum("ki,ki->k", n, lever) + distances + J[:, 1, :2] @ q[:2] + J[:, 1, 3:] @ q[3:]
+        turn = np.remainder(q[2] - yaws + math.pi, math.tau) - math.pi + J[:, 0, 3:] @ q[3:]
+        if not used.any():  # what fits the candidate, and always its own two lines
+            used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
+            used[list(best.constraints)] = True
+        weighted = np.einsum("kip,kij->kpj", J[used], weights[used])
+        normal_matrix = np.diag(prior) + np.einsum("kpj,kjq->pq", weighted, J[used])
+        right = np.einsum("kpj,kj->p", weighted, np.stack([turn[used], off[used]], axis=1)) + np.array(prior) * q
+        q = q - np.linalg.solve(normal_matrix, right)
+    covariance = np.linalg.inv(normal_matrix)[:3, :3]
+    return q[:3], covariance, q[3 : 3 + len(lidars)], tuple(np.flatnonzero(used).tolist())

@@ -1,0 +1,99 @@
+"""The walls that a lidar looks for: their lines seen from above, in the reference frame, from a survey."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+
+__all__ = ["Laser", "Room", "RoomWall"]
+
+Array = NDArray[np.float64]
+
+MOST_WALLS: Final = 24
+
+
+@dataclass(frozen=True)
+class RoomWall:
+    """The wall ``normal . p = distance``; its unit normal leaves the room. Sigmas are the survey's."""
+
+    name: str
+    normal: tuple[float, float]
+    distance: float  # m
+    angle_sigma: float = 0.0  # rad
+    distance_sigma: float = 0.0  # m
+
+    @property
+    def azimuth(self) -> float:
+        """Of the normal, rad."""
+        return math.atan2(self.normal[1], self.normal[0])
+
+    @property
+    def kind(self) -> str:
+        """``C`` if it bounds y more than x, else ``D``: the types of constraint of Merlet and Papegay 2023, III.A."""
+        return "C" if abs(self.normal[1]) > abs(self.normal[0]) else "D"
+
+
+@dataclass(frozen=True)
+class Laser:
+    """What an operator measured with a laser distance meter: from the platform point, level, to a wall; m."""
+
+    wall: str
+    distance: float
+    sigma: float = 3e-3
+
+
+@dataclass(frozen=True)
+class Room:
+    """The upright walls of a room. Raises `InputError` for none, too many, equal names, or a normal that is no unit."""
+
+    walls: tuple[RoomWall, ...]
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.walls) <= MOST_WALLS:
+            raise InputError(f"room: {len(self.walls)} walls; 1 to {MOST_WALLS} are wanted")
+        names = [wall.name for wall in self.walls]
+        for wall in self.walls:
+            if names.count(wall.name) > 1:
+                raise InputError(f"room: two walls are named {wall.name!r}")
+            size = math.hypot(*wall.normal)
+            if not (abs(size - 1.0) < 1e-6 and math.isfinite(wall.distance)):
+                raise InputError(
+                    f"room: wall {wall.name!r}: a unit normal and a finite distance are wanted, not a normal "
+                    f"of length {size:g} and {wall.distance:g} m"
+                )
+
+    @classmethod
+    def of(cls, walls: Mapping[str, tuple[Sequence[float], float]]) -> Room:
+        """Build a room from normals and distances by name; normals may have a third number, 0 of an upright wall."""
+        upright = {name: wall for name, wall in walls.items() if len(wall[0]) < 3 or not wall[0][2]}
+        return cls(tuple(RoomWall(name, (n[0], n[1]), float(d)) for name, (n, d) in upright.items()))
+
+    @cached_property
+    def normals(self) -> Array:
+        """(w, 2)."""
+        return np.array([wall.normal for wall in self.walls])
+
+    @cached_property
+    def distances(self) -> Array:
+        """(w,) m."""
+        return np.array([wall.distance for wall in self.walls])
+
+    @cached_property
+    def azimuths(self) -> Array:
+        """(w,) rad."""
+        return np.array([wall.azimuth for wall in self.walls])
+
+    def index(self, name: str) -> int:
+        """Return which wall has that name. Raises `InputError`."""
+        for i, wall in enumerate(self.walls):
+            if wall.name == name:
+                return i
+        raise InputError(f"room: no wall {name!r}; it has {', '.join(wall.name for wall in self.walls)}")

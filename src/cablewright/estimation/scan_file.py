@@ -1,0 +1,274 @@
+"""A planar lidar's scan from a file that a stranger wrote: CSV or JSON, capped and refused in one line.
+
+Units that the file does not name are guessed from the size of its numbers, and the guess is told.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from array import array
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.csv_input import Column, cells_of, find_column, separator_of, shown, text_lines
+from cablewright.errors import InputError
+from cablewright.toml_input import read_bytes
+from cablewright.units import ANGLE, LENGTH
+
+__all__ = ["MAX_BYTES", "MAX_POINTS", "FileScan", "read_scan"]
+
+Array = NDArray[np.float64]
+
+MAX_BYTES: Final = 8 << 20
+MAX_POINTS: Final = 100_000
+LARGEST_IN_M: Final = 60.0
+"""Median range above which lengths without a unit are taken for mm: no room's lidar sees as far in m."""
+
+_FARTHEST: Final = 1000.0  # m, median range that no lidar of a room has
+_DISTANCE: Final = ("distance", "range", "ranges", "distances", "dist", "r")
+_ANGLE: Final = ("angle", "bearing", "angles", "theta")
+_ALONE: Final = {"x": ("x",), "y": ("y",), "angle": _ANGLE, "distance": _DISTANCE}
+_WANTED: Final = "columns x,y or angle,distance"
+
+
+class FileScan(NamedTuple):
+    """A scan as read: bearings (rad, counter-clockwise) and ranges (m), NaN where nothing came back."""
+
+    angles: Array  # (n,)
+    ranges: Array  # (n,)
+    length_unit: str  # that the file's lengths were taken to be in
+    angle_unit: str | None  # None for x and y
+    guessed: tuple[str, ...]  # sentences on units that were guessed
+
+
+class _Raw(NamedTuple):
+    """Two columns as the file has them, and the size of their units, None where it does not say."""
+
+    kind: str  # "xy" or "polar"
+    first: Array  # x, or bearing
+    second: Array  # y, or range
+    sizes: tuple[float | None, float | None]
+
+
+def read_scan(
+    path: str | Path,
+    unit: str | None = None,
+    angle_unit: str | None = None,
+    clockwise: bool = False,
+    columns: Sequence[str] | None = None,
+) -> FileScan:
+    """Read a scan. ``unit`` (m, mm, ..) and ``angle_unit`` (rad, deg, ..) say what the file does not.
+
+    CSV: a header with columns ``x, y`` or ``angle, distance``, or none and ``columns``; cells apart by comma,
+    semicolon, tab or blanks. JSON: a list of pairs x, y; of objects with these names; an object of such lists; or the
+    laser scan of ROS (``angle_min, angle_increment, ranges``) or Foxglove (``start_angle, end_angle, ranges``). What
+    did not come back is 0, NaN, inf, null or an empty cell.
+
+    Raises `InputError` where the file cannot be read, is over `MAX_BYTES` or `MAX_POINTS`, or holds no such points.
+    """
+    path = Path(path)
+    raw = _of_json(path) if path.suffix.lower() == ".json" else _of_csv(path, columns)
+    if not len(raw.first):
+        raise InputError(f"{path}: no points; {_WANTED} are wanted")
+    given = _size(unit, LENGTH.units, "--unit"), _size(angle_unit, ANGLE.units, "--angle-unit")
+    return _in_si(path, raw, given, clockwise)
+
+
+def _size(unit: str | None, units: Mapping[str, Any], option: str) -> float | None:
+    if unit is None:
+        return None
+    if unit not in units:
+        raise InputError(f"{option} = {unit!r}: must be one of {', '.join(units)}")
+    return float(units[unit])
+
+
+def _in_si(path: Path, raw: _Raw, given: tuple[float | None, float | None], clockwise: bool) -> FileScan:
+    """Turn columns into bearings and ranges, with guesses where nobody says the unit."""
+    length, angle = given
+    told: list[str] = []
+    if raw.kind == "xy":
+        own = raw.sizes[0] if raw.sizes[0] == raw.sizes[1] else None
+        if own is None and raw.sizes != (None, None):
+            raise InputError(f"{path}: x and y have different units; give both the same")
+        far = np.hypot(raw.first, raw.second)
+    else:
+        own, far = raw.sizes[1], raw.second
+    size = _length_size(path, far, own if length is None else length, told)
+    ranges = np.where(far > 0, far, math.nan) * size
+    angle_unit = None
+    if raw.kind == "xy":
+        angles = np.arctan2(raw.second, raw.first)
+    else:
+        turn = _angle_size(raw.first, raw.sizes[0] if angle is None else angle, told)
+        angles = raw.first * turn
+        angle_unit = _name(turn, ANGLE.units)
+    return FileScan(-angles if clockwise else angles, ranges, _name(size, LENGTH.units), angle_unit, tuple(told))
+
+
+def _length_size(path: Path, far: Array, size: float | None, told: list[str]) -> float:
+    seen = far[np.isfinite(far) & (far > 0)]
+    typical = float(np.median(seen)) if len(seen) else 0.0
+    if size is None:
+        size = 1.0 if typical <= LARGEST_IN_M else 1e-3
+        told.append(
+            f"lengths taken as {'m' if size == 1 else 'mm'}: half of the ranges are over {typical:.4g}; --unit says it"
+        )
+    if not typical * size <= _FARTHEST:
+        raise InputError(
+            f"{path}: half of the ranges are over {typical * size:.4g} m, more than a room's; check the unit"
+        )
+    return size
+
+
+def _angle_size(angles: Array, size: float | None, told: list[str]) -> float:
+    if size is not None:
+        return size
+    finite = angles[np.isfinite(angles)]
+    largest = float(np.abs(finite).max()) if len(finite) else 0.0
+    unit = "rad" if largest <= math.tau + 0.1 else "deg"
+    told.append(f"angles taken as {unit}: the largest is {largest:.4g}; --angle-unit says it")
+    return float(ANGLE.units[unit])
+
+
+def _name(size: float, units: Mapping[str, Any]) -> str:
+    return next(unit for unit, own in units.items() if float(own) == size)
+
+
+# CSV
+
+
+def _of_csv(path: Path, columns: Sequence[str] | None) -> _Raw:
+    lines = text_lines(path, MAX_BYTES, "scan")
+    number, text = next(lines, (0, ""))
+    if not number:
+        raise InputError(f"{path}: empty; {_WANTED} are wanted")
+    blanks = not any(mark in text for mark in ",;\t")
+    separator = separator_of(text)
+
+    def split(row: str) -> list[str]:
+        return row.split() if blanks else cells_of(row, separator)
+
+    cells, place = split(text), f"{path}, line {number}"
+    rows: list[tuple[int, list[str]]] = []
+    if columns is not None:
+        header = list(columns)
+        if _is_number(cells[0]):
+            rows.append((number, cells))
+    else:
+        header = cells
+        if _is_number(cells[0]):
+            raise InputError(f"{place}: no header; say what the columns are, as in --columns angle,distance")
+    kind, chosen = _chosen(header, place)
+    first, second = array("d"), array("d")
+
+    def take(row: int, found: list[str]) -> None:
+        if len(found) < len(header):
+            raise InputError(f"{path}, line {row}: {len(found)} cells; {len(header)} are wanted")
+        if len(first) == MAX_POINTS:
+            raise InputError(f"{path}, line {row}: more than {MAX_POINTS} points, the most a scan may have")
+        first.append(_cell(found[chosen[0].position], path, row, header[chosen[0].position]))
+        second.append(_cell(found[chosen[1].position], path, row, header[chosen[1].position]))
+
+    for row, found in rows:
+        take(row, found)
+    for row, text in lines:
+        take(row, split(text))
+    sizes = chosen[0].size, chosen[1].size
+    return _Raw(kind, np.array(first), np.array(second), sizes)
+
+
+def _chosen(header: Sequence[str], place: str) -> tuple[str, tuple[Column, Column]]:
+    """Find x and y, or bearing and range."""
+    quantities = {"x": LENGTH, "y": LENGTH, "angle": ANGLE, "distance": LENGTH}
+    found = {name: find_column(names, header, place, quantities[name]) for name, names in _ALONE.items()}
+    for kind, (one, other) in (("xy", ("x", "y")), ("polar", ("angle", "distance"))):
+        a, b = found[one], found[other]
+        if a is not None and b is not None:
+            return kind, (a, b)
+    raise InputError(
+        f"{place}: {_WANTED} are wanted (a unit may follow, as in 'x (mm)'), not {shown(', '.join(header))}"
+    )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _cell(cell: str, path: Path, row: int, name: str) -> float:
+    """Return a number, NaN for none."""
+    if not cell:
+        return math.nan
+    if len(cell) <= 40 and _is_number(cell):
+        return float(cell)
+    raise InputError(f"{path}, line {row}: {name[:40]} = {shown(cell)}: must be a number; nan or nothing for no echo")
+
+
+# JSON
+
+
+def _of_json(path: Path) -> _Raw:
+    data = read_bytes(path, MAX_BYTES, "scan")
+    try:
+        found = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        why = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise InputError(f"{path}: not JSON: {why}") from None
+    if isinstance(found, dict) and "points" in found:
+        found = found["points"]
+    if isinstance(found, dict):
+        return _of_object(path, found)
+    if not isinstance(found, list):
+        raise InputError(f"{path}: a list of points or an object with lists is wanted; {_WANTED}")
+    if found and all(isinstance(one, dict) for one in found):
+        named = found[0]
+        header = [key for key in named if key.casefold() in sum(_ALONE.values(), ())]
+        kind, chosen = _chosen(header, str(path))
+        keys = [header[column.position] for column in chosen]
+        first, second = ([one.get(key) for one in found] for key in keys)
+        return _Raw(kind, _numbers(path, first, keys[0]), _numbers(path, second, keys[1]), (None, None))
+    if any(not isinstance(one, list) or len(one) < 2 for one in found):
+        wrong = next(i for i, one in enumerate(found) if not isinstance(one, list) or len(one) < 2)
+        raise InputError(f"{path}: point {wrong + 1} = {shown(json.dumps(found[wrong]))}: a pair of numbers is wanted")
+    x, y = _numbers(path, [one[0] for one in found], "x"), _numbers(path, [one[1] for one in found], "y")
+    return _Raw("xy", x, y, (None, None))
+
+
+def _of_object(path: Path, found: dict[str, Any]) -> _Raw:
+    """Read an object of lists, or a laser scan as ROS or Foxglove write it; these are SI by their own schemas."""
+    for begin, end, per_step in (("angle_min", "angle_increment", True), ("start_angle", "end_angle", False)):
+        if begin in found and end in found and "ranges" in found:
+            ranges = _numbers(path, found["ranges"], "ranges")
+            a, b = _numbers(path, [found[begin], found[end]], f"{begin} and {end}")
+            angles = a + b * np.arange(len(ranges)) if per_step else np.linspace(a, b, len(ranges))
+            return _Raw("polar", angles, ranges, (1.0, 1.0))
+    lists = [key for key, value in found.items() if isinstance(value, list)]
+    kind, chosen = _chosen(lists, str(path))
+    keys = [lists[column.position] for column in chosen]
+    first, second = (_numbers(path, found[key], key) for key in keys)
+    if len(first) != len(second):
+        raise InputError(f"{path}: {len(first)} of {keys[0]}, but {len(second)} of {keys[1]}")
+    return _Raw(kind, first, second, (chosen[0].size, chosen[1].size))
+
+
+def _numbers(path: Path, values: Any, name: str) -> Array:
+    """Return a list of numbers, NaN for null."""
+    if not isinstance(values, list):
+        raise InputError(f"{path}: {name} = {shown(json.dumps(values))}: a list of numbers is wanted")
+    if len(values) > MAX_POINTS:
+        raise InputError(f"{path}: more than {MAX_POINTS} points, the most a scan may have")
+    for i, value in enumerate(values):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise InputError(f"{path}: {name} {i + 1} = {shown(json.dumps(value))}: a number or null is wanted")
+    try:
+        return np.array([math.nan if value is None else float(value) for value in values], dtype=np.float64)
+    except OverflowError:
+        raise InputError(f"{path}: {name}: a whole number of hundreds of digits; ranges are wanted") from None

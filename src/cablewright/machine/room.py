@@ -1,0 +1,65 @@
+"""What is around the machine: walls, ceiling, and a floor with what lies on it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.machine.settings import Drum, Room
+from cablewright.printing.deposition import Powder, pour
+from cablewright.printing.heightfield import HeightField
+from cablewright.robot import Robot
+
+__all__ = ["CELL", "Ground", "walls_of"]
+
+Array = NDArray[np.float64]
+
+CELL = 0.02
+"""Side of a cell of the floor, m."""
+
+
+def walls_of(room: Room) -> Array:
+    """Return the walls as a lidar's kernel takes them: (j, 4), x and y of both ends, m, world."""
+    return np.array([(*wall.start, *wall.end) for wall in room.walls], dtype=np.float64).reshape(-1, 4)
+
+
+class Ground:
+    """The floor of a robot's frame and the powder on it, which lies at its angle of repose.
+
+    Changes in place. Powder that falls outside the frame is kept count of, so that no mass is lost.
+    """
+
+    def __init__(self, robot: Robot, drum: Drum) -> None:
+        """Begin bare."""
+        low, high = robot.scene.frame_min, robot.scene.frame_max
+        self.field = HeightField.flat(low[:2], high[:2], CELL)
+        self.outside = 0.0  # kg
+        self._powder = Powder(density=drum.powder_density)
+        self._top = 0.0
+
+    @property
+    def mass(self) -> float:
+        """What has fallen, kg."""
+        return self.field.volume * self._powder.density + self.outside
+
+    @property
+    def heights(self) -> Array:
+        """Heights (nx, ny) of the grid's nodes, m."""
+        return self.field.heights
+
+    @property
+    def grid(self) -> Array:
+        """Where the nodes are, for a lidar's kernel: x and y of the first, their distance, the highest height."""
+        x, y = self.field.low
+        return np.array([x + 0.5 * CELL, y + 0.5 * CELL, CELL, self._top])
+
+    def pour(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
+        """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
+        ends = np.array([start, end])
+        cells = self.field.cells_of(ends)
+        if not ((cells >= 0) & (cells < self.field.shape)).all():
+            self.outside += mass
+            return
+        pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
+        near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
+        self._top = max(self._top, float(self.field.heights[tuple(near)].max()))

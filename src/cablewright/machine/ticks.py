@@ -1,0 +1,19 @@
+"""When a sensor that has a rate of its own is due on a machine's clock."""
+
+from __future__ import annotations
+
+from cablewright.errors import InputError
+
+__all__ = ["every"]
+
+
+def every(period: float, interval: float, what: str) -> int:
+    """Return how many steps of *period* (s) make an *interval* (s). Raises `InputError`, naming *what*, if none do."""
+    count = interval / period
+    whole = round(count)
+    if whole < 1 or abs(count - whole) > 1e-6 * whole:
+        raise InputError(
+            f"{what}: every {interval:g} s is no whole number of the machine's steps, {period:g} s; "
+            f"allowed: {period:g}, {2 * period:g}, {3 * period:g} s and so on"
+        )
+    return whole

@@ -1,0 +1,105 @@
+"""Cable on a winch drum: turns in layers, none quite like the other; how much a turn holds and where it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+
+__all__ = ["Coil", "wind"]
+
+Array = NDArray[np.float64]
+TURN = 2.0 * np.pi
+
+MOST_TURNS: Final = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Coil:
+    """A drum with cable on it, turn by turn from the bare core on. Between two turns radius and place go evenly.
+
+    Angles are of the drum, rad, counted from the empty drum; read-only arrays.
+    """
+
+    radii: Array  # (k,) m: of the cable's axis after each turn
+    wound: Array  # (k,) m: cable on the drum after each turn, wound[0] = 0
+    sideways: Array  # (k,) m: where along the drum, from its middle, the cable lies after each turn
+
+    def radius(self, angle: float) -> float:
+        """Radius (m) at which cable leaves with *angle* wound."""
+        return float(np.interp(angle / TURN, np.arange(len(self.radii)), self.radii))
+
+    def length(self, angle: float) -> float:
+        """Length of cable (m) on the drum with *angle* wound. Raises `InputError` beyond the last turn."""
+        turns = angle / TURN
+        if not 0.0 <= turns <= len(self.radii) - 1:
+            raise InputError(f"{angle:g} rad wound: this drum takes 0 to {TURN * (len(self.radii) - 1):g} rad")
+        whole = min(int(turns), len(self.radii) - 2)
+        share = turns - whole
+        rise = self.radii[whole + 1] - self.radii[whole]
+        return float(self.wound[whole] + TURN * share * (self.radii[whole] + 0.5 * share * rise))
+
+    def angle(self, length: float) -> float:
+        """Return the angle that winds *length* (m) of cable. Raises `InputError` for more than the drum takes."""
+        if not 0.0 <= length <= self.wound[-1]:
+            raise InputError(f"{length:g} m wound: this drum takes 0 to {self.wound[-1]:g} m")
+        whole = min(int(np.searchsorted(self.wound, length, side="right")) - 1, len(self.radii) - 2)
+        begin, rise = self.radii[whole], self.radii[whole + 1] - self.radii[whole]
+        rest = (length - self.wound[whole]) / TURN
+        # rest = share (begin + share rise / 2), written without the cancellation of a small rise
+        share = 2.0 * rest / (begin + np.sqrt(begin * begin + 2.0 * rise * rest))
+        return float(TURN * (whole + share))
+
+
+def wind(
+    capacity: float,
+    core: float,
+    width: float,
+    diameter: float,
+    pitch: float,
+    *,
+    random: np.random.Generator | None = None,
+    radius_walk: float = 0.0,
+    sideways_walk: float = 0.0,
+    memory: float = 1.0,
+) -> Coil:
+    """Wind at least *capacity* (m) of cable of that *diameter* (m) on a drum of that *width* (m), to and fro.
+
+    *core* is the radius of the first layer's axis, *pitch* how much each further layer adds. The radius is off its
+    layer's by a walk of standard deviation *radius_walk* that forgets over *memory* turns, the place along the drum off
+    its turn's by one of *sideways_walk*. Raises `InputError` for a drum that takes no turn, or a cable that eats it.
+    """
+    per_layer = int(width / diameter + 1e-9)
+    if per_layer < 1:
+        raise InputError(f"width = {width:g} m: takes no turn of a cable of {diameter:g} m")
+    if not core > 6.0 * radius_walk:
+        raise InputError(f"radius_walk = {radius_walk:g} m: not under a sixth of the drum's radius, {core:g} m")
+    turns = int(min(np.ceil(capacity / (TURN * (core - 3.0 * radius_walk))), MOST_TURNS)) + 2
+    if turns > MOST_TURNS:
+        raise InputError(f"{capacity:g} m on a drum of {core:g} m: more than {MOST_TURNS} turns")
+    index = np.arange(turns + 1)
+    layer, place = np.divmod(index, per_layer)
+    across = (place + 0.5) / per_layer - 0.5
+    sideways = width * np.where(layer % 2 == 0, across, -across)
+    radii = core + pitch * layer
+    if random is not None:
+        radii = radii + radius_walk * _walk(len(index), memory, random)
+        sideways = np.clip(sideways + sideways_walk * _walk(len(index), memory, random), -0.5 * width, 0.5 * width)
+    wound = np.concatenate([[0.0], np.cumsum(0.5 * TURN * (radii[:-1] + radii[1:]))])
+    for column in (radii, wound, sideways):
+        column.flags.writeable = False
+    return Coil(np.asarray(radii), wound, np.asarray(sideways))
+
+
+def _walk(count: int, memory: float, random: np.random.Generator) -> Array:
+    """Return a walk (count,) that forgets over *memory* steps, of standard deviation 1 at each."""
+    keep = float(np.exp(-1.0 / memory))
+    walk = random.standard_normal(count)
+    walk[1:] *= np.sqrt(1.0 - keep * keep)
+    for k in range(1, count):
+        walk[k] += keep * walk[k - 1]
+    return walk

@@ -1,0 +1,117 @@
+"""Paths that a job gives in numbers, round after round at rising heights: a random closed curve, a helix."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+import numpy as np
+from annotated_types import Ge, Le
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from cablewright.errors import InputError
+from cablewright.printing.curve import Wanted, draw
+from cablewright.printing.gcode import Toolpath
+from cablewright.printing.modal import MAX_COORDINATE
+from cablewright.units import Length
+
+__all__ = ["CHORD", "Helix", "RandomCurve"]
+
+CHORD: Final = 0.02  # m: pieces that a round is cut into, at most
+_MOST_PIECES: Final = 5_000_000
+
+_Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
+_Height = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
+_Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
+
+
+class _Course(BaseModel):
+    """Rounds about the job's origin, one over the other."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    layers: _Count
+    layer_height: Annotated[Length, Ge(0.0), Le(1e3)]
+    """How much higher each round lies than the one below."""
+    first_height: _Height = 0.0
+
+
+class RandomCurve(_Course):
+    """A closed curve that crosses itself: number *number* of *seed*. See `printing/curve.py`."""
+
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**63 - 1)]
+    number: Annotated[int, Field(strict=True, ge=0, le=1_000_000)] = 0
+    length: _Distance
+    area: tuple[_Distance, _Distance]
+    """Sides of the rectangle about the origin that holds it, along x and y."""
+    crossings: Annotated[int, Field(strict=True, ge=0, le=50)] = 2
+    least_radius: Annotated[Length, Ge(0.0), Le(1e3)] = 0.3
+
+    @property
+    def wanted(self) -> Wanted:
+        """What the curve must be. Raises `InputError`."""
+        return Wanted(self.length, self.area, self.crossings, self.least_radius)
+
+    @property
+    def title(self) -> str:
+        """What to call it."""
+        return f"random curve {self.number} of seed {self.seed}"
+
+    def toolpath(self) -> Toolpath:
+        """All rounds; between two the nozzle rises where it is, without laying. Raises `InputError`."""
+        pieces = int(np.ceil(self.length / CHORD))
+        _bound(pieces * self.layers)
+        once = draw(self.wanted, self.seed, self.number).even(pieces)
+        heights = self.first_height + self.layer_height * np.arange(self.layers)
+        rounds = np.empty((self.layers, pieces + 1, 3))
+        rounds[:, :, :2] = once
+        rounds[:, :, 2] = heights[:, None]
+        layer = np.repeat(np.arange(self.layers, dtype=np.int32), pieces + 1)
+        laying = np.ones((self.layers, pieces + 1), dtype=bool)
+        laying[:, 0] = False  # the rise to the round
+        return _toolpath(rounds.reshape(-1, 3), laying.ravel()[1:], layer[1:])
+
+
+class Helix(_Course):
+    """A helix about the origin that rises by *layer_height* a turn; each turn is a layer."""
+
+    radius: _Distance
+
+    @model_validator(mode="after")
+    def _rises(self) -> Helix:
+        if not self.layer_height > 0.0:
+            raise ValueError("layer_height = 0: a helix rises; more than 0 m is wanted")
+        return self
+
+    @property
+    def title(self) -> str:
+        """What to call it."""
+        return f"helix of {self.layers} turns"
+
+    def toolpath(self) -> Toolpath:
+        """All turns. Raises `InputError`."""
+        pieces = max(36, int(np.ceil(2.0 * np.pi * self.radius / CHORD)))
+        _bound(pieces * self.layers)
+        turns = np.arange(pieces * self.layers + 1) / pieces
+        angle = 2.0 * np.pi * turns
+        height = self.first_height + self.layer_height * turns
+        places = np.stack([self.radius * np.cos(angle), self.radius * np.sin(angle), height], axis=1)
+        layer = np.repeat(np.arange(self.layers, dtype=np.int32), pieces)
+        return _toolpath(places, np.ones(len(places) - 1, dtype=bool), layer)
+
+
+def _bound(pieces: int) -> None:
+    if pieces > _MOST_PIECES:
+        raise InputError(f"the path has {pieces} pieces of {CHORD} m; at most {_MOST_PIECES} are allowed: fewer layers")
+
+
+def _toolpath(places: NDArray[np.float64], laying: NDArray[np.bool_], layer: NDArray[np.int32]) -> Toolpath:
+    """Moves from place to place at whatever speed the job allows; each lays its own length of material, or none."""
+    start, end = places[:-1], places[1:]
+    moves = len(start)
+    extrusion = np.where(laying, np.linalg.norm(end - start, axis=1), 0.0)
+    columns = (start, end, extrusion, np.full(moves, np.inf), np.zeros(moves), layer)
+    line = np.arange(1, moves + 1, dtype=np.int32)
+    for column in (*columns, line):
+        column.setflags(write=False)
+    return Toolpath(*columns, line, {})

@@ -1,0 +1,197 @@
+"""Random closed curves in the plane: smooth, of a given length within a given area, crossing themselves.
+
+Merlet and Papegay (2023, section I) drew 200 such curves, of which an artist chose. How they did is not told. Here the
+tangent's direction is a random trigonometric sum of the length gone, changed as little as closes the curve: length
+and curvature are then known exactly. What does not fit or suit is thrown away, so that curve number k of a seed is the
+same however many are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+
+__all__ = ["Curve", "Wanted", "draw", "draw_many", "ranked"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+_HARMONICS: Final = 6
+_AMPLITUDE: Final = 1.5  # rad, of the first; the others fall with the root of their number
+_MOST_TURNS: Final = 2
+_TRIES: Final = 5_000
+_PIECES: Final = 1024
+_COARSE: Final = 2  # pieces between places that crossings are looked for between
+_HEADINGS: Final = 90  # by which the curve is turned to fit
+_GRAIN: Final = 0.02  # of the area's longer side: how finely its cover is looked at
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a curve must be. SI."""
+
+    length: float  # m, once round
+    area: tuple[float, float]  # m, the sides of the rectangle that holds it, along x and y
+    crossings: int = 2  # with itself, at least
+    least_radius: float = 0.3  # m, of curvature
+    least_angle: float = np.pi / 9  # rad, between the two branches of a crossing
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` where no curve can be so."""
+        sides = np.array(self.area)
+        if not (np.isfinite(sides).all() and (sides > 0.0).all()):
+            raise InputError(f"area = {self.area}: two sides over 0 m are wanted")
+        if not 0.0 < self.length < 1e4:
+            raise InputError(f"length = {self.length:g} m: more than 0 and less than 10 km is wanted")
+        if not 0 <= self.crossings <= 50:
+            raise InputError(f"crossings = {self.crossings}: from 0 to 50 are allowed")
+        if not 0.0 <= self.least_radius < 0.5 * float(sides.min()):
+            raise InputError(f"least_radius = {self.least_radius:g} m: under half the area's shorter side is wanted")
+        if not 0.0 <= self.least_angle < 0.5 * np.pi:
+            raise InputError(f"least_angle = {self.least_angle:g} rad: from 0 to a quarter turn is wanted")
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A closed curve about the middle of its extent, by its tangent's direction.
+
+    At the share s of its length, from 0 to 2 pi, that is ``heading`` + ``turns`` s + the sum over k of ``cosine[k-1]``
+    cos ks + ``sine[k-1]`` sin ks, rad.
+    """
+
+    length: float  # m
+    turns: int
+    heading: float  # rad
+    cosine: Array  # (H,) rad
+    sine: Array  # (H,) rad
+
+    def direction(self, s: Array, derivative: int = 0) -> Array:
+        """Direction (n,), rad, at the shares *s* (n,), or its *derivative* (0 or 1) by them."""
+        k = np.arange(1, len(self.cosine) + 1)
+        turned = np.multiply.outer(s, k)
+        if derivative:
+            return np.asarray(self.turns + np.cos(turned) @ (k * self.sine) - np.sin(turned) @ (k * self.cosine))
+        return np.asarray(self.heading + self.turns * s + np.cos(turned) @ self.cosine + np.sin(turned) @ self.sine)
+
+    def even(self, pieces: int) -> Array:
+        """(pieces + 1, 2) places that divide its length evenly, the first again at the end, m.
+
+        The unit tangent is integrated by its Fourier series, as good as exactly where *pieces* are a few hundred.
+        """
+        tangent = np.fft.fft(np.exp(1j * self.direction(_shares(pieces))))
+        wave = np.fft.fftfreq(pieces, 1.0 / pieces)
+        tangent[0], wave[0] = 0.0, 1.0  # the curve closes: what is left of the mean is rounding
+        z = np.fft.ifft(tangent / (1j * wave)) * (self.length / (2.0 * np.pi))
+        z -= 0.5 * (z.real.max() + z.real.min()) + 0.5j * (z.imag.max() + z.imag.min())
+        return np.stack([np.append(z.real, z.real[0]), np.append(z.imag, z.imag[0])], axis=1)
+
+    @cached_property
+    def least_radius(self) -> float:
+        """The least radius of curvature, m."""
+        return self.length / (2.0 * np.pi) / float(np.abs(self.direction(_shares(_PIECES), 1)).max())
+
+    @cached_property
+    def crossings(self) -> Array:
+        """(c, 4) where the curve meets itself: x, y (m), the angle between the branches (rad), and the share gone."""
+        return _crossings(self.even(_PIECES)[::_COARSE])
+
+    def remoteness(self, area: tuple[float, float]) -> float:
+        """How far places of *area* (sides, m) are from the curve on average, m: the less, the better it is covered."""
+        sides = np.array(area)
+        x, y = (np.arange(-0.5 * side, 0.5 * side, _GRAIN * sides.max()) for side in sides)
+        places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        curve = self.even(_PIECES // 4)
+        squared = (places**2).sum(axis=1)[:, None] + (curve**2).sum(axis=1) - 2.0 * places @ curve.T
+        return float(np.sqrt(np.maximum(0.0, squared.min(axis=1))).mean())
+
+
+def draw(wanted: Wanted, seed: int, number: int) -> Curve:
+    """Draw curve *number* of *seed* as *wanted*. Raises `InputError` where none is found among many."""
+    rng = np.random.default_rng([seed, number])
+    for _ in range(_TRIES):
+        curve = _random(rng, wanted.length)
+        if curve is None or curve.least_radius < wanted.least_radius:
+            continue
+        curve = _fitted(curve, wanted.area)
+        if curve and len(curve.crossings) >= wanted.crossings and (curve.crossings[:, 2] >= wanted.least_angle).all():
+            return curve
+    raise InputError(
+        f"none of {_TRIES} random curves of {wanted.length:g} m fits into {wanted.area[0]:g} x {wanted.area[1]:g} m "
+        f"with {wanted.crossings} crossings and radii over {wanted.least_radius:g} m; ask for less"
+    )
+
+
+def draw_many(wanted: Wanted, seed: int, count: int, progress: Progress) -> list[Curve]:
+    """Draw curves 0 to *count* - 1 of *seed*."""
+    curves = []
+    for number in range(count):
+        curves.append(draw(wanted, seed, number))
+        progress(number + 1, count)
+    return curves
+
+
+def ranked(curves: list[Curve], area: tuple[float, float]) -> list[int]:
+    """Numbers of *curves*, those first that cover *area* (sides, m) best."""
+    remoteness = [curve.remoteness(area) for curve in curves]
+    return sorted(range(len(curves)), key=remoteness.__getitem__)
+
+
+def _shares(count: int) -> Array:
+    return np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+
+
+def _random(rng: np.random.Generator, length: float) -> Curve | None:
+    """A closed curve, found by Newton steps of least change; None where they do not end."""
+    falling = _AMPLITUDE / np.sqrt(np.arange(1.0, _HARMONICS + 1.0))
+    turns = int(rng.integers(0, _MOST_TURNS + 1))
+    cosine, sine = falling * rng.standard_normal((2, _HARMONICS))
+    curve = Curve(length, turns, 0.0, cosine, sine)
+    s = _shares(_PIECES)
+    turned = np.multiply.outer(s, np.arange(1, _HARMONICS + 1))
+    basis = np.concatenate([np.cos(turned), np.sin(turned)], axis=1)
+    for _ in range(12):
+        tangent = np.exp(1j * curve.direction(s))
+        open_end = tangent.mean()
+        if abs(open_end) < 1e-14:
+            return curve
+        slope = (1j * tangent[:, None] * basis).mean(axis=0)
+        change, *_ = np.linalg.lstsq(np.stack([slope.real, slope.imag]), [-open_end.real, -open_end.imag], rcond=None)
+        curve = Curve(length, turns, 0.0, curve.cosine + change[:_HARMONICS], curve.sine + change[_HARMONICS:])
+    return None
+
+
+def _fitted(curve: Curve, area: tuple[float, float]) -> Curve | None:
+    """The curve turned so that it has most room in *area*; None where it has none."""
+    places = curve.even(_PIECES // 4) @ [1.0, 1.0j]
+    headings = np.linspace(0.0, np.pi, _HEADINGS, endpoint=False)
+    turned = np.multiply.outer(np.exp(1j * headings), places)
+    share = np.maximum(np.ptp(turned.real, axis=1) / area[0], np.ptp(turned.imag, axis=1) / area[1])
+    best = int(share.argmin())
+    return Curve(curve.length, curve.turns, headings[best], curve.cosine, curve.sine) if share[best] <= 1.0 else None
+
+
+def _crossings(places: Array) -> Array:
+    """Where the closed polygon *places* (n + 1, 2) crosses itself, as `Curve.crossings`."""
+    start, way = places[:-1], np.diff(places, axis=0)
+    n = len(start)
+    i, j = np.triu_indices(n, 2)
+    between, across = start[j] - start[i], _cross(way[i], way[j])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, other = _cross(between, way[j]) / across, _cross(between, way[i]) / across
+    neighbours = (i == 0) & (j == n - 1)
+    meets = np.flatnonzero((one >= 0.0) & (one < 1.0) & (other >= 0.0) & (other < 1.0) & ~neighbours)
+    i, j, one = i[meets], j[meets], one[meets]
+    angle = np.arctan2(np.abs(across[meets]), np.abs((way[i] * way[j]).sum(axis=1)))
+    at = start[i] + one[:, None] * way[i]
+    return np.column_stack([at, angle, 2.0 * np.pi * (i + one) / n])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

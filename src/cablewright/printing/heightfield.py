@@ -1,0 +1,106 @@
+"""The height of what lies on a level floor, over a grid of square cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+
+__all__ = ["MOST_CELLS", "HeightField", "rebuilt"]
+
+Array = NDArray[np.float64]
+
+MOST_CELLS: Final = 25_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class HeightField:
+    """Heights (nx, ny), m, each the mean over a square cell of side ``cell``. What is laid changes them in place."""
+
+    low: tuple[float, float]  # m, the corner of the first cell
+    cell: float  # m
+    heights: Array
+
+    @classmethod
+    def flat(cls, low: tuple[float, float], high: tuple[float, float], cell: float, height: float = 0.0) -> HeightField:
+        """A floor at *height* from *low* to at least *high*, m. Raises `InputError`."""
+        sides = np.subtract(high, low)
+        if not (np.isfinite(sides).all() and (sides > 0.0).all()):
+            raise InputError(f"from {low} to {high} m there is no area")
+        if not 0.0 < cell < np.inf:
+            raise InputError(f"cell = {cell:g} m: more than 0 is wanted")
+        counts = np.ceil(sides / cell - 1e-9)
+        if not counts.prod() <= MOST_CELLS:
+            raise InputError(f"cell = {cell:g} m: more than {MOST_CELLS} cells; a larger cell is wanted")
+        nx, ny = (int(count) for count in counts)
+        return cls((float(low[0]), float(low[1])), float(cell), np.full((nx, ny), float(height)))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """How many cells along x and y."""
+        return (self.heights.shape[0], self.heights.shape[1])
+
+    @property
+    def volume(self) -> float:
+        """What lies above height zero, m^3. Cells that nobody knows count for nothing."""
+        return float(np.nansum(self.heights)) * self.cell**2
+
+    def centres(self, axis: int) -> Array:
+        """Middles of the cells along *axis*, m."""
+        return np.asarray(self.low[axis] + self.cell * (np.arange(self.shape[axis]) + 0.5))
+
+    def cells_of(self, places: Array) -> NDArray[np.int64]:
+        """(n, 2) the cells in which *places* (n, 2 or more), m, lie; they may be outside."""
+        return np.floor((places[:, :2] - self.low) / self.cell).astype(np.int64)
+
+    def at(self, places: Array) -> Array:
+        """(n,) heights at *places* (n, 2 or more), m, linear between middles of cells; NaN outside the field."""
+        share = (places[:, :2] - self.low) / self.cell
+        outside = ((share < 0.0) | (share > self.shape)).any(axis=1)
+        share = np.clip(share - 0.5, 0.0, np.array(self.shape) - 1.0)
+        i, j = np.minimum(share.astype(np.int64), np.maximum(np.array(self.shape) - 2, 0)).T
+        u, v = share[:, 0] - i, share[:, 1] - j
+        more_i, more_j = np.minimum(i + 1, self.shape[0] - 1), np.minimum(j + 1, self.shape[1] - 1)
+        h = self.heights
+        low, high = h[i, j] * (1 - v) + h[i, more_j] * v, h[more_i, j] * (1 - v) + h[more_i, more_j] * v
+        return np.where(outside, np.nan, low * (1 - u) + high * u)
+
+    def solid(self, floor: float = 0.0) -> tuple[Array, NDArray[np.int64]]:
+        """Vertices (k, 3), m, and triangles (t, 3) of the closed body between the heights and *floor*, outside out.
+
+        Heights are met in the middles of cells, so that half a cell is missing all round; nothing may be below *floor*.
+        """
+        nx, ny = self.shape
+        x, y = np.meshgrid(self.centres(0), self.centres(1), indexing="ij")
+        top = np.stack([x, y, np.maximum(self.heights, floor)], axis=-1).reshape(-1, 3)
+        bottom = top * [1.0, 1.0, 0.0] + [0.0, 0.0, floor]
+        number = np.arange(nx * ny).reshape(nx, ny)
+        a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+        upper = np.concatenate([_triples(a, b, c), _triples(a, c, d)])
+        rim = np.concatenate([number[:-1, 0], number[-1, :-1], number[:0:-1, -1], number[0, :0:-1]])
+        after = np.roll(rim, -1)
+        under = nx * ny
+        walls = np.concatenate([_triples(rim, rim + under, after + under), _triples(rim, after + under, after)])
+        return np.concatenate([top, bottom]), np.concatenate([upper, upper[:, ::-1] + under, walls])
+
+
+def rebuilt(points: Array, like: HeightField) -> HeightField:
+    """A field of the cells of *like* from scanned *points* (n, 3), m: the median in each cell, NaN where none fell."""
+    nx, ny = like.shape
+    cells = like.cells_of(points)
+    inside = ((cells >= 0) & (cells < [nx, ny])).all(axis=1) & np.isfinite(points[:, 2])
+    which, z = cells[inside, 0] * ny + cells[inside, 1], points[inside, 2]
+    order = np.lexsort((z, which))
+    which, z = which[order], z[order]
+    found, first, count = np.unique(which, return_index=True, return_counts=True)
+    heights = np.full(nx * ny, np.nan)
+    heights[found] = 0.5 * (z[first + (count - 1) // 2] + z[first + count // 2])
+    return HeightField(like.low, like.cell, heights.reshape(nx, ny))
+
+
+def _triples(*corners: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.stack([corner.ravel() for corner in corners], axis=1)

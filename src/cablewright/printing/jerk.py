@@ -1,0 +1,115 @@
+"""A time law whose jerk is bounded: the running mean of one whose acceleration is.
+
+Let s(t) be a law with accelerations up to a. Its mean over the last w = 2 a / j seconds runs along the same path, its
+acceleration is a difference of speeds over w, at most a, and its jerk a difference of accelerations over w, at most
+2 a / w = j. It is late by up to w, so it is at a place while s is up to w elsewhere: for it to keep to a limit of speed
+there, s keeps to the limit over all that it can pass in w at that speed, before and behind. Where s stands it waits w.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Knots", "averaged", "refined", "widened"]
+
+Array = NDArray[np.float64]
+
+_NEAR: Final = 1e-9  # m: places that are one
+_STEPS: Final = 60  # of Newton's method in a bracket: as many halvings reach rounding
+
+
+class Knots(NamedTuple):
+    """Pieces of constant acceleration, one after another."""
+
+    time: Array  # (p,) s, where each begins
+    place: Array  # (p,) m
+    speed: Array  # (p,) m/s
+    acceleration: Array  # (p,) m/s^2
+    area: Array  # (p,) m s: the integral of the place from the start
+
+
+def refined(distance: Array, limit: Array, corner: Array, window: float) -> Array:
+    """Places (g,), m: *distance* (k,) and the ends of all stretches over which a limit holds in `widened`."""
+    changes = np.flatnonzero(np.diff(limit)) + 1
+    reach = np.concatenate([np.minimum(limit[changes - 1], limit[changes]), corner]) * window
+    about = np.concatenate([distance[changes], distance])
+    ends = np.concatenate([about - reach, about + reach])
+    ends = np.unique(ends[np.isfinite(ends) & (ends > distance[0]) & (ends < distance[-1])])
+    after = np.searchsorted(distance, ends)
+    apart = np.minimum(distance[after] - ends, ends - distance[after - 1]) > _NEAR
+    apart[1:] &= np.diff(ends) > _NEAR
+    return np.sort(np.concatenate([distance, ends[apart]]))
+
+
+def widened(places: Array, limit: Array, corner: Array, window: float) -> tuple[Array, Array]:
+    """Limits of the segments between *places* (g,) and at them, m/s, that hold as far as they are passed in *window*.
+
+    *limit* (g - 1,) is that of each segment, *corner* (g,) that at each place: inf for none, 0 for a stop.
+    """
+    moving = np.flatnonzero(np.isfinite(corner) & (corner > 0.0))
+    value = np.concatenate([limit, corner[moving]])
+    low = np.concatenate([places[:-1], places[moving]]) - value * window
+    high = np.concatenate([places[1:], places[moving]]) + value * window
+    last = len(limit)
+    first = np.clip(np.searchsorted(places, low + _NEAR, side="right") - 1, 0, last - 1)
+    stop = np.clip(np.searchsorted(places, high - _NEAR, side="left"), first + 1, last)
+    held = _least_over(value, first, stop, last)
+    at = np.minimum(corner, np.minimum(np.append(held, np.inf), np.append(np.inf, held)))
+    return held, at
+
+
+def _least_over(value: Array, first: NDArray[np.int64], stop: NDArray[np.int64], count: int) -> Array:
+    """(count,) the least of the values whose ranges, first to stop, hold each cell; inf in none's.
+
+    A range is two runs of a power of two, and a run is handed down in halves.
+    """
+    power = np.int64(np.log2(stop - first))
+    table = np.full((int(power.max()) + 1, count), np.inf)
+    np.minimum.at(table, (power, first), value)
+    np.minimum.at(table, (power, stop - (1 << power)), value)
+    for level in range(len(table) - 1, 0, -1):
+        half = 1 << (level - 1)
+        np.minimum(table[level - 1], table[level], out=table[level - 1])
+        np.minimum(table[level - 1, half:], table[level, :-half], out=table[level - 1, half:])
+    return np.asarray(table[0])
+
+
+def averaged(knots: Knots, arrival: Array, places: Array, window: float) -> tuple[Array, Array]:
+    """When the running mean over *window* (s) passes *places* (k,), m, and how fast: (k,) s and m/s.
+
+    *arrival* (k,), s, is when the law of *knots* passes them.
+    """
+    low, high = arrival.copy(), arrival + window
+    time, open_ = arrival + 0.5 * window, np.arange(len(places))
+    for _ in range(_STEPS):
+        at = time[open_]
+        off = _mean(knots, at, window) - places[open_]
+        low[open_[off <= 0.0]], high[open_[off >= 0.0]] = at[off <= 0.0], at[off >= 0.0]
+        better = at - off / np.maximum(_speed(knots, at, window), 1e-12)
+        inside = (better > low[open_]) & (better < high[open_])
+        time[open_] = np.where(inside, better, 0.5 * (low[open_] + high[open_]))
+        open_ = open_[np.abs(time[open_] - at) > 1e-9 * window]
+        if len(open_) == 0:
+            break
+    return np.maximum.accumulate(time), _speed(knots, time, window)
+
+
+def _mean(knots: Knots, time: Array, window: float) -> Array:
+    return np.asarray((_evaluated(knots, time)[1] - _evaluated(knots, time - window)[1]) / window)
+
+
+def _speed(knots: Knots, time: Array, window: float) -> Array:
+    return np.asarray((_evaluated(knots, time)[0] - _evaluated(knots, time - window)[0]) / window)
+
+
+def _evaluated(knots: Knots, time: Array) -> tuple[Array, Array]:
+    """Place and its integral at *time* (n,); at rest before the start."""
+    row = np.searchsorted(knots.time, time, side="right") - 1
+    u = np.where(row < 0, 0.0, time - knots.time[row])
+    row = np.maximum(row, 0)
+    s, v, a = knots.place[row], knots.speed[row], knots.acceleration[row]
+    place = s + u * (v + 0.5 * a * u)
+    return place, knots.area[row] + u * (s + u * (0.5 * v + a * u / 6.0))

@@ -1,0 +1,263 @@
+"""One number that changes a robot: how far neighbouring exits are apart, how wide the platform is, any of its figures.
+
+A name is one of `NAMED`, a kind of `KINDS` for all lines or the platform, or a kind of one line, as in
+``exit_point.z@south``. Names joined by + take the same value: ``width-top-x+width-bottom-y``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+from types import MappingProxyType
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from cablewright.errors import InputError, UnknownName
+from cablewright.robot.faults import explain
+from cablewright.robot.line import Line
+from cablewright.robot.parameters import AXES, KINDS, Parameter, parameters_of
+from cablewright.robot.platform import RigidPlatform
+from cablewright.robot.robot import Robot
+from cablewright.units import Vec3
+
+__all__ = ["NAMED", "Change", "changed", "nearest_exits", "with_box_inertia"]
+
+SAME = 1e-9
+"""Lengths that differ by less, as a share of the frame's diagonal, are one."""
+
+_Setter = Callable[[Robot, float], Robot]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one number changes; ``name`` as in this module's head. Raises `InputError` for an unknown part of it."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        for kind, line in self.parts:
+            if kind in NAMED:
+                if line is not None:
+                    raise InputError(f"{kind} is of the whole robot, not of line {line!r}")
+                continue
+            if kind not in _OF_A_ROBOT:
+                raise UnknownName("parameter", kind, [*NAMED, *_OF_A_ROBOT])
+            if line is not None:
+                Parameter(kind, line)
+
+    @property
+    def parts(self) -> tuple[tuple[str, str | None], ...]:
+        """The names that are joined, each with its line or None."""
+        split = [part.strip().partition("@") for part in self.name.split("+")]
+        return tuple((kind.strip(), line.strip() or None) for kind, _, line in split)
+
+    @property
+    def unit(self) -> str:
+        """The SI unit; "1" for a factor."""
+        return "m" if (kind := self.parts[0][0]) in NAMED else KINDS[kind].unit
+
+    def on(self, robot: Robot, value: float) -> Robot:
+        """Return the robot with this at ``value`` (SI). Raises `InputError` if it has no such thing or value."""
+        if not math.isfinite(value):
+            raise InputError(f"{self.name} = {value}: a finite number is wanted")
+        try:
+            for kind, line in self.parts:
+                robot = NAMED[kind](robot, value) if kind in NAMED else _set(robot, kind, line, value)
+        except InputError as reason:
+            raise InputError(f"{self.name} = {value:g}: {reason}") from None
+        data = robot.model_dump()
+        try:
+            return Robot.model_validate(data)
+        except ValidationError as error:
+            raise explain(error, data, f"{self.name} = {value:g}") from None
+
+
+def changed(robot: Robot, values: Mapping[Change, float]) -> Robot:
+    """Return the robot with each change made, in their order. Raises `InputError`."""
+    for change, value in values.items():
+        robot = change.on(robot, value)
+    return robot
+
+
+def with_box_inertia(robot: Robot) -> Robot:
+    """Return the robot with the inertia of a uniform box that reaches as far as its platform points (Jung 2020, Eq. 6).
+
+    Mass and centre of mass stay. Raises `InputError` for a point platform, or points on one line, which have none.
+    """
+    platform = robot.platform
+    if not isinstance(platform, RigidPlatform):
+        raise InputError(f"robot {robot.name!r}: a point platform has no inertia")
+    xx, yy, zz = (_extent(line.platform_point[axis] for line in robot.lines) ** 2 for axis in range(3))
+    moments = tuple(platform.mass / 12.0 * (one + other) for one, other in ((yy, zz), (xx, zz), (xx, yy)))
+    if min(moments) <= 0.0:
+        raise InputError(f"robot {robot.name!r}: its platform points are on one line, and a box of them has no inertia")
+    update = {"inertia": moments, "inertia_products": (0.0, 0.0, 0.0)}
+    return robot.model_copy(update={"platform": platform.model_copy(update=update)})
+
+
+def nearest_exits(robot: Robot) -> tuple[float, tuple[str, str]] | None:
+    """Return the smallest distance of two exit points, m, and the lines whose they are; None for a single line."""
+    pairs = [(math.dist(a.exit_point, b.exit_point), (a.name, b.name)) for a, b in combinations(robot.lines, 2)]
+    return min(pairs, default=None)
+
+
+def _apart(robot: Robot, value: float) -> Robot:
+    """Exits that are each other's nearest, so far apart.
+
+    Two at a corner of the frame, each on one of its walls, slide along those; others go along the line between them.
+    """
+    _require(value >= 0.0, "a length of 0 or more is wanted")
+    exits = [line.exit_point for line in robot.lines]
+    for i, j in _neighbours(robot):
+        now = math.dist(exits[i], exits[j])
+        if now <= _tolerance(robot):
+            names = f"lines {robot.lines[i].name!r} and {robot.lines[j].name!r}"
+            raise InputError(f"the exits of {names} coincide: nothing says which way to part them")
+        fixed = _corner(robot, exits[i], exits[j]) or _middle(exits[i], exits[j])
+        for k in (i, j):
+            x, y, z = (f + (a - f) * value / now for f, a in zip(fixed, exits[k], strict=True))
+            exits[k] = (x, y, z)
+    return _with_lines(robot, [_leaving(line, at) for line, at in zip(robot.lines, exits, strict=True)])
+
+
+def _neighbours(robot: Robot) -> list[tuple[int, int]]:
+    """Pairs of lines whose exits are each other's nearest. Raises `InputError` if a line has two as near."""
+    exits, nearest = [line.exit_point for line in robot.lines], []
+    for i, own in enumerate(exits):
+        order = sorted((math.dist(own, other), j) for j, other in enumerate(exits) if j != i)
+        if len(order) > 1 and order[1][0] - order[0][0] <= _tolerance(robot):
+            one, other = (repr(robot.lines[j].name) for _, j in order[:2])
+            why = f"that of line {robot.lines[i].name!r} is as near to {one} as to {other}"
+            raise InputError(f"the exits of {robot.name!r} do not come in pairs: {why}")
+        nearest.append(order[0][1] if order else i)
+    return [(i, j) for i, j in enumerate(nearest) if i < j and nearest[j] == i]
+
+
+def _corner(robot: Robot, one: Vec3, other: Vec3) -> Vec3 | None:
+    """The corner of the walls at which two exits of one height are, each on another wall; None if they are not."""
+    same, scene = _tolerance(robot), robot.scene
+    if abs(one[2] - other[2]) > same:
+        return None
+    for x, y in product(*((scene.frame_min[axis], scene.frame_max[axis]) for axis in (0, 1))):
+        on_x, on_y = ([abs(each[axis] - wall) <= same for each in (one, other)] for axis, wall in ((0, x), (1, y)))
+        if sorted(zip(on_x, on_y, strict=True)) == [(False, True), (True, False)]:
+            return x, y, one[2]
+    return None
+
+
+def _middle(one: Vec3, other: Vec3) -> Vec3:
+    x, y, z = (0.5 * (a + b) for a, b in zip(one, other, strict=True))
+    return x, y, z
+
+
+def _tolerance(robot: Robot) -> float:
+    return SAME * math.dist(robot.scene.frame_min, robot.scene.frame_max)
+
+
+def _wide(axis: int, upper: bool | None) -> _Setter:
+    """Set how far the platform's points reach along an axis: all of them, or those of its upper or lower half."""
+
+    def widened(robot: Robot, value: float) -> Robot:
+        _require(value >= 0.0, "a length of 0 or more is wanted")
+        chosen = _half(robot, upper)
+        along = [robot.lines[i].platform_point[axis] for i in chosen]
+        now, middle = _extent(along), 0.5 * (min(along) + max(along))
+        where = "" if upper is None else f" of its {'top' if upper else 'bottom'}"
+        _require(now > 0.0, f"the platform points{where} all have one {AXES[axis]}: there is no width to change")
+        lines = list(robot.lines)
+        for i in chosen:
+            point = list(lines[i].platform_point)
+            point[axis] = middle + (point[axis] - middle) * (value / now)
+            lines[i] = lines[i].model_copy(update={"platform_point": tuple(point)})
+        return _with_lines(robot, lines)
+
+    return widened
+
+
+def _half(robot: Robot, upper: bool | None) -> list[int]:
+    """Lines tied above the middle of the platform's points, or not above it; all where None."""
+    _require(isinstance(robot.platform, RigidPlatform), f"{robot.name!r} is a point platform, which has no width")
+    heights = [line.platform_point[2] for line in robot.lines]
+    if upper is None:
+        return list(range(robot.m))
+    _require(_extent(heights) > 0.0, "the platform points are all at one height: it has no top and bottom")
+    middle = 0.5 * (min(heights) + max(heights))
+    return [i for i, height in enumerate(heights) if (height > middle) == upper]
+
+
+def _set(robot: Robot, kind: str, line: str | None, value: float) -> Robot:
+    """Set a number of the platform, or one of a line or of all lines."""
+    if not KINDS[kind].allows(value):
+        raise InputError(f"it must be above {KINDS[kind].least:g}")
+    parameters = parameters_of(robot, kind, None if line is None else (line,))
+    key, _, axis = kind.partition(".")
+    if not KINDS[kind].per_line:
+        told = {key: _component(getattr(robot.platform, key), axis, value) if axis else value}
+        return robot.model_copy(update={"platform": robot.platform.model_copy(update=told)})
+    named = {each.line for each in parameters}
+    return _with_lines(
+        robot, [_set_line(each, key, axis, value) if each.name in named else each for each in robot.lines]
+    )
+
+
+def _set_line(line: Line, key: str, axis: str, value: float) -> Line:
+    if key == "exit_point":
+        return _leaving(line, _component(line.exit_point, axis, value))
+    if key == "platform_point":
+        return line.model_copy(update={key: _component(line.platform_point, axis, value)})
+    if key == "sheave_radius":
+        return line.model_copy(update={"sheave": line.sheave.model_copy(update={"radius": value})})
+    told: dict[str, Any] = {key: value}
+    if key == "modulus":
+        given = "young_modulus" if line.cable.axial_stiffness is None else "axial_stiffness"
+        told = {given: getattr(line.cable, given) * value}
+    return line.model_copy(update={"cable": line.cable.model_copy(update=told)})
+
+
+def _leaving(line: Line, at: Vec3) -> Line:
+    """The line with another exit point; a winch exit that is modelled follows sideways, not in height."""
+    update: dict[str, Any] = {"exit_point": at}
+    if line.winch_exit is not None:
+        (x, y, z), was = line.winch_exit, line.exit_point
+        update["winch_exit"] = (x + at[0] - was[0], y + at[1] - was[1], z)
+    return line.model_copy(update=update)
+
+
+def _component(vector: Sequence[float], axis: str, value: float) -> Vec3:
+    x, y, z = (value if name == axis else old for name, old in zip(AXES, vector, strict=True))
+    return x, y, z
+
+
+def _with_lines(robot: Robot, lines: Sequence[Line]) -> Robot:
+    return robot.model_copy(update={"lines": tuple(lines)})
+
+
+def _extent(values: Iterable[float]) -> float:
+    held = list(values)
+    return max(held) - min(held)
+
+
+def _require(fine: bool, why: str) -> None:
+    if not fine:
+        raise InputError(why)
+
+
+NAMED: Final[Mapping[str, _Setter]] = MappingProxyType(
+    {
+        "exit-distance": _apart,
+        "width-x": _wide(0, None),
+        "width-y": _wide(1, None),
+        "width-top-x": _wide(0, True),
+        "width-top-y": _wide(1, True),
+        "width-bottom-x": _wide(0, False),
+        "width-bottom-y": _wide(1, False),
+        "retraction": Robot.retracted,
+    }
+)
+"""Changes by name, each a length in m."""
+
+_OF_COMMANDS = ("length_offset", "length_scale", "temperature")  # of how it is driven, not of the robot
+_OF_A_ROBOT = tuple(kind for kind in KINDS if kind not in _OF_COMMANDS)

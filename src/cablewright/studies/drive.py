@@ -1,0 +1,253 @@
+"""A simulated machine driven along a path by a pilot who knows the truth, and what came of it.
+
+The pilot stands in for control: it drives each winch by its true length, as no controller can. So a log is of a machine
+that does what it should, and how well that is found out is left to who reads the log.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import AnswerError, InputError
+from cablewright.machine.log import LogWriter
+from cablewright.machine.simulated import SimulatedMachine
+from cablewright.models.statics import Model
+from cablewright.printing.curve import Wanted, draw
+from cablewright.robot import Robot
+from cablewright.signals import Command, SensorFrame, Truth
+from cablewright.solvers.inverse import solve_inverse
+
+__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "length_of", "random_round"]
+
+Array = NDArray[np.float64]
+
+SLACK: Final = 5e-3
+"""Excess from which a line counts as slack in a summary, m."""
+
+INSET: Final = 1.0
+"""How far a random round keeps from the sides of the robot's frame, m."""
+
+_STEP: Final = 0.02  # m between places whose lengths are solved for
+_SMOOTH: Final = 0.3  # m along which a line is let slack
+_EVEN: Final = 0.15  # of the mean tension: lines nearer to each other than this share being the slackest
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """How a pilot drives. All assumed; the paper only tells its speed."""
+
+    speed: float = 0.03
+    """m/s along the path."""
+    ramp: float = 2.0
+    """s from rest to that speed."""
+    slack: float = 0.03
+    """What the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
+    ease: float = 20.0
+    """s over which that begins, so that the start is calm."""
+    error: float = 2e-3
+    """Standard deviation of what each length is off what it should be, m ..."""
+    memory: float = 20.0
+    """... and how long that stays, s."""
+    gain: float = 2.0
+    """Share of a length's error that is driven out, 1/s."""
+    valve: float = 1.0
+    """Opening of the powder's valve."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no drive."""
+        for name in ("speed", "ramp", "ease", "memory", "gain"):
+            if not 0.0 < getattr(self, name) < 1e6:
+                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+        for name in ("slack", "error"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise InputError(f"{name} = {getattr(self, name):g} m: 0 to 1 m is wanted")
+        if not 0.0 <= self.valve <= 1.0:
+            raise InputError(f"valve = {self.valve:g}: 0 (shut) to 1 (open) is wanted")
+
+
+class Pilot:
+    """Drives the winches of one machine round after round, or holds it where it hangs."""
+
+    def __init__(self, machine: SimulatedMachine, way: Array | None, settings: DriveSettings, seed: int) -> None:
+        """Work out the lengths along *way* at the height where *machine* hangs; None: it stays.
+
+        *way* (k, 2), m, world: places evenly along a closed path, the first again at the end. Raises `AnswerError`
+        where the drum cannot be held somewhere on it.
+        """
+        self.machine, self.settings = machine, settings
+        self._random = np.random.default_rng([seed, 7])
+        self._off = np.zeros(machine.robot.m)
+        start = machine.truth.position
+        level = np.array([start[:2], start[:2]]) if way is None else way
+        self._length = 0.0 if way is None else length_of(way)
+        poses = np.column_stack([level, np.full(len(level), start[2])])
+        held = solve_inverse(Model(machine.robot), poses)
+        if not held.ok.all():
+            bad = int(np.flatnonzero(~held.ok)[0])
+            place = ", ".join(f"{x:.2f}" for x in poses[bad])
+            raise AnswerError(f"the path cannot be held at {place} m: {held[bad].sentence()}")
+        self._taut, self._slack = held.lengths, settings.slack * self._share(held.tensions)  # (k, m)
+
+    def distance(self, now: float) -> float:
+        """How far along the path one should be at *now* (s), m."""
+        settings = self.settings
+        if now < settings.ramp:
+            return settings.speed * now * now / (2.0 * settings.ramp)
+        return settings.speed * (now - 0.5 * settings.ramp)
+
+    def rounds(self, now: float) -> int:
+        """How many whole rounds one should have gone at *now* (s)."""
+        return int(self.distance(now) / self._length) if self._length else 0
+
+    def command(self) -> Command:
+        """What to do in the next step."""
+        now, period, truth, settings = self.machine.time, self.machine.period, self.machine.truth, self.settings
+        here, there = self._wanted(now), self._wanted(now + period)
+        keep = float(np.exp(-period / settings.memory))
+        push = settings.error * float(np.sqrt(1.0 - keep * keep))
+        self._off = keep * self._off + push * self._random.standard_normal(len(self._off))
+        gain = min(settings.gain, 0.5 / period)
+        rate = (there - here) / period + gain * (here + self._off - truth.lengths)
+        return Command(now, rate / truth.radii, settings.valve)
+
+    def _wanted(self, now: float) -> Array:
+        pieces = len(self._taut) - 1
+        place = (self.distance(now) / self._length % 1.0) * pieces if self._length else 0.0
+        piece = min(int(place), pieces - 1)
+        weights = np.array([piece + 1 - place, place - piece])
+        eased = min(1.0, now / self.settings.ease)
+        both = slice(piece, piece + 2)
+        return np.asarray(weights @ self._taut[both] + eased * (weights @ self._slack[both]))
+
+    def _share(self, tensions: Array) -> Array:
+        """Which line is let slack where, (k, m) from 0 to 1: that with the least tension, where it has least by far."""
+        order = np.sort(tensions, axis=1)
+        lead = np.clip((order[:, 1] - order[:, 0]) / (_EVEN * tensions.mean(axis=1)), 0.0, 1.0)
+        share = np.where(tensions == order[:, :1], lead[:, None], 0.0)
+        if not self._length:
+            return share
+        width = max(1, round(_SMOOTH / _STEP))
+        kernel = np.ones(width) / width
+        round_twice = np.concatenate([share[-width - 1 : -1], share, share[1 : width + 1]])
+        smooth = [np.convolve(column, kernel, mode="same")[width:-width] for column in round_twice.T]
+        return np.stack(smooth, axis=1)
+
+
+@dataclass
+class Drive:
+    """What came of a drive; grows with `add`."""
+
+    lines: tuple[str, ...]
+    steps: int = 0
+    duration: float = 0.0
+    """s on the machine's clock."""
+    distance: float = 0.0
+    """m that B went, between steps."""
+    seconds: float = 0.0
+    """s that it took."""
+    slack_steps: Array = field(default_factory=lambda: np.zeros(0))
+    """Steps in which each line's excess was over `SLACK`, (m,)."""
+    most_tension: float = 0.0
+    """N at a sheave."""
+    refills: int = 0
+    """How often the drum was filled up."""
+    most_tilt: float = 0.0
+    """rad of the drum's axis from the vertical."""
+    yaw: tuple[float, float] = (0.0, 0.0)
+    """rad: the least and the most."""
+    powder: float = 0.0
+    """kg left."""
+    readings: Counter[str] = field(default_factory=Counter)
+    notices: Counter[str] = field(default_factory=Counter)
+    path: list[tuple[float, ...]] = field(default_factory=list)
+    """Time, B, tilt, yaw, excesses, about once a second."""
+
+    @property
+    def slack_share(self) -> Array:
+        """Share of the time in which each line was slack by more than `SLACK`, (m,)."""
+        return self.slack_steps / max(self.steps, 1)
+
+    def add(self, frame: SensorFrame, truth: Truth, before: Truth) -> None:
+        """Count one step in."""
+        if not self.steps:
+            self.slack_steps = np.zeros(len(self.lines))
+            self.yaw = (float(truth.rotation[2]),) * 2
+        self.steps += 1
+        self.duration = frame.time
+        self.distance += float(np.sqrt(((truth.position - before.position) ** 2).sum()))
+        self.slack_steps += truth.excess > SLACK
+        self.most_tension = max(self.most_tension, float(truth.tensions.max()))
+        x, y, yaw = truth.rotation.tolist()
+        tilt = float(np.hypot(x, y))
+        self.most_tilt = max(self.most_tilt, tilt)
+        self.yaw = (min(self.yaw[0], yaw), max(self.yaw[1], yaw))
+        self.powder = truth.powder
+        self.readings.update(getattr(reading, "source", type(reading).__name__) for reading in frame.readings)
+        self.notices.update(f"{notice.whose}: {notice.condition.value}" for notice in frame.notices)
+        if int(frame.time) != int(before.time):
+            self.path.append((frame.time, *truth.position.tolist(), tilt, yaw, *truth.excess.tolist()))
+
+
+def random_round(robot: Robot, length: float, seed: int) -> Array:
+    """Return a random closed path of that *length* (m) through the middle of the robot's frame, as `Pilot` takes it.
+
+    It crosses itself at least twice: curve number 0 of *seed*, see `printing/curve.py`. Raises `InputError` where none
+    is found that long.
+    """
+    if seed < 0:
+        raise InputError(f"seed = {seed}: a whole number from 0 on is wanted")
+    low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
+    wide, deep = (high - low - 2.0 * INSET).tolist()
+    curve = draw(Wanted(length, (wide, deep)), seed, 0)
+    return np.asarray(curve.even(max(16, round(length / _STEP))) + 0.5 * (low + high))
+
+
+def length_of(way: Array) -> float:
+    """Length of a path (k, 2) of short straight pieces, m."""
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+
+def drive(
+    machine: SimulatedMachine,
+    way: Array | None,
+    duration: float,
+    *,
+    settings: DriveSettings | None = None,
+    seed: int = 0,
+    log: LogWriter | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Drive:
+    """Drive *machine* for *duration* (s) along *way*, or hold it, and write each step to *log*.
+
+    After each round an attendant fills the drum up to what it began with.
+
+    Raises `InputError` for a duration of no step, `AnswerError` where the path cannot be held.
+    """
+    steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
+    if steps < 1:
+        raise InputError(f"duration = {duration:g} s: at least one step of {machine.period:g} s is wanted")
+    pilot = Pilot(machine, way, settings or DriveSettings(), seed)
+    found = Drive(tuple(line.name for line in machine.robot.lines))
+    full, rounds = machine.truth.powder, 0
+    begin = time.perf_counter()
+    for step in range(steps):
+        if pilot.rounds(machine.time) > rounds:
+            rounds += 1
+            found.refills += 1
+            machine.refill(full)
+        before, command = machine.truth, pilot.command()
+        frame = machine.step(command)
+        if log is not None:
+            log.write(frame, command, machine.truth)
+        found.add(frame, machine.truth, before)
+        if progress is not None and step % 50 == 0:
+            progress("simulating", step, steps)
+    found.seconds = time.perf_counter() - begin
+    return found

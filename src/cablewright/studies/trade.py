@@ -1,0 +1,306 @@
+"""What a machine's measures buy: its workspace against its lowest frequency, while named numbers of it vary."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from cablewright.analyses.boundary import GRID, boundary_modes, straight
+from cablewright.analyses.question import Law
+from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.errors import InputError, UnknownName
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+from cablewright.robot.changes import Change, changed, nearest_exits, with_box_inertia
+from cablewright.solvers.batch import silent
+from cablewright.studies.store import write_stream
+
+__all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]
+
+Progress = Callable[[str, int, int], None]
+
+COUNTS = ("volume", "nodes")
+INERTIAS = ("given", "box")
+MOST = 10_000  # combinations
+MOST_BYTES = 1 << 26
+WRITTEN_EVERY = 10.0  # s
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of each combination. Raises `InputError` for what no workspace is asked for.
+
+    ``count``: how volumes are found, by `workspace` or by `count_nodes`. ``boundary_grid``, ``geometric``, ``holding``:
+    how frequencies are, see `boundary_modes`. ``clearance``: m, how far exits have to be apart, for their sheaves.
+    ``inertia``: ``given`` keeps that of the file, ``box`` takes that of a box about the platform's points. All others
+    as in `workspace`.
+    """
+
+    criterion: str = "exact"
+    count: str = "volume"
+    grid: int | None = None
+    tolerance: float | None = None
+    box: tuple[float, ...] | None = None
+    point: str = "nozzle"
+    orientations: tuple[tuple[float, ...], ...] | None = None
+    retraction: float | Law | None = None
+    seed: int = 0
+    boundary_grid: int = GRID
+    geometric: bool = True
+    holding: str | None = None
+    clearance: float = 0.1
+    inertia: str = "given"
+
+    def __post_init__(self) -> None:
+        if self.count not in COUNTS:
+            raise UnknownName("count", self.count, COUNTS)
+        if self.inertia not in INERTIAS:
+            raise UnknownName("inertia", self.inertia, INERTIAS)
+        if self.tolerance is not None and self.count == "nodes":
+            raise InputError("tolerance: does not go with count nodes, whose error is that of its grid")
+        if not (math.isfinite(self.clearance) and self.clearance >= 0.0):
+            raise InputError(f"sheave clearance {self.clearance:g}: a length of 0 or more is wanted, m")
+        if self.inertia == "box" and isinstance(self.retraction, Law):
+            raise InputError("inertia box: does not go with a retraction law, along which the box would change")
+
+    @property
+    def of_workspace(self) -> dict[str, Any]:
+        """What volumes and boundaries are both asked with."""
+        names = ("box", "point", "orientations", "retraction")
+        return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True)
+class Combination:
+    """What one set of values gives. Frequencies, Hz, are the lowest at places of the boundary; None without any."""
+
+    values: tuple[float, ...]  # of the changes, SI
+    volume: float  # m^3
+    volume_error: float  # m^3
+    fraction: float  # of the box
+    converged: bool
+    n: int  # poses along the boundary
+    unheld: int  # of them, at which nothing balances
+    least: float | None
+    median: float | None
+    greatest: float | None
+    dominant: str | None  # the freedom that the lowest mode has most often
+    shares: dict[str, float]  # how often each has it
+    worst_pose: tuple[float, ...] | None  # where `least` is, m and rad
+    exit_distance: float | None  # m, the smallest of any two exits; None for a single line
+    exits: tuple[str, str] | None  # the lines whose exits these are
+
+
+@dataclass(frozen=True, eq=False)
+class Trade:
+    """All combinations, the last change's values varying fastest."""
+
+    model: Model
+    varied: Mapping[Change, tuple[float, ...]]
+    asked: Asked
+    combinations: tuple[Combination, ...]
+
+    @cached_property
+    def margins(self) -> NDArray[np.float64]:
+        """How far apart the nearest exits are beyond the clearance (C,), m; infinite for a single line."""
+        far = [math.inf if each.exit_distance is None else each.exit_distance for each in self.combinations]
+        return np.round(np.array(far) - self.asked.clearance, 12) + 0.0  # no rounding that looks like a collision
+
+    @property
+    def clear(self) -> NDArray[np.bool_]:
+        """In which combinations (C,) no sheaves collide."""
+        return self.margins >= 0.0
+
+    @cached_property
+    def best(self) -> NDArray[np.bool_]:
+        """Which combinations (C,) are not dominated: no other without collision has more of one and no less of both."""
+        least = [math.nan if each.least is None else each.least for each in self.combinations]
+        return best_of([each.volume for each in self.combinations], least, self.clear)
+
+
+def best_of(volumes: Sequence[float], frequencies: Sequence[float], allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the *allowed* are not dominated: none of those has more of one and at least as much of the other.
+
+    Without a volume, or with a frequency that is NaN, nothing is among the best.
+    """
+    v, f = np.asarray(volumes, dtype=np.float64), np.asarray(frequencies, dtype=np.float64)
+    best = np.zeros(len(v), dtype=np.bool_)
+    candidates = np.flatnonzero(allowed & (v > 0.0) & np.isfinite(f))
+    highest = -np.inf  # frequency of all with a larger volume
+    for volume in np.unique(v[candidates])[::-1]:
+        level = candidates[v[candidates] == volume]
+        top = f[level].max()
+        if top > highest:
+            best[level[f[level] == top]] = True
+            highest = top
+    return best
+
+
+def trade(
+    model: Model,
+    varied: Mapping[Change, Sequence[float]],
+    asked: Asked | None = None,
+    *,
+    file: Path | None = None,
+    progress: Progress | None = None,
+) -> Trade:
+    """Volume and lowest frequencies of *model*'s robot for all combinations of the values of its changes (SI).
+
+    Frequencies are those of *model*, with all its fidelity has; volumes are asked of straight lines unless the
+    criterion is ``static``. *file* has the combinations that are done, also when interrupted; the same sweep goes on
+    with them. Raises `InputError`, for a value that the robot cannot have before anything is computed.
+    """
+    asked = asked or Asked()
+    ranges = {change: tuple(float(value) for value in values) for change, values in varied.items()}
+    robots = _robots(model.robot, ranges, asked)
+    question = _question(model, ranges, asked)
+    done = _Done(file, question)
+    left = [values for values in robots if values not in done.known]
+    report = progress or silent
+    try:
+        for k, values in enumerate(left):
+            report("combinations", k, len(left))
+            done.add(_combination(replace(model, robot=robots[values]), values, asked))
+        report("combinations", len(left), len(left))
+    finally:
+        if left and done.known:
+            done.write()
+    return Trade(model, ranges, asked, tuple(done.known[values] for values in robots))
+
+
+def _robots(robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: Asked) -> dict[tuple[float, ...], Robot]:
+    """The robot of each combination. Raises `InputError`."""
+    count = math.prod(len(values) for values in ranges.values())
+    if not ranges or not count:
+        raise InputError("nothing varies: at least one parameter with a value is wanted")
+    if count > MOST:
+        raise InputError(f"{count} combinations: at most {MOST} are allowed")
+    names = [part for change in ranges for part in change.parts]
+    twice = [part[0] for part in names if names.count(part) > 1]
+    if twice:
+        raise InputError(f"{twice[0]}: it is varied more than once")
+    if asked.retraction is not None and any(name == "retraction" for name, _ in names):
+        raise InputError("retraction: cannot vary while a length or a law of it is given")
+    robots = {}
+    for values in product(*ranges.values()):
+        made = changed(robot, dict(zip(ranges, values, strict=True)))
+        if asked.inertia == "box":
+            if asked.retraction is not None:
+                assert not isinstance(asked.retraction, Law)  # `Asked` refuses it
+                made = made.retracted(asked.retraction)
+            made = with_box_inertia(made)
+        robots[values] = made
+    return robots
+
+
+def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combination:
+    lines = model if asked.criterion == "static" else straight(model)
+    if asked.count == "nodes":
+        nodes = count_nodes(lines, asked.criterion, grid=41 if asked.grid is None else asked.grid, **asked.of_workspace)
+        volume, error, fraction, converged = nodes.volume, nodes.volume_error, nodes.fraction, True
+    else:
+        more: dict[str, Any] = {"tolerance": asked.tolerance, "grid": asked.grid, "seed": asked.seed}
+        found = workspace(lines, asked.criterion, **more, **asked.of_workspace)
+        volume, error, fraction, converged = found.volume, found.volume_error, found.fraction, found.converged
+    held = boundary_modes(
+        model,
+        asked.criterion,
+        grid=asked.boundary_grid,
+        geometric=asked.geometric,
+        holding=asked.holding,
+        **asked.of_workspace,
+    )
+    least, median, greatest = (None if math.isnan(value) else value for value in held.spread)
+    exits = nearest_exits(model.robot)
+    return Combination(
+        values=values,
+        volume=volume,
+        volume_error=error,
+        fraction=fraction,
+        converged=converged,
+        n=len(held.lowest),
+        unheld=int((~held.known).sum()),
+        least=least,
+        median=median,
+        greatest=greatest,
+        dominant=held.dominant,
+        shares=held.shares,
+        worst_pose=None if held.worst is None else tuple(held.modes.equilibrium.pose[held.worst].tolist()),
+        exit_distance=None if exits is None else exits[0],
+        exits=None if exits is None else exits[1],
+    )
+
+
+def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], asked: Asked) -> str:
+    """What the sweep is of, as a hash: the robot, the physics, the values, what is asked, and the version."""
+    parts: dict[str, Any] = {
+        "version": version("cablewright"),
+        "robot": model.robot.model_dump(),
+        "fidelity": asdict(model.fidelity),
+        "limits": model.tension_limits,
+        "varied": [(change.name, values) for change, values in ranges.items()],
+        "asked": asdict(asked),
+    }
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """What a file has."""
+
+    question: str
+    combinations: list[Combination]
+
+
+_STORED = TypeAdapter(_Stored)
+
+
+@dataclass
+class _Done:
+    """The combinations that are known, and the file that has them."""
+
+    file: Path | None
+    question: str
+    known: dict[tuple[float, ...], Combination] = field(default_factory=dict)
+    written: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        """Read what the file has of the same sweep. Raises `InputError` if it is something else than a sweep."""
+        if self.file is None or not self.file.exists():
+            return
+        if self.file.stat().st_size > MOST_BYTES:
+            raise InputError(f"{self.file}: more than {MOST_BYTES} bytes; no sweep has as many")
+        try:
+            stored = _STORED.validate_json(self.file.read_bytes())
+        except (OSError, ValidationError):
+            raise InputError(f"{self.file}: not a sweep of this program; remove it or choose another --out") from None
+        if stored.question == self.question:
+            self.known.update((each.values, each) for each in stored.combinations)
+
+    def add(self, found: Combination) -> None:
+        """Keep one more; written every few seconds."""
+        self.known[found.values] = found
+        if time.monotonic() - self.written > WRITTEN_EVERY:
+            self.write()
+
+    def write(self) -> None:
+        """Write all that are known; the file appears whole, by rename."""
+        if self.file is None:
+            return
+        held = _Stored(self.question, list(self.known.values()))
+        content = (json.dumps(asdict(held), indent=1) + "\n").encode()
+        write_stream(self.file, lambda stream: stream.write(content))
+        self.written = time.monotonic()

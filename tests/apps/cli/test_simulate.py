@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import pytest
+
+from cablewright.machine.log import read_log
+from cablewright.signals import Scan
+
+SHORT = ["--loop", "28", "--duration", "4", "--plant", "quasi-static"]
+
+
+def test_a_log_is_written_and_summed_up(cli, tmp_path) -> None:
+    out, plot = tmp_path / "run.mcap", tmp_path / "run.png"
+    answer = cli("simulate", "merlet2023", *SHORT, "--seed", 3, "--out", out, "--plot", plot, "--json")
+    assert answer.code == 0
+    values = answer.json
+    assert values["steps"] == 20
+    assert values["duration"] == pytest.approx(4.0)
+    assert (values["out"], values["plot"]) == (str(out), str(plot))
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap", "run.png"]
+    with read_log(out) as log:
+        entries = list(log.entries())
+        assert log.head.seed == 3
+        assert log.head.robot.name == "merlet2023"
+    assert len(entries) == 20
+    assert sum(len(entry.frame.readings) for entry in entries) == sum(values["readings"].values())
+
+
+def test_the_same_seed_writes_the_same_bytes(cli, tmp_path) -> None:
+    for name in ("a", "b"):
+        assert cli("simulate", "merlet2023", *SHORT, "--out", tmp_path / f"{name}.mcap").code == 0
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+
+def test_it_holds_with_the_dynamic_plant_for_people(cli) -> None:
+    answer = cli("simulate", "merlet2023", "--hold", "0,0,1.2", "--duration", "2", "--valve", "0")
+    assert answer.code == 0
+    assert "2.0 s of the dynamic plant, seed 0" in answer.out
+    assert "20.00 kg of powder left" in answer.out
+    assert "x real time" in answer.err
+
+
+def test_faults_are_planned_on_the_command_line(cli, tmp_path) -> None:
+    out = tmp_path / "a.mcap"
+    faults = ["--fault", "north,0,100", "--fault", "line_angles:south-east,0.1,1,stuck", "--wifi-gap", "2,3"]
+    answer = cli(
+        "simulate", "merlet2023", "--hold", "0,0,1.2", "--duration", "5", "--plant", "quasi-static", *faults,
+        "--out", out, "--json",
+    )  # fmt: skip
+    assert "north" not in answer.json["readings"]
+    assert answer.json["readings"]["south"] > 2
+    assert answer.json["notices"] == {"wifi: nothing came over the wireless link for longer than it should": 3}
+    with read_log(out) as log:
+        assert log.head.settings.faults[1].line == "south-east"
+        assert log.head.settings.wifi.gaps == ((2.0, 3.0),)
+        assert {reading.source for entry in log.entries() for reading in entry.frame.of(Scan)} == {"south", "vertical"}
+
+
+def test_a_machine_file_of_ones_own_is_taken(cli, tmp_path) -> None:
+    text = cli("machines", "merlet2023").out
+    (tmp_path / "own.toml").write_text(text.replace('powder = "20 kg"', 'powder = "5 kg"'))
+    answer = cli("simulate", "merlet2023", "--machine", tmp_path / "own.toml", *SHORT, "--valve", "0", "--json")
+    assert answer.json["powder"] == 5.0
+    assert cli("machines").out.split() == ["merlet2023"]
+    assert cli("machines", "--json").json["machines"] == ["merlet2023"]
+    assert cli("machines", "merlet2023", "--json").json["file"] == text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "either --loop L or --hold X,Y,Z"),
+        (["--loop", "28", "--hold", "0,0,1"], "either --loop L or --hold X,Y,Z"),
+        (["--hold", "0,0,1"], "--hold needs --duration"),
+        (["--hold", "0,0", "--duration", "1"], "3 finite numbers"),
+        (["--hold", "0,nan,1", "--duration", "1"], "3 finite numbers"),
+        (["--loop", "1e6"], "length = 1e+06 m"),
+        ([*SHORT, "--plant", "static"], "unknown plant 'static'"),
+        ([*SHORT, "--seed", "-1"], "seed = -1"),
+        ([*SHORT, "--speed", "0"], "speed = 0"),
+        ([*SHORT, "--valve", "2"], "valve = 2"),
+        ([*SHORT, "--duration", "-1"], "duration = -1"),
+        ([*SHORT, "--duration", "nan"], "duration = nan"),
+        ([*SHORT, "--out", "log.bag"], "a name that ends in .mcap"),
+        ([*SHORT, "--plot", "a.pdf"], "a name that ends in .png"),
+        ([*SHORT, "--fault", "north"], "SOURCE,FROM,TO[,stuck]"),
+        ([*SHORT, "--fault", "nort,1,2"], "source = 'nort'"),
+        ([*SHORT, "--fault", "north,2,1"], "must be after begin"),
+        ([*SHORT, "--fault", "line_angles:top,1,2"], "unknown line 'top'"),
+        ([*SHORT, "--fault", "north:south-east,1,2"], "is for line_angles"),
+        ([*SHORT, "--fault", "north,1,2,loud"], "kind = 'loud'"),
+        ([*SHORT, "--wifi-gap", "2,1"], "must each rise"),
+        ([*SHORT, "--wifi-gap", "2"], "2 finite numbers"),
+        ([*SHORT, "--machine", "merlet"], "no machine 'merlet'"),
+    ],
+)
+def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+    assert says in cli("simulate", "merlet2023", *arguments).refusal
+
+
+def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
+    text = cli("machines", "merlet2023").out
+    for old, new, says in (
+        ('powder = "20 kg"', 'powder = "60 kg"', "powder: must be at most capacity, 50 kg"),
+        ("rate = 10.0 ", "rate = 30.0 ", "distance.rate = 30 Hz"),
+        ('substep = "2 ms"', 'substep = "3 ms"', "substep = 0.003 s"),
+        ("loss = 1e-3", "loss = 2.0", "wifi.loss = 2.0"),
+        ("axes = [[0, 0, -1], [1, 0, 0]]", "axes = [[0, 0, -1], [1, 0, 1]]", "two unit vectors at right angles"),
+        ("to = [-2.5, 5.0]", "to = [-2.5, -5.0]", "must differ from from"),
+        ("schema = 1", "schema = 2", "schema = 2"),
+        ("[wifi]", "[wify]", "wify: unknown key; did you mean 'wifi'"),
+    ):
+        (tmp_path / "own.toml").write_text(text.replace(old, new, 1))
+        assert old in text
+        refusal = cli(
+            "simulate", "merlet2023", *SHORT, "--plant", "dynamic", "--machine", tmp_path / "own.toml"
+        ).refusal
+        assert says in refusal
+
+
+def test_what_cannot_be_simulated_is_said(cli, tmp_path) -> None:
+    assert "only a point platform" in cli("simulate", "jung2020", "--hold", "0,0,1", "--duration", "1").refusal
+    assert "a line would have to push" in cli("simulate", "merlet2023", "--hold", "0,0,9", "--duration", "1").no
+    nowhere = cli("simulate", "merlet2023", *SHORT, "--out", tmp_path / "no" / "a.mcap")
+    assert nowhere.code == 3

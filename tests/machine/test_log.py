@@ -1,0 +1,228 @@
+"""A log gives back what was told, to the bit; a cut or damaged one as far as it goes, and says so."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
+from cablewright.errors import InputError
+from cablewright.machine import log as logs
+from cablewright.machine.log import Entry, LogHead, LogWriter, read_log
+from cablewright.machine.messages import TOPICS, decode
+from cablewright.machine.replay import ReplayedMachine
+from cablewright.robot import load
+from cablewright.signals import Command, Condition, Notice, SensorFrame
+from twins import SETTINGS, machine
+
+SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])
+
+
+def write(path: Path, steps: int = 150, plant: Any = "dynamic") -> list[Entry]:
+    """A log at *path*, and what went into it."""
+    twin, entries = machine(plant=plant), []
+    head = LogHead(load("merlet2023"), SETTINGS, twin.period, plant, 1)
+    with path.open("wb") as file, LogWriter(file, head) as log:
+        for _ in range(steps):
+            command = Command(twin.time, SPEEDS, 0.5)
+            frame = twin.step(command)
+            log.write(frame, command, twin.truth)
+            entries.append(Entry(frame, command, twin.truth))
+    return entries
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Entry]]:
+    path = tmp_path_factory.mktemp("log") / "run.mcap"
+    return path, write(path)
+
+
+def read(path: Path) -> tuple[list[Entry], list[str]]:
+    with read_log(path) as log:
+        return list(log.entries()), log.notes
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two signals are equal to the bit."""
+    if dataclasses.is_dataclass(a):
+        return type(a) is type(b) and all(
+            same(getattr(a, each.name), getattr(b, each.name)) for each in dataclasses.fields(a)
+        )
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    return a == b or (a != a and b != b)
+
+
+def test_what_was_told_comes_out_again(written: tuple[Path, list[Entry]]) -> None:
+    path, entries = written
+    found, notes = read(path)
+    assert notes == []
+    assert len(found) == len(entries)
+    assert all(map(same, found, entries))
+
+
+def test_a_replayed_machine_tells_the_same_frames(written: tuple[Path, list[Entry]]) -> None:
+    path, entries = written
+    with read_log(path) as log:
+        replayed = ReplayedMachine(log)
+        assert replayed.period == 0.01
+        for entry in entries:
+            assert same(replayed.step(Command(0.0, SPEEDS)), entry.frame)
+            assert replayed.entry is not None
+            assert same(replayed.entry.truth, entry.truth)
+        with pytest.raises(StopIteration):
+            replayed.step()
+
+
+def test_other_readers_find_schemas_and_messages(written: tuple[Path, list[Entry]]) -> None:
+    """By mcap's own indexed reader; every message fits its JSON schema."""
+    path, entries = written
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None
+        names = {channel.topic: summary.schemas[channel.schema_id].name for channel in summary.channels.values()}
+        assert names["/scan/north"] == "foxglove.LaserScan"
+        assert names["/imu"] == "sensor_msgs/Imu"
+        assert names["/encoders"] == "sensor_msgs/JointState"
+        assert set(names) == {topic.topic for topic in TOPICS}
+        seen, validators = 0, dict[int, Draft202012Validator]()
+        for schema, channel, message in reader.iter_messages(log_time_order=False):
+            assert schema is not None
+            assert channel.message_encoding == "json"
+            content = json.loads(schema.data)
+            values = json.loads(message.data, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+            validators.setdefault(schema.id, Draft202012Validator(content)).validate(values)
+            assert set(values) == set(content["properties"])
+            seen += 1
+    assert seen == sum(len(entry.frame.readings) + 3 for entry in entries)
+
+
+def test_a_cut_log_is_read_up_to_there(written: tuple[Path, list[Entry]], tmp_path: Path) -> None:
+    path, entries = written
+    whole = path.read_bytes()
+    lengths = []
+    for share in (0.999, 0.9, 0.7, 0.5, 0.35):
+        cut = tmp_path / "cut.mcap"
+        cut.write_bytes(whole[: int(share * len(whole))])
+        found, notes = read(cut)
+        assert len(notes) <= 2
+        assert notes[0].startswith("cut or damaged before byte")
+        assert all(map(same, found, entries))
+        lengths.append(len(found))
+    assert lengths == sorted(lengths, reverse=True)
+    assert lengths[0] == len(entries)
+    assert 0 < lengths[2] < len(entries)
+
+
+def test_a_log_whose_writer_died_is_read_up_to_its_last_chunk(tmp_path: Path) -> None:
+    """As a crash leaves it: no footer, nothing of what was not written yet."""
+    path, twin = tmp_path / "died.mcap", machine(plant="quasi-static")
+    with path.open("wb") as file:
+        log = LogWriter(file, LogHead(load("merlet2023"), SETTINGS, twin.period, "quasi-static", 1))
+        for _ in range(200):
+            log.write(twin.step(Command(twin.time, SPEEDS)), None, twin.truth)
+    found, notes = read(path)
+    assert 50 < len(found) < 200
+    assert "cut or damaged" in notes[0]
+    assert found[0].command is None
+
+
+def test_damage_is_found_by_its_checksum(written: tuple[Path, list[Entry]], tmp_path: Path) -> None:
+    path, entries = written
+    damaged = bytearray(path.read_bytes())
+    damaged[int(0.6 * len(damaged))] ^= 0x10
+    (tmp_path / "damaged.mcap").write_bytes(damaged)
+    found, notes = read(tmp_path / "damaged.mcap")
+    assert len(found) < len(entries)
+    assert "cut or damaged" in notes[0]
+
+
+def frames(path: Path, times: list[float]) -> None:
+    with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 1)) as log:
+        for time in times:
+            log.write(SensorFrame(time, ()))
+
+
+def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
+    frames(tmp_path / "a.mcap", [0.01, 0.02, 0.03, 0.015, 0.02, 0.04, 0.05])
+    found, notes = read(tmp_path / "a.mcap")
+    assert [entry.frame.time for entry in found] == [0.01, 0.02, 0.03, 0.04, 0.05]
+    assert notes == ["the clock jumps back from 0.03 to 0.015 s: frames left out"]
+    assert found[3].frame.notices == (Notice(Condition.CLOCK_BACK),)
+    assert found[4].frame.notices == ()
+
+
+@pytest.mark.parametrize(
+    ("topic", "data", "says"),
+    [
+        ("/imu", b"{", "a message of /imu is no JSON"),
+        ("/imu", b"[]", "/imu is no object"),
+        ("/imu", b"[" * 100_000, "no JSON"),
+        ("/imu", b'{"time": 1, "linear_acceleration": {"x": 1, "y": 2}}', "linear_acceleration: z: a finite number"),
+        ("/encoders", b'{"time": 1, "counts": [1.5]}', "counts: a list of whole numbers"),
+        ("/encoders", b'{"time": 1, "counts": [1' + b"0" * 40 + b"]}", "counts: a list of whole numbers"),
+        ("/scan/north", b'{"time": 1, "ranges": [true]}', "ranges: a list of numbers"),
+        ("/line_angles", b'{"time": NaN, "angles": [null]}', "time: a finite number"),
+        ("/truth", b'{"time": 1, "position": [1, 2]}', "a message of /truth"),
+        ("/frame", b'{"time": 1, "notices": [{"condition": "LOUD"}]}', "unknown condition 'LOUD'"),
+        ("/frame", b'{"time": 1}', "notices: a list is wanted"),
+    ],
+)
+def test_a_message_that_is_none_is_named(topic: str, data: bytes, says: str) -> None:
+    with pytest.raises(InputError, match=r"a\.mcap") as refused:
+        decode(topic, data, "a.mcap")
+    assert says in str(refused.value)
+
+
+def test_topics_of_others_are_left_alone() -> None:
+    assert decode("/camera", b"\0\1", "a.mcap") is None
+
+
+def empty(path: Path, metadata: dict[str, str] | None) -> None:
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start()
+        if metadata is not None:
+            writer.add_metadata("cablewright", metadata)
+        writer.finish()
+
+
+def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Entry]]) -> None:
+    path = tmp_path / "a.mcap"
+    for content in (b"", b"hello", written[0].read_bytes()[:300], bytes(500)):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match="no log of a machine"):
+            read_log(path)
+    empty(path, None)
+    with pytest.raises(InputError, match="no log of a machine"):
+        read_log(path)
+    for metadata, says in (
+        ({"schema": "2"}, "schema 2"),
+        ({"schema": "x"}, "no JSON"),
+        ({"schema": "1", "robot": "{}"}, "the head's"),
+    ):
+        empty(path, metadata)
+        with pytest.raises(InputError, match=says):
+            read_log(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_log(tmp_path / "b.mcap")
+    with pytest.raises(InputError, match="not a regular file"):
+        read_log(tmp_path)
+
+
+def test_a_chunk_that_unpacks_to_too_much_is_refused(
+    written: tuple[Path, list[Entry]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(logs, "MOST_RECORD", 100_000)
+    with read_log(written[0]) as log, pytest.raises(InputError, match="at most 100000 are read"):
+        list(log.entries())

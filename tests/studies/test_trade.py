@@ -1,0 +1,223 @@
+"""Workspace against lowest frequency: each combination by hand, what is not dominated, sweeps that go on."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cablewright.analyses.boundary import boundary_modes
+from cablewright.analyses.question import Law
+from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import load
+from cablewright.robot.changes import Change, changed, with_box_inertia
+from cablewright.studies import trade as module
+from cablewright.studies.trade import Asked, Trade, best_of, trade
+
+BEAM = Model(load("jung2020"), Fidelity.of("elastic"))
+APART, WIDE, LENGTH = (Change(name) for name in ("exit-distance", "width-top-x+width-bottom-y", "retraction"))
+QUICK = Asked(criterion="closed-form", tolerance=0.02, boundary_grid=11, inertia="box")
+VARIED = {APART: (0.05, 0.1, 0.2), WIDE: (0.04, 0.12)}
+
+
+@pytest.fixture(scope="module")
+def found() -> Trade:
+    return trade(BEAM, VARIED, QUICK)
+
+
+def test_each_combination_is_that_of_the_robot_made_by_hand(found: Trade) -> None:
+    assert [each.values for each in found.combinations] == [(d, w) for d in (0.05, 0.1, 0.2) for w in (0.04, 0.12)]
+    for each in found.combinations[1::3]:
+        robot = with_box_inertia(changed(BEAM.robot, dict(zip(VARIED, each.values, strict=True))))
+        own = workspace(Model(robot, Fidelity.of("rigid")), "closed-form", tolerance=0.02)
+        assert (each.volume, each.volume_error, each.fraction) == (own.volume, own.volume_error, own.fraction)
+        held = boundary_modes(replace(BEAM, robot=robot), "closed-form", grid=11)
+        assert (each.least, each.median, each.greatest) == held.spread
+        assert (each.n, each.unheld, each.dominant, each.shares) == (len(held.lowest), 0, held.dominant, held.shares)
+        assert held.worst is not None
+        assert each.worst_pose == tuple(held.modes.equilibrium.pose[held.worst])
+        assert each.exit_distance == pytest.approx(each.values[0])
+
+
+def test_volumes_fall_and_frequencies_rise_as_the_paper_says(found: Trade) -> None:
+    volumes = np.array([each.volume for each in found.combinations]).reshape(3, 2)
+    least = np.array([each.least for each in found.combinations]).reshape(3, 2)
+    assert (np.diff(volumes, axis=0) < 0.0).all()  # further apart
+    assert (np.diff(volumes, axis=1) < 0.0).all()  # wider
+    assert (np.diff(least, axis=1) > 0.0).all()
+
+
+def test_sheaves_nearer_than_the_clearance_collide(found: Trade) -> None:
+    np.testing.assert_allclose(found.margins, [-0.05, -0.05, 0.0, 0.0, 0.1, 0.1], atol=1e-12)
+    assert found.clear.tolist() == [False, False, True, True, True, True]
+    assert not (found.best & ~found.clear).any()
+    free = replace(found, asked=replace(QUICK, clearance=0.0))
+    assert free.clear.all()
+    assert free.best[:2].any()
+
+
+@pytest.mark.parametrize("mirrored", ["2", "4"])
+def test_mirror_images_have_the_same(mirrored: str) -> None:
+    asked = Asked("closed-form", count="nodes", grid=15, boundary_grid=11)
+    one, other = (
+        trade(BEAM, {Change(f"exit_point.z@{line}"): (1.9, 2.2)}, asked).combinations for line in ("1", mirrored)
+    )
+    for a, b in zip(one, other, strict=True):
+        assert (a.volume, a.n) == (b.volume, b.n)
+        assert (a.least, a.median, a.greatest) == pytest.approx((b.least, b.median, b.greatest), rel=1e-6)
+        assert a.shares == pytest.approx(b.shares)
+
+
+def test_nodes_and_a_length_that_stays() -> None:
+    asked = Asked("exact", count="nodes", grid=9, boundary_grid=9, retraction=1.4, inertia="box")
+    (each,) = trade(BEAM, {WIDE: [0.1]}, asked).combinations
+    robot = with_box_inertia(WIDE.on(BEAM.robot.retracted(1.4), 0.1))
+    own = count_nodes(Model(robot, Fidelity.of("rigid")), "exact", grid=9)
+    assert (each.volume, each.volume_error) == (own.volume, own.volume_error)
+    assert each.least == pytest.approx(boundary_modes(replace(BEAM, robot=robot), "exact", grid=9).spread[0], rel=1e-9)
+
+
+def test_with_sag_and_a_law() -> None:
+    model = Model(BEAM.robot)
+    law = Law(-1.0, 2.4, 1.2, 2.0)
+    (each,) = trade(
+        model, {Change("mass"): [12.0]}, Asked("exact", grid=9, boundary_grid=7, retraction=law)
+    ).combinations
+    robot = Change("mass").on(BEAM.robot, 12.0)
+    assert each.volume == workspace(Model(robot, Fidelity.of("rigid")), "exact", grid=9, retraction=law).volume
+    assert each.least == boundary_modes(Model(robot), "exact", grid=7, retraction=law).spread[0]
+
+
+def test_what_cannot_be_held_anywhere_has_no_frequencies() -> None:
+    found = trade(BEAM, {Change("mass"): (10.0, 1000.0)}, replace(QUICK, inertia="given"))
+    assert (found.combinations[1].volume, found.combinations[1].least, found.combinations[1].n) == (0.0, None, 0)
+    assert found.best.tolist() == [True, False]
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 4), st.one_of(st.integers(-2, 4), st.just(float("nan"))), st.booleans()), max_size=12
+    )
+)
+def test_the_best_are_those_that_no_other_dominates(rows: list[tuple[int, float, bool]]) -> None:
+    """Against each pair, one by one."""
+    usable = [row for row in rows if row[2] and row[0] > 0 and row[1] == row[1]]
+    wanted = [
+        row in usable and not any(v >= row[0] and f >= row[1] and (v > row[0] or f > row[1]) for v, f, _ in usable)
+        for row in rows
+    ]
+    volumes, frequencies, allowed = zip(*rows, strict=True) if rows else ((), (), ())
+    assert best_of(volumes, frequencies, np.array(allowed, dtype=np.bool_)).tolist() == wanted
+
+
+class _EndedError(Exception):
+    """Stands for a person who ends the sweep."""
+
+
+def test_a_sweep_that_was_ended_goes_on_and_writes_the_same_bytes(
+    found: Trade, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, part = tmp_path / "whole.json", tmp_path / "part.json"
+    assert trade(BEAM, VARIED, QUICK, file=whole).combinations == found.combinations
+
+    def ending(stage: str, done: int, total: int) -> None:
+        assert (stage, total) == ("combinations", 6)
+        if done == 2:
+            raise _EndedError
+
+    with pytest.raises(_EndedError):
+        trade(BEAM, VARIED, QUICK, file=part, progress=ending)
+    assert len(json.loads(part.read_bytes())["combinations"]) == 2
+    told: list[tuple[int, int]] = []
+    again = trade(BEAM, VARIED, QUICK, file=part, progress=lambda _, done, total: told.append((done, total)))
+    assert told[0] == (0, 4)
+    assert again.combinations == found.combinations
+    assert part.read_bytes() == whole.read_bytes()
+    monkeypatch.setattr(module, "_combination", None)  # a finished one computes nothing
+    assert trade(BEAM, VARIED, QUICK, file=part).combinations == found.combinations
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["part.json", "whole.json"]
+
+
+def test_another_question_begins_anew(tmp_path: Path) -> None:
+    file, asked = tmp_path / "a.json", Asked("closed-form", count="nodes", grid=5, boundary_grid=5)
+    one = trade(BEAM, {APART: [0.1]}, asked, file=file)
+    for model, change in (
+        (BEAM, {APART: [0.2]}),
+        (replace(BEAM, tension_limits=(20.0, 200.0)), {APART: [0.1]}),
+        (replace(BEAM, robot=Change("mass").on(BEAM.robot, 11.0)), {APART: [0.1]}),
+    ):
+        other = trade(model, change, asked, file=file)
+        assert other.combinations != one.combinations
+        assert len(json.loads(file.read_bytes())["combinations"]) == 1
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"[]", b"{}", b"\xff\xfe", b'{"question": 1}', b'{"question": "x", "combinations": 3', b"[" * 9999]
+)
+def test_a_file_of_something_else_is_refused(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "a.json"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match="not a sweep of this program"):
+        trade(BEAM, {APART: [0.1]}, file=file)
+    assert file.read_bytes() == content
+
+
+def test_a_tampered_combination_is_refused(tmp_path: Path) -> None:
+    file, asked = tmp_path / "a.json", Asked("closed-form", count="nodes", grid=5, boundary_grid=5)
+    trade(BEAM, {APART: [0.1]}, asked, file=file)
+    stored = json.loads(file.read_bytes())
+    stored["combinations"][0]["volume"] = "large"
+    file.write_text(json.dumps(stored))
+    with pytest.raises(InputError, match="not a sweep"):
+        trade(BEAM, {APART: [0.1]}, asked, file=file)
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    asked = Asked("closed-form", count="nodes", grid=5, boundary_grid=5)
+    with pytest.raises((EnvironmentFault, NotADirectoryError)):
+        trade(BEAM, {APART: [0.1]}, asked, file=tmp_path / "file" / "a.json")
+
+
+@pytest.mark.parametrize(
+    ("varied", "asked", "says"),
+    [
+        ({}, Asked(), "nothing varies"),
+        ({APART: ()}, Asked(), "nothing varies"),
+        ({APART: range(101), WIDE: range(100)}, Asked(), "10100 combinations: at most 10000"),
+        ({APART: [0.1], LENGTH: [1.5, 3.0]}, Asked(), "retraction = 3: .* goes from 1.2 to 2 m"),
+        ({WIDE: [0.1], Change("width-bottom-y"): [0.1]}, Asked(), "width-bottom-y: it is varied more than once"),
+        ({LENGTH: [1.5]}, Asked(retraction=1.4), "cannot vary while"),
+        ({Change("width-x+width-y"): [0.0]}, Asked(inertia="box"), "on one line"),
+    ],
+)
+def test_bad_sweeps_are_refused_before_any_work(
+    varied: dict[Change, list[float]], asked: Asked, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "_combination", None)
+    with pytest.raises(InputError, match=says):
+        trade(BEAM, varied, asked)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"count": "cells"}, "unknown count"),
+        ({"inertia": "cylinder"}, "unknown inertia"),
+        ({"count": "nodes", "tolerance": 0.1}, "does not go with count nodes"),
+        ({"clearance": -1.0}, "a length of 0 or more"),
+        ({"clearance": float("nan")}, "a length of 0 or more"),
+        ({"inertia": "box", "retraction": Law(0.0, 1.5)}, "does not go with a retraction law"),
+    ],
+)
+def test_bad_questions_are_refused(given: dict[str, object], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        Asked(**given)
