@@ -64,7 +64,8 @@ def _verdict(found: Calibration) -> Html:
 
 def _figures(found: Calibration) -> Iterator[tuple[str, str, str]]:
     given = found.problem.plan.sigma.encoder is not None
-    yield "poses", count(found.problem.poses), f"{len({each.pose for each in found.rejected})} of them not whole"
+    spoiled = len({each.pose for each in found.rejected})
+    yield "poses", count(found.problem.poses), f"{count(spoiled)} with something left out" if spoiled else "all count"
     yield "left over", quantity(found.rms, "m"), "rms of the lengths that count"
     yield "encoders", quantity(found.encoder_sigma, "m"), "sigma, given" if given else "sigma, from what is left over"
     yield "unknowns", count(found.alone.total), "poses counted"

@@ -21,6 +21,7 @@ _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.INK)
 _MARKS: Final = "osD^vP"
 _MOST_NAMED: Final = 12
 _SHARE: Final = 0.08  # of the frame's longest side: how large the largest ellipse is drawn, at least
+_CLOSE: Final = 0.08  # of the same: points nearer to each other share a label
 _MOST_CELLS: Final = 60
 
 
@@ -64,9 +65,11 @@ def exits_picture(found: Calibration) -> Figure | None:
         low, high = scene.frame_min, scene.frame_max
         corners = [(low[across], low[up]), (high[across], low[up]), (high[across], high[up]), (low[across], high[up])]
         axes.plot(*np.array([*corners, corners[0]]).T, color=style.GREY, linewidth=0.8, label="frame of the file")
-        for name, point, block in blocks:
+        for _, point, block in blocks:
             _ellipse(axes, point, block, (across, up), times)
-            axes.annotate(style.label(name, 14), (point[across], point[up]), xytext=(4, 4), textcoords="offset points")
+        for place, names in _together(points[:, (across, up)], [name for name, _, _ in blocks], _CLOSE * span):
+            told = style.label(", ".join(names), 18)
+            axes.annotate(told, place, xytext=(4, 4), textcoords="offset points")
         axes.plot([], [], color=style.BLUE, label=f"sigma, {times:g} times its size")
         axes.set(xlabel=f"{'xyz'[across]} in m", ylabel=f"{'xyz'[up]} in m")
         axes.set_title("from above" if up == 1 else "from the side")
@@ -85,6 +88,18 @@ def _blocks(found: Calibration) -> list[tuple[str, Array, Array]]:
         if len(at) == 3 and np.isfinite(found.covariance[np.ix_(at, at)]).all():
             made.append((line.name, found.problem.exit_points(found.fit.theta)[i], found.covariance[np.ix_(at, at)]))
     return made
+
+
+def _together(points: Array, names: list[str], apart: float) -> list[tuple[tuple[float, float], list[str]]]:
+    """Names of points (k, 2) that lie no further than *apart* from the first of them, with its place."""
+    groups: list[tuple[tuple[float, float], list[str]]] = []
+    for point, name in zip(points, names, strict=True):
+        near = next((group for group in groups if np.hypot(*(point - group[0])) < apart), None)
+        if near is None:
+            groups.append(((float(point[0]), float(point[1])), [name]))
+        else:
+            near[1].append(name)
+    return groups
 
 
 def _ellipse(axes: Axes, point: Array, block: Array, plane: tuple[int, int], times: float) -> None:
