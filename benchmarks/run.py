@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmarks import (
     accuracy,
     bodies,
+    bracket,
     calibration,
     certificates,
     commands,
@@ -37,6 +38,7 @@ def main() -> None:
         accuracy,
         workspace,
         interference,
+        bracket,
         calibration,
         walls,
         machine,

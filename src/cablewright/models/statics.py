@@ -48,10 +48,12 @@ class Model:
         modulus_factors: Array | None = None,
         retraction: Array | None = None,
         preferred: Array | None = None,
+        exit_points: Array | None = None,
     ) -> Packed:
         """The arrays that batches take, with what differs by row: see `pack_rows`."""
-        given = {"modulus_factors": modulus_factors, "retraction": retraction, "preferred": preferred}
-        return pack_rows(self.robot, self.packed, **given)
+        by_row = (modulus_factors, retraction, preferred, exit_points)
+        names = ("modulus_factors", "retraction", "preferred", "exit_points")
+        return pack_rows(self.robot, self.packed, **dict(zip(names, by_row, strict=True)))
 
     def nozzle(self, poses: Array) -> Array:
         """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""

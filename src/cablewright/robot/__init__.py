@@ -1,5 +1,6 @@
 """What is bolted on: frozen descriptions of a cable robot, read from TOML. Imports no numerics."""
 
+from cablewright.robot.bracket import Bracket, load_bracket
 from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
@@ -17,6 +18,7 @@ __all__ = [
     "KINDS",
     "Beam",
     "Box",
+    "Bracket",
     "Cable",
     "Eyelet",
     "Kind",
@@ -40,6 +42,7 @@ __all__ = [
     "library_names",
     "library_text",
     "load",
+    "load_bracket",
     "load_uncertainty",
     "loads",
     "nominal",

@@ -10,6 +10,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, suggestion
+from cablewright.robot.bracket import Bracket
 from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform, PointPlatform, Retraction
@@ -22,7 +23,10 @@ MOST_LINES = 64
 
 
 class Robot(Description):
-    """m lines, one platform of n freedoms, and the scene they are in. ``source`` names the paper or the origin."""
+    """m lines, one platform of n freedoms, and the scene they are in. ``source`` names the paper or the origin.
+
+    ``bracket`` is what holds each sheave, where that is known.
+    """
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -31,6 +35,7 @@ class Robot(Description):
     scene: Scene
     platform: Platform
     lines: Annotated[tuple[Line, ...], Field(max_length=MOST_LINES)]
+    bracket: Bracket | None = None
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:

@@ -47,15 +47,19 @@ def solve_inverse(
     path: bool = False,
     retraction: ArrayLike | None = None,
     preferred: ArrayLike | None = None,
+    exit_points: NDArray[np.float64] | None = None,
 ) -> Equilibrium:
     """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster.
 
-    Where limits let a line go so slack that it may hang in several ways, a path keeps to its neighbour's.
+    Where limits let a line go so slack that it may hang in several ways, a path keeps to its neighbour's. *exit_points*
+    (N, m, 3), m, take the place of the robot's, winch exits moving with them.
     """
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
     packed = model.rows(
-        retraction=of_rows(retraction, rows, "retraction", "m"), preferred=_preferred(preferred, rows, model.m)
+        retraction=of_rows(retraction, rows, "retraction", "m"),
+        preferred=_preferred(preferred, rows, model.m),
+        exit_points=exit_points,
     )
     states = np.zeros((rows, model.m, layout.STATE))
     lengths = np.zeros((rows, model.m))

@@ -12,6 +12,7 @@ from typer.exceptions import TyperException
 
 from cablewright.apps.cli import (
     accuracy,
+    bracket,
     calibrate,
     check,
     curves,
@@ -40,6 +41,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("accuracy")(accuracy.accuracy)
+app.command("bracket")(bracket.bracket)
 app.command("calibrate")(calibrate.calibrate)
 app.command("check")(check.check)
 app.command("curves")(curves.curves)

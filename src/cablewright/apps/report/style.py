@@ -18,7 +18,20 @@ from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 
-__all__ = ["BLUE", "GREEN", "GREY", "INK", "ORANGE", "RED", "drawing", "error_colours", "figure", "label", "png"]
+__all__ = [
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "INK",
+    "ORANGE",
+    "RED",
+    "drawing",
+    "error_colours",
+    "figure",
+    "label",
+    "png",
+    "stress_colours",
+]
 
 # Okabe and Ito's palette, the colours a picture means something by.
 BLUE: Final = "#0072b2"
@@ -92,6 +105,13 @@ def error_colours() -> Colormap:
     """Colours of an error, from dark blue (small) to orange (large): all of them dark enough to be seen on white."""
     plasma = mpl.colormaps["plasma"]
     return ListedColormap(plasma(np.linspace(0.0, 0.82, 256)), name="error")
+
+
+@cache
+def stress_colours() -> Colormap:
+    """Colours of a stress, from pale blue (none) over green to red: a part that bears nothing is seen too."""
+    turbo = mpl.colormaps["turbo"]
+    return ListedColormap(turbo(np.linspace(0.06, 0.92, 256)), name="stress")
 
 
 def label(text: str, longest: int = _LONGEST_LABEL) -> str:

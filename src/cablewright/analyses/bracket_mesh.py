@@ -1,0 +1,160 @@
+"""Hexahedra for plates, blocks and bores: a grid of boxes, of which some are left out, its square holes made round.
+
+The mesh is built on a *logical* grid, where everything is a box and a bore is a square hole. What is where is asked of
+the logical grid; the second-order mesh is then moved to its place, the middles of its edges onto the bores too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, MeshHex, MeshHex2
+from skfem.element import ElementHex2, ElementHexS2
+
+__all__ = ["Bore", "Grid", "Solid", "build", "levels", "ticks"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_NEAR = 1e-9  # m: what is one place
+_APART = 0.02  # of the largest element: planes that are nearer nearly coincide
+
+
+@dataclass(frozen=True)
+class Bore:
+    """A bore along an *axis* of the grid, about *centre* in the other two coordinates.
+
+    Only the square of half side *room* about it is bent; its own square in the logical grid has the half side `half`.
+    """
+
+    axis: int
+    centre: tuple[float, float]
+    radius: float
+    room: float
+
+    @property
+    def half(self) -> float:
+        """Half side of the logical hole, whose corners stay where they are."""
+        return self.radius / math.sqrt(2.0)
+
+    @property
+    def across(self) -> list[int]:
+        """The two coordinates across the axis."""
+        return [k for k in range(3) if k != self.axis]
+
+    def marks(self, k: int) -> list[float]:
+        """Where the grid needs planes along the *k*-th coordinate across."""
+        c = self.centre[k]
+        return [c - self.room, c - self.half, c + self.half, c + self.room]
+
+    def bend(self, points: Array) -> None:
+        """Move logical *points* (3, N) to their places: what is on the square hole comes to lie on the circle."""
+        u, v = (points[k] - c for k, c in zip(self.across, self.centre, strict=True))
+        swap = np.abs(u) > np.abs(v)
+        along, out = np.where(swap, v, u), np.where(swap, u, v)  # out: the coordinate that is further from the centre
+        inside = (np.abs(out) < self.room - _NEAR) & (np.abs(out) > self.half - _NEAR)
+        side = inside & (np.abs(along) <= self.half + _NEAR)
+        a, b, r = self.half, self.room, self.radius
+        t = np.clip((np.abs(out) - a) / (b - a), 0.0, 1.0)
+        angle = 0.25 * np.pi * np.clip(along / a, -1.0, 1.0)
+        bent_along = np.where(side, (1.0 - t) * r * np.sin(angle) + t * along, along)
+        bent_out = np.where(side, np.sign(out) * ((1.0 - t) * r * np.cos(angle) + t * b), out)
+        points[self.across[0]] = self.centre[0] + np.where(swap, bent_out, bent_along)
+        points[self.across[1]] = self.centre[1] + np.where(swap, bent_along, bent_out)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Planes of the logical grid along x, y and z, m, rising."""
+
+    x: Array
+    y: Array
+    z: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A mesh of hexahedra with 20 nodes, and where its parts are in the logical grid.
+
+    `basis` has the N corners and middles of edges, which displacements are of. `points` has these first, and then the
+    middles of faces and elements, P in all: at those stress is told too. `grid` is the logical one; `nodes` (3, P),
+    `facets` (3, F) and `cells` (3, E) are places in it, m.
+    """
+
+    grid: Grid
+    mesh: MeshHex2
+    basis: Basis
+    points: Basis
+    nodes: Array
+    facets: Array
+    cells: Array
+
+    @property
+    def places(self) -> Array:
+        """Where the points are, (3, P) m."""
+        return np.asarray(self.points.doflocs)
+
+    def boundary(self, chosen: Callable[[Array], NDArray[np.bool_]]) -> Index:
+        """Boundary facets whose logical middles (3, F) are *chosen*."""
+        own = self.mesh.boundary_facets()
+        return np.asarray(own[chosen(self.facets[:, own])])
+
+
+def levels(values: Array) -> Index:
+    """Which of the rising levels each of *values* (n,) is on: what is within rounding of the next is on one."""
+    order = np.argsort(values, kind="stable")
+    found = np.empty(len(values), dtype=np.int64)
+    found[order] = np.cumsum(np.diff(values[order], prepend=values[order[:1]]) > _NEAR)
+    return found
+
+
+def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float] = ()) -> Array:
+    """Rising planes at all *marks* (m), and between them so many that none is further than *size* apart, times *times*.
+
+    *finer* are marks too, but for those that nearly coincide with one. Meshes of different *times* have the same marks
+    and are refinements of one, whose planes are evenly between marks.
+    """
+    needed = np.asarray(marks)
+    more = [mark for mark in finer if np.abs(needed - mark).min() > _APART * size]
+    ends = np.unique(np.round(np.append(needed, more) / _NEAR) * _NEAR)
+    counts = np.maximum(1, np.ceil(np.diff(ends) / size - 1e-6).astype(np.int64)) * times
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]
+    return np.append(np.concatenate(pieces), ends[-1])
+
+
+def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequence[Bore]) -> Solid:
+    """The cells of a grid whose middles (3, E) are *kept*, less the *bores*."""
+    whole = MeshHex.init_tensor(grid.x, grid.y, grid.z)
+    middles = whole.p[:, whole.t].mean(axis=1)
+    stays = kept(middles)
+    for bore in bores:
+        u, v = (np.abs(middles[k] - c) for k, c in zip(bore.across, bore.centre, strict=True))
+        stays &= np.maximum(u, v) > bore.half
+    logical = MeshHex2.from_mesh(whole.remove_elements(np.flatnonzero(~stays)))
+    nodes = np.array(logical.doflocs)
+    facets = logical.p[:, logical.facets].mean(axis=1)
+    cells = logical.p[:, logical.t].mean(axis=1)
+    moved = np.array(logical.doflocs)
+    for bore in bores:
+        bore.bend(moved)
+    points = Basis(logical, ElementHex2(), intorder=2)
+    _serendipity(moved, np.asarray(points.element_dofs))
+    mesh = MeshHex2(moved, logical.t)
+    shapes = Basis(mesh, ElementHexS2(), intorder=4)
+    return Solid(grid, mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
+
+
+def _serendipity(places: Array, members: Index) -> None:
+    """Put the middles of faces and elements where the 20 other nodes have them.
+
+    The mesh is then that of elements with 20 nodes (which leave a uniform strain uniform), in the form that scikit-fem
+    has second-order meshes. *members* (27, E): the nodes of each element.
+    """
+    element, inner = ElementHexS2(), ElementHex2.doflocs[20:].T
+    shares = np.stack([element.lbasis(inner, a)[0] for a in range(20)])  # (20, 7)
+    middles = np.einsum("ap,cae->cpe", shares, places[:, members[:20]])
+    places[:, members[20:]] = middles

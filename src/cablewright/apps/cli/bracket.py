@@ -1,0 +1,289 @@
+"""`bracket`: stress in the brackets of the sheaves, on universal joints and with the second rotation blocked."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cablewright.apps.cli.options import (
+    AsJson,
+    Cable,
+    Limits,
+    LoadName,
+    Plot,
+    Retracted,
+    RobotName,
+    Wrench,
+    check_plot,
+    described,
+)
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
+from cablewright.errors import AnswerError, EnvironmentFault, InputError
+
+if TYPE_CHECKING:
+    from cablewright.analyses.bracket import Comparison, Design, Peak
+    from cablewright.models.statics import Model
+    from cablewright.robot import Bracket
+    from cablewright.studies.bracket import Highest, Varied
+
+__all__ = ["bracket"]
+
+NO = 1
+
+
+def bracket(
+    robot: RobotName,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose, m and rad; `free` where gravity decides."),
+    ] = None,
+    job: Annotated[
+        Path | None, typer.Option("--job", metavar="JOB", help="The place of a job that stresses brackets most.")
+    ] = None,
+    workspace: Annotated[
+        float | None,
+        typer.Option("--workspace", metavar="STEP", help="The same over a grid of the whole workspace, m."),
+    ] = None,
+    file: Annotated[
+        Path | None, typer.Option("--bracket", metavar="FILE.toml", help="Another bracket than the robot file's.")
+    ] = None,
+    times: Annotated[int, typer.Option("--times", metavar="N", help="How finely: 1, which tells no error, or 2.")] = 2,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Stresses with each assumed size a quarter smaller and larger.")
+    ] = False,
+    cable: Cable = "catenary",
+    tension_limits: Limits = None,
+    retraction: Retracted = None,
+    load: LoadName = None,
+    wrench: Wrench = None,
+    plot: Plot = None,
+    vtu: Annotated[
+        Path | None, typer.Option("--vtu", metavar="FILE.vtu", help="Write displacement and stress for ParaView.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Stress in the most stressed bracket at a pose, beside one whose sheave only swivels, by finite elements."""
+    from cablewright.models.fidelity import Fidelity
+    from cablewright.models.statics import Model
+    from cablewright.robot import load_bracket
+
+    check_plot(plot)
+    _check_vtu(vtu)
+    if sum(given is not None for given in (at, job, workspace)) != 1:
+        raise InputError("bracket: one of --at X,Y,Z, --job JOB and --workspace STEP is wanted")
+    if at is None and retraction is not None:
+        raise InputError("--retraction is for --at; a job's schedule sets it")
+    own = None if file is None else load_bracket(file)
+    model = Model(described(robot, load, wrench), Fidelity.of(cable), limits(tension_limits))
+    _require_fem(vtu is not None)
+    from cablewright.analyses.bracket import bracket_at, bracket_of
+    from cablewright.analyses.bracket_loads import joints
+
+    own = bracket_of(model.robot) if own is None else own
+    joints(model.robot)
+    highest, pose = None, numbers(at, "--at", free=True)
+    try:
+        if pose is None:
+            highest = _highest(model, job, workspace, own, times)
+            pose, retraction = highest.worst
+        found = bracket_at(model, pose, bracket=own, times=times, retraction=retraction)
+    except AnswerError:
+        if as_json:
+            print_json(_without_answer(model, pose, retraction))
+        raise
+    varied = _varied(found) if sensitivity else ()
+    _write(found, plot, vtu)
+    if as_json:
+        files = {"plot": None if plot is None else str(plot), "vtu": None if vtu is None else str(vtu)}
+        print_json(_values(found, highest, varied) | files)
+    else:
+        _print(found, highest, varied)
+    return _verdict(found.universal_joint)
+
+
+def _check_vtu(vtu: Path | None) -> None:
+    """Raise `InputError` unless --vtu names such a file, or nothing."""
+    if vtu is not None and vtu.suffix.lower() != ".vtu":
+        raise InputError(f"--vtu = {str(vtu)!r}: a name that ends in .vtu is wanted")
+
+
+def _require_fem(writing: bool) -> None:
+    """Raise `EnvironmentFault` where the extra is not installed."""
+    for module in ("skfem", "meshio") if writing else ("skfem",):
+        if find_spec(module) is None:
+            raise EnvironmentFault("finite elements are an extra that is not installed: pip install cablewright[fem]")
+
+
+def _highest(model: Model, job: Path | None, workspace: float | None, own: Bracket, times: int) -> Highest:
+    from cablewright.printing.job import load_job
+    from cablewright.studies.bracket import highest_over_job, highest_over_workspace
+
+    with progress() as show:
+        if job is not None:
+            return highest_over_job(model, load_job(job), bracket=own, times=times, progress=show)
+        assert workspace is not None
+        return highest_over_workspace(model, workspace, bracket=own, times=times, progress=show)
+
+
+def _varied(found: Comparison) -> tuple[Varied, ...]:
+    from cablewright.studies.bracket import sensitivity
+
+    with progress() as show:
+        return sensitivity(found.model, found.pose, bracket=found.bracket, progress=show)
+
+
+def _write(found: Comparison, plot: Path | None, vtu: Path | None) -> None:
+    if plot is not None:
+        from cablewright.apps.report.bracket_picture import bracket_picture
+
+        write_picture(plot, bracket_picture, found)
+    if vtu is not None:
+        from cablewright.apps.report.bracket_vtu import vtu as written
+
+        write_whole(vtu, written(found))
+
+
+def _without_answer(model: Model, pose: list[float] | None, retraction: float | None) -> dict[str, Any]:
+    """The JSON of a pose that one of the designs cannot hold, or of no pose that they could."""
+    from cablewright.analyses.bracket_loads import loads_at
+
+    both = () if pose is None else loads_at(model, [pose], retraction=retraction)
+    status = next((loads.held[0].status.word for loads in both if not loads.held[0].ok), "infeasible")
+    return {
+        "status": status,
+        "robot": model.robot.name,
+        "pose": pose,
+        "universal_joint": None,
+        "conventional": None,
+    }
+
+
+def _values(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...]) -> dict[str, Any]:
+    """The figures of the JSON."""
+    material = found.bracket.material
+    values: dict[str, Any] = {
+        "status": "yields" if found.universal_joint.safety < 1.0 else "ok",
+        "robot": found.model.robot.name,
+        "pose": found.pose,
+        "yield_strength": material.yield_strength,
+        "universal_joint": _design(found.universal_joint),
+        "conventional": _design(found.conventional),
+        "ratio": found.ratio,
+        "platform_motion_cables": found.cable_motion,
+    }
+    if highest is not None:
+        values["searched"] = {
+            "poses": len(highest.poses),
+            "held": highest.held,
+            "universal_joint": {"pose": highest.poses[highest.at[0]], "max_von_mises": highest.stress[0]},
+            "conventional": {"pose": highest.poses[highest.at[1]], "max_von_mises": highest.stress[1]},
+        }
+    if varied:
+        values["sensitivity"] = [
+            {
+                "size": each.name,
+                "factor": each.factor,
+                "universal_joint": each.universal_joint,
+                "conventional": each.conventional,
+                "ratio": each.ratio,
+            }
+            for each in varied
+        ]
+    return values
+
+
+def _design(found: Design) -> dict[str, Any]:
+    loads, i = found.loads, found.line
+    robot = loads.held.model.robot
+    return {
+        "max_von_mises": found.max_von_mises,
+        "max_displacement": found.max_displacement,
+        "safety": found.safety,
+        "error_estimate": found.error_estimate,
+        "nodes": found.nodes,
+        "line": robot.lines[i].name,
+        "part": found.worst.part,
+        "parts": {
+            peak.part: {"max_von_mises": peak.stress, "error_estimate": peak.error, "place": peak.place}
+            for peak in found.peaks
+        },
+        "axle_stress": found.axle_stress,
+        "raw_max_von_mises": found.raw_peak,
+        "energy_error": found.energy_error,
+        "imbalance": found.imbalance,
+        "lines": [line.name for line in robot.lines],
+        "line_max_von_mises": found.plates.max(axis=0),
+        "tensions": loads.held.tensions[0],
+        "lever_angles": loads.lever_angle[0],
+        "pin_moments": loads.pin_moment[0],
+        "spindle_moments": loads.spindle_moment[0],
+        "base_force": found.base_wrench[:3],
+        "base_moment": found.base_wrench[3:],
+        "sheave_motions": found.sheave_motions,
+        "platform_motion": found.platform_motion,
+    }
+
+
+def _verdict(found: Design) -> int:
+    """The exit code; a bracket that yields is a no, and told."""
+    if found.safety >= 1.0:
+        return 0
+    name = found.loads.held.model.robot.lines[found.line].name
+    tell(f"cablewright: the bracket of line {name} yields: safety {found.safety:.3g} against its yield strength")
+    return NO
+
+
+def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...]) -> None:
+    """The designs for people, side by side."""
+    import numpy as np
+
+    designs = (found.universal_joint, found.conventional)
+    robot = found.model.robot
+    word = "yields" if found.universal_joint.safety < 1.0 else "ok"
+    typer.echo(f"{robot.name}: {word}")
+    if highest is not None:
+        typer.echo(f"highest stress of {highest.held} poses that can be held, of {len(highest.poses)}")
+    typer.echo("pose      " + "  ".join(f"{x:.6f}" for x in found.pose) + ("  m" if robot.n == 3 else "  m, rad"))
+    rows: list[tuple[str, list[str]]] = [
+        ("", ["universal joint", "conventional"]),
+        ("line", [robot.lines[design.line].name for design in designs]),
+        ("tension, N", [f"{design.loads.held.tensions[0, design.line]:.1f}" for design in designs]),
+        ("lever, degrees", [f"{np.degrees(design.loads.lever_angle[0, design.line]):.1f}" for design in designs]),
+        ("moment about the pin, N m", [f"{_zero(design.loads.pin_moment[0, design.line]):.1f}" for design in designs]),
+        (
+            "moment at the base, N m",
+            [f"{np.linalg.norm(design.base_wrench[3:]):.1f}" for design in designs],
+        ),
+    ]
+    for k, name in enumerate(("baseplate", "uprights", "lever")):
+        rows.append((f"{name}, MPa (error)", [_stress(design.peaks[k]) for design in designs]))
+    rows += [
+        ("axle, MPa", [f"{design.axle_stress / 1e6:.1f}" for design in designs]),
+        ("safety", [f"{design.safety:.2f}" for design in designs]),
+        ("largest displacement, mm", [f"{1e3 * design.max_displacement:.3f}" for design in designs]),
+        ("nodes", [str(design.nodes) for design in designs]),
+        ("platform moves by, mm", [f"{1e3 * np.linalg.norm(design.platform_motion[:3]):.3f}" for design in designs]),
+    ]
+    for name, shown in rows:
+        typer.echo(f"{name:<27}" + "".join(f"{each:>18}" for each in shown))
+    typer.echo(f"conventional over universal joint: {found.ratio:.2f}")
+    if np.isfinite(found.cable_motion).all():
+        moved = 1e3 * float(np.linalg.norm(found.cable_motion[:3]))
+        typer.echo(f"for its cables' elasticity alone the platform moves by {moved:.3f} mm")
+    for each in varied:
+        stresses = f"{each.universal_joint / 1e6:>10.1f} {each.conventional / 1e6:>10.1f} MPa"
+        typer.echo(f"{each.name:<22} x {each.factor:<5.2f}{stresses}  ratio {each.ratio:.2f}")
+
+
+def _stress(peak: Peak) -> str:
+    """A stress with its error, as far as that is known."""
+    error = f" ({100 * peak.error:.1f} %)" if peak.error == peak.error else ""
+    return f"{peak.stress / 1e6:.1f}{error}"
+
+
+def _zero(value: float) -> float:
+    """A moment that is rounding as 0, without its sign."""
+    return 0.0 if abs(value) < 1e-6 else value

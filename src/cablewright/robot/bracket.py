@@ -1,0 +1,150 @@
+"""The bracket that holds a sheave: baseplate, uprights, bearing block, lever and axle, as sizes of plain plates.
+
+Its frame has its origin in the joint (the line's exit point), x level and outward, the way the mounting faces, z up.
+The baseplate is a vertical plate that four bolts hold at -x. Two uprights, vertical plates too, stand off it on both
+sides of a block, which they carry above the joint. In the block's vertical bore two bearings hold the spindle; below
+the block it carries the joint's pin, and on that turn the two cheeks of the lever with the sheave between them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Final, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from cablewright.robot.description import Description, refusal
+from cablewright.robot.faults import explain
+from cablewright.toml_input import read_table, require_schema
+from cablewright.units import Length, Positive, Pressure
+
+__all__ = ["Axle", "Baseplate", "Bearing", "Bracket", "Lever", "Material", "Uprights", "load_bracket"]
+
+NEWEST_SCHEMA: Final = 1
+_LARGEST: Final = 10.0  # m
+_THINNEST: Final = 1e-4  # m
+
+_Size = Annotated[Length, Field(ge=_THINNEST, le=_LARGEST)]
+
+
+class Material(Description):
+    """What a part is made of: isotropic, linear up to its ``yield_strength``."""
+
+    name: Annotated[str, Field(max_length=60)] = ""
+    young_modulus: Positive[Pressure]
+    poisson_ratio: Annotated[float, Field(strict=True, ge=0.0, le=0.45)]
+    yield_strength: Positive[Pressure]
+
+
+class Baseplate(Description):
+    """The vertical plate: ``width`` along y, ``height`` along z, ``bolts`` their spacing along both.
+
+    Each bolt clamps a square of side ``clamped`` around it: the washer's footprint.
+    """
+
+    width: _Size
+    height: _Size
+    thickness: _Size
+    bolts: tuple[_Size, _Size]
+    clamped: _Size
+
+    @model_validator(mode="after")
+    def _holds_its_bolts(self) -> Self:
+        for spacing, side, name in zip(self.bolts, (self.width, self.height), ("width", "height"), strict=True):
+            if spacing + self.clamped >= side:
+                raise refusal("bolts", f"with clamped must stay within the plate's {name}, {side:g} m")
+            if spacing <= self.clamped:
+                raise refusal("bolts", f"must be further apart than clamped, {self.clamped:g} m")
+        return self
+
+
+class Uprights(Description):
+    """The two plates that stand off the baseplate, ``gap`` apart: ``height`` along z, ``thickness`` along y."""
+
+    thickness: _Size
+    height: _Size
+    gap: _Size
+
+
+class Bearing(Description):
+    """The ``bore`` (diameter) through the block, and the ``width`` of each of the two bearings at its ends."""
+
+    bore: _Size
+    width: _Size
+
+
+class Lever(Description):
+    """The two cheeks, ``gap`` apart: plates of ``width`` and ``thickness``, with the bores of ``pin`` and ``axle``."""
+
+    thickness: _Size
+    width: _Size
+    gap: _Size
+    pin: _Size
+    axle: _Size
+
+    @model_validator(mode="after")
+    def _holds_its_bores(self) -> Self:
+        for key in ("pin", "axle"):
+            if 1.5 * getattr(self, key) > self.width:
+                raise refusal(key, f"must be at most two thirds of the cheek's width, {self.width:g} m")
+        return self
+
+
+class Axle(Description):
+    """The sheave's axle, a round bar in the cheeks: ``sheave_width`` is how wide the sheave's hub bears on it."""
+
+    material: Material
+    sheave_width: _Size
+
+
+class Bracket(Description):
+    """All of a bracket but what the line's own sheave says: lever length, radius, weight and its centre.
+
+    ``standoff``: from the baseplate's front to the spindle's axis. ``rise``: from the joint up to the middle of
+    baseplate, uprights and block.
+    """
+
+    standoff: _Size
+    rise: Annotated[Length, Field(ge=-_LARGEST, le=_LARGEST)]
+    material: Material
+    baseplate: Baseplate
+    uprights: Uprights
+    bearing: Bearing
+    lever: Lever
+    axle: Axle
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        gap, uprights, baseplate = self.uprights.gap, self.uprights, self.baseplate
+        if 1.5 * self.bearing.bore > gap:
+            raise refusal("bore", f"must be at most two thirds of the uprights' gap, {gap:g} m", within=("bearing",))
+        if 2.0 * self.bearing.width >= uprights.height:
+            why = f"must be under half the uprights' height, {uprights.height:g} m"
+            raise refusal("width", why, within=("bearing",))
+        least = 0.5 * gap + 2.0 * uprights.thickness
+        if self.standoff < least:
+            raise refusal("standoff", f"must leave room for the block: at least {least:g} m")
+        if gap + 2.0 * uprights.thickness >= baseplate.width:
+            raise refusal("gap", "with both uprights must be less than the baseplate's width", within=("uprights",))
+        if uprights.height >= baseplate.height:
+            raise refusal("height", "must be less than the baseplate's height", within=("uprights",))
+        if self.axle.sheave_width > self.lever.gap:
+            raise refusal("sheave_width", f"must be at most the lever's gap, {self.lever.gap:g} m", within=("axle",))
+        return self
+
+
+class _File(Bracket):
+    """A bracket in a file of its own."""
+
+    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
+
+
+def load_bracket(path: str | Path) -> Bracket:
+    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    table, _ = read_table(path)
+    require_schema(table, NEWEST_SCHEMA, path)
+    try:
+        read: dict[str, Any] = _File.model_validate(table).model_dump(exclude={"schema_version"})
+    except ValidationError as error:
+        raise explain(error, table, str(path)) from None
+    return Bracket.model_validate(read)
