@@ -202,14 +202,8 @@ def _starts(
 
 def _with_offsets(problem: Problem, theta: Array, poses: Array) -> Array:
     """The unknowns with home lengths that suit *poses* best."""
-    whole = problem.whole(theta)
     lengths = problem.lengths(theta, poses) - problem.measured.counted
-    means = np.nanmedian(np.where(np.isfinite(lengths), lengths, np.nan), axis=0)
-    names = [line.name for line in problem.robot.lines]
-    for at, each in enumerate(problem.unknowns):
-        if each.name == "length_offset" and each.line is not None:
-            whole[at] = means[names.index(each.line)]
-    return np.asarray(whole[~problem.held])
+    return _with_home(problem, theta, np.nanmedian(lengths, axis=0))
 
 
 def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Array]:
@@ -231,6 +225,7 @@ def poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
 
 
 def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
+    """The unknowns with these home lengths (m,)."""
     whole = problem.whole(theta)
     names = [line.name for line in problem.robot.lines]
     for at, each in enumerate(problem.unknowns):
