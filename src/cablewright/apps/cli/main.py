@@ -13,12 +13,14 @@ from typer.exceptions import TyperException
 from cablewright.apps.cli import (
     accuracy,
     bracket,
+    calibrate,
     check,
     curves,
     equilibria,
     interference,
     modes,
     modulus,
+    poses,
     replay,
     retraction,
     robots,
@@ -41,6 +43,7 @@ app = typer.Typer(
 )
 app.command("accuracy")(accuracy.accuracy)
 app.command("bracket")(bracket.bracket)
+app.command("calibrate")(calibrate.calibrate)
 app.command("check")(check.check)
 app.command("curves")(curves.curves)
 app.command("equilibria")(equilibria.equilibria)
@@ -50,10 +53,12 @@ app.command("inverse")(statics.inverse)
 app.command("machines")(simulate.machines)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
+app.command("poses")(poses.poses)
 app.command("replay")(replay.replay)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)
 app.command("schema")(robots.schema)
+app.command("simulate-calibration")(calibrate.simulate_calibration)
 app.command("simulate")(simulate.simulate)
 app.command("survey")(survey.survey)
 app.command("trade")(trade.trade)

@@ -1,0 +1,103 @@
+"""Whether data can calibrate a robot at all, said before any work and in one line."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.calibration.problem import Measured, Problem
+from cablewright.errors import InputError
+from cablewright.robot import Eyelet, Robot
+
+__all__ = ["check", "check_lengths", "gauge_size", "least_poses"]
+
+Array = NDArray[np.float64]
+
+_APART = 1e-3  # m: poses whose lengths all differ by less are one pose
+_FAR = 3.0  # diagonals of the frame: no line changes by more, and no pose is further away
+
+
+def check_lengths(robot: Robot, measured: Measured) -> None:
+    """Raise `InputError` where lengths or poses are of a size that speaks of another unit."""
+    scene = robot.scene
+    diagonal = math.dist(scene.frame_min, scene.frame_max)
+    _check_size(measured, measured.counted, [f"dl_{i + 1}" for i in range(robot.m)], diagonal)
+    if measured.guess is not None:
+        middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+        _check_size(measured, measured.guess[:, :3] - middle, ["x", "y", "z"], diagonal, middle)
+
+
+def _check_size(
+    measured: Measured, values: Array, names: list[str], diagonal: float, middle: Array | None = None
+) -> None:
+    large = np.argwhere(np.abs(values) > _FAR * diagonal)
+    if not len(large):
+        return
+    pose, column = (int(at) for at in large[0])
+    value = float(values[pose, column] + (0.0 if middle is None else middle[column]))
+    columns = sorted({int(at) for at in large[:, 1]})
+    others = [names[at] for at in range(len(names)) if at not in columns]
+    hint = f"are these mm? then name the column '{names[column]} (mm)'"
+    if others:
+        hint += f"; {', '.join(others)} look like m: are units mixed?"
+    where = f"{measured.origin}, {measured.place(pose)}"
+    raise InputError(f"{where}: {names[column]} = {value:g} m, but the frame's diagonal is {diagonal:.3g} m: {hint}")
+
+
+def gauge_size(problem: Problem) -> int:
+    """How many freedoms encoders alone leave open: those of the world's frame, and of the platform's."""
+    names = {each.name for each in problem.unknowns}
+    if "exit_point" not in names:
+        return 0
+    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines)
+    return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
+
+
+def least_poses(problem: Problem) -> int:
+    """How many different poses are needed, with open freedoms counted: those are not what data have to decide.
+
+    Raises `InputError` where no number of poses is enough.
+    """
+    surplus = _told_by_each(problem) - problem.robot.n
+    if surplus < 1:
+        m, n = problem.robot.m, problem.robot.n
+        told = f"{m} lines tell {m} lengths of a pose that has {n} freedoms"
+        raise InputError(f"{problem.measured.origin}: {told}: nothing is left over to calibrate with; measure more")
+    given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
+    known = problem.measured.pose_sigma is not None
+    open_freedoms = 0 if known else gauge_size(problem)
+    return max(1, -(-(len(problem.unknowns) - open_freedoms - given) // surplus))
+
+
+def _told_by_each(problem: Problem) -> int:
+    """How many numbers every pose tells."""
+    return int((problem.of_poses(problem.weights) > 0.0).sum(axis=1).min())
+
+
+def check(problem: Problem) -> None:
+    """Raise `InputError` where there are too few poses, or too few that differ."""
+    measured, needed, count = problem.measured, least_poses(problem), problem.poses
+    k, n = len(problem.unknowns), problem.robot.n
+    open_freedoms = 0 if measured.pose_sigma is not None else gauge_size(problem)
+    why = (
+        f"each pose tells {_told_by_each(problem)} numbers and asks for {n}, and {k} unknowns less {open_freedoms} "
+        "that stay open in any case are to be found"
+    )
+    if count < needed:
+        raise InputError(f"{measured.origin}: {count} poses; at least {needed} are needed: {why}")
+    different = _different(problem, needed)
+    if different < needed:
+        told = f"only {different} of {count} poses differ by over {_APART * 1e3:g} mm in any line"
+        raise InputError(f"{measured.origin}: {told}; at least {needed} different ones are needed: {why}")
+
+
+def _different(problem: Problem, enough: int) -> int:
+    """How many poses differ, counted up to *enough*."""
+    left = problem.measured.counted
+    for count in range(enough):
+        if not len(left):
+            return count
+        left = left[np.abs(left - left[0]).max(axis=1) > _APART]
+    return enough

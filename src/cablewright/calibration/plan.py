@@ -1,0 +1,131 @@
+"""What a calibration is asked: unknowns, how exact each sensor is, what else was measured, and what fixes the frame."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Final, Self
+
+from pydantic import Field, Strict, ValidationError, model_validator
+
+from cablewright.calibration.unknowns import DEFAULT, NAMES
+from cablewright.errors import suggestion
+from cablewright.robot.description import Description, refusal
+from cablewright.robot.faults import explain
+from cablewright.toml_input import read_table, require_schema
+from cablewright.units import Angle, Force, Length, Positive, Vec3
+
+__all__ = ["INNER", "Distance", "Plan", "Plane", "Point", "Prior", "Range", "Sigmas", "load_plan"]
+
+NEWEST_SCHEMA: Final = 1
+INNER: Final = "inner"
+"""The datum that moves exit points least: on average they keep the place and the direction that the file gives them."""
+
+_MOST: Final = 1000
+_Axis = Annotated[float, Strict()]
+_Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_length=1, max_length=100_000)]
+
+
+class Sigmas(Description):
+    """Standard deviations of sensors. Without ``encoder`` that of the encoders is found from what does not fit."""
+
+    encoder: Positive[Length] | None = None
+    tension: Positive[Force] = 5.0
+    swivel: Positive[Angle] = 1e-3
+    tilt: Positive[Angle] = 1e-3
+
+
+class Prior(Description):
+    """What was known before: the file's value of an unknown, to a standard deviation in the unknown's SI unit."""
+
+    name: str
+    lines: tuple[str, ...] | None = None
+    deviation: Annotated[float, Strict(), Field(gt=0)]
+
+    @model_validator(mode="after")
+    def _is_known(self) -> Self:
+        if self.name not in NAMES:
+            raise refusal("name", f"unknown number; {suggestion(self.name, NAMES)}")
+        return self
+
+
+class Distance(Description):
+    """A measured distance between the exit points of two lines."""
+
+    between: tuple[str, str]
+    value: Positive[Length]
+    deviation: Positive[Length] = 1e-3
+
+    @model_validator(mode="after")
+    def _are_two(self) -> Self:
+        if self.between[0] == self.between[1]:
+            raise refusal("between", "must name two lines")
+        return self
+
+
+class Point(Description):
+    """A surveyed exit point: its place in the world."""
+
+    line: str
+    at: Vec3
+    deviation: Positive[Length] = 1e-3
+
+
+class Plane(Description):
+    """Poses (rows of the data, counted from 1) whose nozzle touched a plane through ``point``."""
+
+    poses: _Poses
+    point: Vec3
+    normal: tuple[_Axis, _Axis, _Axis]
+    deviation: Positive[Length] = 1e-3
+
+    @model_validator(mode="after")
+    def _has_a_normal(self) -> Self:
+        if not 0.0 < math.hypot(*self.normal) < math.inf:
+            raise refusal("normal", "must be finite and not zero")
+        return self
+
+
+class Range(Description):
+    """Measured distances of the nozzle from a known ``point`` of the world, at poses (rows, counted from 1)."""
+
+    point: Vec3
+    poses: _Poses
+    values: Annotated[tuple[Positive[Length], ...], Field(min_length=1, max_length=100_000)]
+    deviation: Positive[Length] = 1e-3
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        if len(self.poses) != len(self.values):
+            raise refusal("values", f"must be as many as poses: {len(self.values)} and {len(self.poses)} are given")
+        return self
+
+
+class Plan(Description):
+    """What is asked. ``datum`` names exit points (``south-west``) or coordinates (``south-east.y``) to hold.
+
+    ``shared``: unknowns that are one number for all lines. ``level``: how well it is known that the exit points, as a
+    whole, are not tilted against the file, rad.
+    """
+
+    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
+    unknowns: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = DEFAULT
+    shared: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = ()
+    datum: Annotated[tuple[str, ...], Field(max_length=_MOST)] = ()
+    sigma: Sigmas = Sigmas()
+    level: Positive[Angle] | None = None
+    priors: Annotated[tuple[Prior, ...], Field(max_length=_MOST)] = ()
+    distances: Annotated[tuple[Distance, ...], Field(max_length=_MOST)] = ()
+    points: Annotated[tuple[Point, ...], Field(max_length=_MOST)] = ()
+    planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()
+    ranges: Annotated[tuple[Range, ...], Field(max_length=8)] = ()
+
+
+def load_plan(path: str | Path) -> Plan:
+    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    table, _ = read_table(path)
+    require_schema(table, NEWEST_SCHEMA, path)
+    try:
+        return Plan.model_validate(table)
+    except ValidationError as error:
+        raise explain(error, table, str(path)) from None

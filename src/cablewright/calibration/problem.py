@@ -1,0 +1,401 @@
+"""A calibration as rows of equations: every sensor adds rows to one least-squares problem, at a pose or at none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.calibration.plan import INNER, Plan
+from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
+from cablewright.errors import InputError, UnknownName
+from cablewright.kernels import sensors
+from cablewright.kernels.sensors import Rows
+from cablewright.models.rotation import placed
+from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot.parameters import AXES
+
+__all__ = ["ENCODER_SIGMA", "Derivatives", "Measured", "Problem", "tilt_rows"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+ENCODER_SIGMA = 1e-4
+"""Taken for the encoders' standard deviation beside other sensors, m, where nobody gives one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What was measured at N poses. `guess` are poses to start from; with `pose_sigma` they are measurements too."""
+
+    counted: Array  # (N, m) m: length changes since home, by encoders
+    guess: Array | None = None  # (N, n) m and rad
+    pose_sigma: Array | None = None  # (N, n) m and rad
+    tensions: Array | None = None  # (N, m) N
+    swivel: Array | None = None  # (N, m) rad: azimuth of each free cable, 0 is world +x
+    tilt: Array | None = None  # (N, 2) rad: the platform against the plumb line, about x and y
+    places: Sequence[int] = field(default=())  # (N,) line of the file of each pose
+    origin: str = "the data"
+
+    def place(self, pose: int) -> str:
+        """Say where a pose (counted from 0) stands."""
+        return f"line {self.places[pose]}" if len(self.places) else f"pose {pose + 1}"
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """Weighted residuals and their derivatives, e rows for each of N poses and g of none."""
+
+    residual: Array  # (N, e)
+    by_pose: Array  # (N, e, n)
+    by_unknown: Array  # (N, e, k)
+    others: Array  # (g,) residuals without a pose: distances, then linear rows
+    others_by_unknown: Array  # (g, k)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
+
+    `held` says which of `unknowns` keep the value of `start`: the datum's. `rows` has the others alone.
+    """
+
+    robot: Robot
+    measured: Measured
+    plan: Plan
+    unknowns: tuple[Unknown, ...]
+    rows: Rows
+    values: Array  # (R,)
+    weights: Array  # (R,)
+    per_pose: int  # e
+    start: Array  # (k,) of all unknowns, held ones too
+    held: Mask  # (k,)
+    is_prior: Mask  # (g,) which rows without a pose were known before
+
+    @classmethod
+    def of(cls, robot: Robot, measured: Measured, plan: Plan | None = None, hold: bool = True) -> Problem:
+        """Build the rows; with *hold*, what the plan's datum names is no unknown.
+
+        Raises `InputError` for what the plan names and the robot or the data do not have, and a contradictory datum.
+        """
+        plan = plan or Plan()
+        unknowns = unknowns_of(robot, plan.unknowns, plan.shared)
+        lines, target = numbers_of_lines(robot), targets(robot, unknowns)
+        start = _start(unknowns, lines, target)
+        held = _held(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
+        blocks = list(_blocks(robot, measured, plan))
+        per_pose = sum(block.values.shape[1] for block in blocks)
+        distances = _distances(robot, plan)
+        linear, wanted, prior = _linear(robot, unknowns, plan, start)
+        keep = ~held
+        place = np.where(keep, np.cumsum(keep) - 1, -1)
+        for i, c in np.argwhere(target >= 0):
+            if held[target[i, c]]:
+                lines[i, c] = start[target[i, c]]
+        rows = _rows(robot, measured, blocks, distances)._replace(
+            lines=lines,
+            target=np.where(target >= 0, place[target], -1),
+            linear=np.ascontiguousarray(linear[:, keep]),
+            wanted=wanted - linear[:, held] @ start[held],
+        )
+        values = np.append(np.concatenate([block.values for block in blocks], axis=1), [each[2] for each in distances])
+        weights = np.concatenate([block.weights for block in blocks], axis=1)
+        weights = np.append(weights, [1.0 / each[3] for each in distances])
+        is_prior = np.append(np.zeros(len(distances), dtype=bool), prior)
+        return cls(robot, measured, plan, unknowns, rows, values, weights, per_pose, start, held, is_prior)
+
+    @property
+    def poses(self) -> int:
+        """The number N of poses."""
+        return len(self.measured.counted)
+
+    @property
+    def encoder_sigma(self) -> float:
+        """The standard deviation that the encoders' weights stand for, m."""
+        return self.plan.sigma.encoder or ENCODER_SIGMA
+
+    @property
+    def free(self) -> Array:
+        """The start of the unknowns that are not held."""
+        return np.ascontiguousarray(self.start[~self.held])
+
+    def whole(self, theta: Array) -> Array:
+        """All unknowns (..., k) from those that are not held."""
+        found = np.broadcast_to(self.start, (*theta.shape[:-1], len(self.start))).copy()
+        found[..., ~self.held] = theta
+        return found
+
+    def lengths(self, theta: Array, poses: Array) -> Array:
+        """Length (N, m) of each line from its exit point to the platform, m."""
+        found = np.zeros((len(poses), self.robot.m))
+        sensors.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
+        return found
+
+    def exit_points(self, theta: Array) -> Array:
+        """The exit points (m, 3), m, with unknowns *theta* that are not held."""
+        names = [line.name for line in self.robot.lines]
+        points = np.array([line.exit_point for line in self.robot.lines])
+        for unknown, value in zip(self.unknowns, self.whole(theta), strict=True):
+            if unknown.name == "exit_point":
+                points[names.index(unknown.line or ""), unknown.axis or 0] = value
+        return points
+
+    def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
+        """Residuals and derivatives at unknowns *theta* that are not held, and *poses* (N, n)."""
+        used = self.weights if weights is None else weights
+        total, k = len(self.values), len(theta)
+        residuals, slopes, gradients = np.zeros(total), np.zeros((total, self.robot.n)), np.zeros((total, k))
+        theta, poses = np.ascontiguousarray(theta), np.ascontiguousarray(poses)
+        sensors.derivatives(self.rows, theta, poses, self.values, used, residuals, slopes, gradients)
+        count, e = self.poses, self.per_pose
+        linear = self.rows.linear @ theta - self.rows.wanted
+        return Derivatives(
+            residuals[: count * e].reshape(count, e),
+            slopes[: count * e].reshape(count, e, -1),
+            gradients[: count * e].reshape(count, e, k),
+            np.append(residuals[count * e :], linear),
+            np.concatenate([gradients[count * e :], self.rows.linear]),
+        )
+
+    def balanced(self, theta: Array, poses: Array) -> Problem:
+        """The problem with measured tensions, if any, replaced by the nearest ones that balance the load.
+
+        A force left unbalanced turns with the frame, and would seem to tell its direction.
+        """
+        if self.measured.tensions is None:
+            return self
+        m = self.robot.m
+        found = self.derivatives(theta, poses, np.ones(len(self.values)))
+        u = np.swapaxes(found.by_pose[:, :m, :3], 1, 2)  # (N, 3, m)
+        left = self.rows.load - np.einsum("nam,nm->na", u, self.rows.tensions)
+        tensions = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left)
+        return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(tensions)))
+
+    def of_poses(self, weights: Array) -> Array:
+        """The part (N, e) of row *weights* that belongs to poses; a view."""
+        return weights[: self.poses * self.per_pose].reshape(self.poses, self.per_pose)
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Rows of one sensor at all poses."""
+
+    kind: NDArray[np.int64]  # (N, r)
+    line: NDArray[np.int64]
+    other: NDArray[np.int64]
+    extra: Array  # (N, r, 6)
+    values: Array
+    weights: Array
+
+
+def _rows(
+    robot: Robot, measured: Measured, blocks: Sequence[_Block], distances: Sequence[tuple[int, int, float, float]]
+) -> Rows:
+    """What the rows are of, without unknowns: those of poses in their order, then distances."""
+    count = len(measured.counted)
+    per_pose = sum(block.values.shape[1] for block in blocks)
+    whole = [np.array([each[k] for each in distances], dtype=np.int64) for k in range(2)]
+    kinds = np.concatenate([block.kind for block in blocks], axis=1).ravel()
+    lines = np.concatenate([block.line for block in blocks], axis=1).ravel()
+    others = np.concatenate([block.other for block in blocks], axis=1).ravel()
+    extra = np.concatenate([block.extra for block in blocks], axis=1).reshape(-1, 6)
+    nothing = np.zeros((robot.m, sensors.COLUMNS))
+    return Rows(
+        freedoms=robot.n,
+        start=np.arange(count + 1, dtype=np.int64) * per_pose,
+        kind=np.append(kinds, np.full(len(distances), sensors.BETWEEN, dtype=np.int64)),
+        line=np.append(lines, whole[0]),
+        other=np.append(others, whole[1]),
+        extra=np.concatenate([extra, np.zeros((len(distances), 6))]),
+        lines=nothing,
+        target=np.full(nothing.shape, -1, dtype=np.int64),
+        tensions=np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
+        load=_load(robot),
+        linear=np.zeros((0, 0)),
+        wanted=np.zeros(0),
+    )
+
+
+def _block(kind: int, values: Array, weights: Array, line: object = 0, other: object = 0, extra: object = 0) -> _Block:
+    shape = values.shape
+    return _Block(
+        np.full(shape, kind, dtype=np.int64),
+        np.broadcast_to(np.asarray(line, dtype=np.int64), shape),
+        np.broadcast_to(np.asarray(other, dtype=np.int64), shape),
+        np.broadcast_to(np.asarray(extra, dtype=np.float64), (*shape, 6)),
+        values,
+        np.broadcast_to(weights, shape),
+    )
+
+
+def _blocks(robot: Robot, measured: Measured, plan: Plan) -> Iterator[_Block]:
+    """Yield the rows of each sensor that there is."""
+    sigma, lines = plan.sigma, np.arange(robot.m)
+    one = np.ones(1)
+    yield _block(sensors.ENCODER, measured.counted, one / (sigma.encoder or ENCODER_SIGMA), lines)
+    if measured.pose_sigma is not None:
+        assert measured.guess is not None
+        extra = np.zeros((*measured.guess.shape, 6))
+        if robot.n == 6:
+            extra[:, 3:, :3] = measured.guess[:, None, 3:]
+        weights = 1.0 / measured.pose_sigma
+        yield _block(sensors.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
+    if measured.swivel is not None:
+        yield _block(sensors.SWIVEL, measured.swivel, one / sigma.swivel, lines)
+    if measured.tilt is not None:
+        if robot.n == 3:
+            raise InputError(
+                f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
+            )
+        yield _block(sensors.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
+    if measured.tensions is not None:
+        yield _balance(robot, measured, sigma.tension)
+    nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
+    for index, plane in enumerate(plan.planes):
+        at = _at_poses(measured, plane.poses, f"planes[{index}]")
+        normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
+        weights = at[:, None] / plane.deviation
+        values = np.full(weights.shape, float(normal @ plane.point))
+        yield _block(sensors.PLANE, values, weights, extra=np.append(normal, nozzle))
+    for index, reach in enumerate(plan.ranges):
+        at = _at_poses(measured, reach.poses, f"ranges[{index}]")
+        values = np.zeros((len(at), 1))
+        values[np.asarray(reach.poses) - 1, 0] = reach.values
+        yield _block(sensors.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle))
+
+
+def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
+    """1 at each of the poses (counted from 1), 0 at the others, (N,)."""
+    if max(poses) > len(measured.counted):
+        raise InputError(f"{where}.poses: there is no pose {max(poses)}; the data have {len(measured.counted)}")
+    at = np.zeros(len(measured.counted))
+    at[np.asarray(poses) - 1] = 1.0
+    return at
+
+
+def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
+    """Rows for measured tensions: the force they leave unbalanced, along directions in which errors do not go together.
+
+    A tension's error goes along its line, so the force has the covariance sigma^2 sum u u^T. Directions of lines are
+    those from the file to the guess of the pose.
+    """
+    guess, count = measured.guess, len(measured.counted)
+    if guess is None:
+        raise InputError(f"{measured.origin}: tensions f_1.. need columns x,y,z, guesses of the poses, to be weighed")
+    points = placed(guess, [line.platform_point for line in robot.lines])
+    away = points - np.array([line.exit_point for line in robot.lines])
+    u = away / np.linalg.norm(away, axis=2)[..., None]
+    spread = np.linalg.cholesky(np.einsum("nmi,nmj->nij", u, u) + 1e-6 * np.eye(3))
+    extra = np.zeros((count, 3, 6))
+    extra[:, :, :3] = np.linalg.inv(spread) / sigma
+    return _block(sensors.BALANCE, np.zeros((count, 3)), np.ones(1), extra=extra)
+
+
+def _load(robot: Robot) -> Array:
+    """Force on the platform besides the lines, N, world."""
+    weight = robot.platform.mass * robot.scene.gravity
+    return np.asarray(robot.platform.force, dtype=np.float64) - [0.0, 0.0, weight]
+
+
+def _start(unknowns: Sequence[Unknown], lines: Array, target: NDArray[np.int64]) -> Array:
+    start = np.zeros(len(unknowns))
+    for i, c in np.argwhere(target >= 0):
+        start[target[i, c]] = lines[i, c]
+    return start
+
+
+def _index(robot: Robot, name: str, where: str) -> int:
+    names = [line.name for line in robot.lines]
+    if name not in names:
+        raise InputError(f"{where}: {UnknownName('line', name, names)}")
+    return names.index(name)
+
+
+def _distances(robot: Robot, plan: Plan) -> list[tuple[int, int, float, float]]:
+    return [
+        (
+            _index(robot, each.between[0], f"distances[{at}]"),
+            _index(robot, each.between[1], f"distances[{at}]"),
+            each.value,
+            each.deviation,
+        )
+        for at, each in enumerate(plan.distances)
+    ]
+
+
+def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
+    """Rows (2, k): the slopes of the plane through all changes of the exit points' heights, about x and about y, rad.
+
+    Heights alone: neither a translation nor a yaw of all points changes them.
+    """
+    points = np.array([line.exit_point for line in robot.lines])
+    arms = (points - points.mean(axis=0))[:, :2]
+    slopes = np.linalg.pinv(arms, rcond=1e-6)  # (2, m): d height / dx, d height / dy
+    names = [line.name for line in robot.lines]
+    rows = np.zeros((2, len(unknowns)))
+    for at, unknown in enumerate(unknowns):
+        if unknown.name == "exit_point" and unknown.axis == 2:
+            i = names.index(unknown.line or names[0])
+            rows[:, at] = slopes[1, i], -slopes[0, i]
+    return rows
+
+
+def _linear(robot: Robot, unknowns: Sequence[Unknown], plan: Plan, start: Array) -> tuple[Array, Array, Mask]:
+    """Rows that are linear in the unknowns, weighted, what they should give, and whether they were known before."""
+    rows: list[tuple[Array, float, bool]] = []
+    for at, point in enumerate(plan.points):
+        _index(robot, point.line, f"points[{at}]")
+        for axis, value in enumerate(point.at):
+            row = _picks(unknowns, "exit_point", point.line, axis)
+            if not row.any():
+                raise InputError(f"points[{at}]: exit_point is not among the unknowns")
+            rows.append((row / point.deviation, value / point.deviation, False))
+    if plan.level is not None:
+        turns = tilt_rows(robot, unknowns) / plan.level
+        rows += [(row, float(row @ start), False) for row in turns]
+    for at, prior in enumerate(plan.priors):
+        if prior.name not in plan.unknowns:
+            raise InputError(f"priors[{at}]: {prior.name} is not among the unknowns")
+        for name in prior.lines or ():
+            _index(robot, name, f"priors[{at}]")
+        for place, unknown in enumerate(unknowns):
+            if unknown.name == prior.name and (prior.lines is None or unknown.line in prior.lines):
+                weight = unknown.size / prior.deviation
+                rows.append((weight * np.eye(len(unknowns))[place], float(weight * start[place]), True))
+    if not rows:
+        return np.zeros((0, len(unknowns))), np.zeros(0), np.zeros(0, dtype=bool)
+    return np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
+
+
+def _picks(unknowns: Sequence[Unknown], name: str, line: str, axis: int | None) -> Array:
+    return np.array([float((each.name, each.line, each.axis) == (name, line, axis)) for each in unknowns])
+
+
+def _held(robot: Robot, unknowns: Sequence[Unknown], plan: Plan) -> Mask:
+    """Which unknowns the datum holds."""
+    asked = [part for part in plan.datum if part != INNER]
+    if len(asked) < len(plan.datum) and asked:
+        raise InputError(f"datum: inner and {asked[0]} contradict each other: inner holds no single point")
+    held = np.zeros(len(unknowns), dtype=bool)
+    for part in asked:
+        line, dot, axis = part.rpartition(".")
+        names = [each.name for each in robot.lines]
+        if part in names:
+            line, axes = part, list(AXES)
+        elif dot and line in names and axis in AXES:
+            axes = [axis]
+        else:
+            allowed = chain([INNER], names, (f"{name}.{AXES[0]}" for name in names))
+            raise UnknownName("datum", part, list(allowed))
+        for each in axes:
+            picked = _picks(unknowns, "exit_point", line, AXES.index(each)) > 0.0
+            if not picked.any():
+                raise InputError(f"datum {part}: exit_point is not among the unknowns")
+            if (held & picked).any():
+                raise InputError(f"datum: the {each} coordinate of {line} is held twice")
+            held |= picked
+    return held

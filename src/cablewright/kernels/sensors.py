@@ -1,0 +1,328 @@
+"""What each sensor of a calibration should read of straight, stiff lines over sheaves, with its derivatives.
+
+Length over a swivelling sheave: Wang, Caro 2021, Eqs. 1 to 10, with the sign of Eq. 11 as in Eqs. 3 and 6, and either
+side of wrap. Its derivative is the unit vector u along the free cable by the platform point, and -u by the exit point.
+"""
+
+from math import asin, atan2, exp, expm1, floor, nan, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit
+from cablewright.kernels.rotation import compose, matrix
+
+# Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
+# zero counts, from the exit point; the scale is the true length over the counted one; the build-up is how much of
+# itself the drum's radius loses per length paid out, 1/m.
+EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
+COLUMNS = 11
+
+# Kinds of rows. `line` and `other` name lines or axes, `extra` holds six numbers; what they mean:
+ENCODER = 0  # line
+COORDINATE = 1  # other: the axis of the pose, 3 to 5 of a rotation, whose measured vector is extra[:3]
+SWIVEL = 2  # line: azimuth of its free cable, rad
+TILT = 3  # other: 0 about x, 1 about y, rad: of the platform against the plumb line
+REACH = 4  # extra: a point of the world, a point of the platform: their distance, m
+PLANE = 5  # extra: unit normal, a point of the platform: its distance along the normal from the origin, m
+BALANCE = 6  # extra[:3]: a direction times 1 / N: the force along it that measured tensions leave unbalanced
+BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
+
+STRAIGHT = 1e-5  # counted build-up under which its series is exact
+LEAST = 1e-9  # m: shorter distances have no direction
+
+
+class Rows(NamedTuple):
+    """Measurements, in the order of poses; those of no pose come last. N poses, R rows, k unknowns, m lines."""
+
+    freedoms: int  # n: 3 or 6
+    start: NDArray[np.int64]  # (N + 1,) first row of each pose, and the first one of none
+    kind: NDArray[np.int64]  # (R,)
+    line: NDArray[np.int64]  # (R,)
+    other: NDArray[np.int64]  # (R,)
+    extra: NDArray[np.float64]  # (R, 6)
+    lines: NDArray[np.float64]  # (m, COLUMNS): what is no unknown
+    target: NDArray[np.int64]  # (m, COLUMNS): which unknown stands there, -1 for none
+    tensions: NDArray[np.float64]  # (N, m) N, measured; for BALANCE alone
+    load: NDArray[np.float64]  # (3,) N, world, on the platform; for BALANCE alone
+    linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
+    wanted: NDArray[np.float64]  # (q,): what they should give
+
+
+class Reading(NamedTuple):
+    """Scratch of one row: derivatives by the pose, and those by unknowns that are not zero."""
+
+    slope: NDArray[np.float64]  # (6,)
+    gradient: NDArray[np.float64]  # (m * COLUMNS,)
+    unknown: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; one may be there twice
+    rotation: NDArray[np.float64]  # (3, 3) of the pose
+    lines: NDArray[np.float64]  # (m, COLUMNS): all numbers of the lines, unknowns in place
+    free: NDArray[np.float64]  # (9,): length, u (3,), per radius, free span, horizontal distance, its cosine and sine
+    turn: NDArray[np.float64]  # (3,)
+
+
+@jit(allocates=True)
+def reading(m):
+    """Scratch for *m* lines."""
+    return Reading(
+        np.zeros(6),
+        np.zeros(m * COLUMNS),
+        np.zeros(m * COLUMNS, np.int64),
+        np.eye(3),
+        np.zeros((m, COLUMNS)),
+        np.zeros(9),
+        np.zeros(3),
+    )
+
+
+@jit
+def place_unknowns(rows, theta, lines):
+    """Write all numbers of the lines to *lines*: unknowns from *theta* (k,)."""
+    for i in range(lines.shape[0]):
+        for c in range(COLUMNS):
+            at = rows.target[i, c]
+            lines[i, c] = rows.lines[i, c] if at < 0 else theta[at]
+
+
+@jit
+def over_sheave(line, x, y, z, free):
+    """Write to *free* the line to the point (x, y, z). Its length is NaN where the point is within the sheave."""
+    dx, dy, dz = x - line[EXIT], y - line[EXIT + 1], z - line[EXIT + 2]
+    rho = sqrt(dx * dx + dy * dy)
+    ex, ey = (dx / rho, dy / rho) if rho > LEAST else (1.0, 0.0)
+    side, radius = line[SIDE], line[RADIUS]
+    if side == 0.0:
+        span = sqrt(rho * rho + dz * dz)
+        c, s, length, per_radius = rho / span, dz / span, span, 0.0
+    else:
+        across, turn = rho - radius, side * radius
+        square = across * across + dz * dz
+        span = sqrt(square - radius * radius) if square > radius * radius and radius > 0.0 else nan
+        c, s = (across * span + dz * turn) / square, (dz * span - across * turn) / square
+        wrapped = 0.5 * pi - side * (atan2(dz, across) - asin(max(-1.0, min(1.0, turn / sqrt(square)))))
+        length, per_radius = span + radius * wrapped, wrapped - c
+    free[0], free[1], free[2], free[3], free[4] = length, c * ex, c * ey, s, per_radius
+    free[5], free[6], free[7], free[8] = span, rho, c, s
+
+
+@jit
+def paid_out(line, counted):
+    """Length that *counted* stands for, m, its derivative by the scale and by the build-up."""
+    scale, build_up = line[SCALE], line[BUILD_UP]
+    x = build_up * counted
+    if abs(x) < STRAIGHT:
+        one = counted * (1.0 - 0.5 * x + x * x / 6.0)
+        return scale * one, one, -scale * counted * counted * (0.5 - x / 3.0)
+    one = -expm1(-x) / build_up
+    return scale * one, one, scale * (counted * exp(-x) - one) / build_up
+
+
+@jit
+def read_row(rows, i, j, value, pose, work):
+    """Residual of row *i* at pose *j*, and how many derivatives by unknowns are in *work*. NaN where it has none."""
+    kind = rows.kind[i]
+    work.slope[:] = 0.0
+    if kind == ENCODER:
+        return _encoder(rows, rows.line[i], value, pose, work)
+    if kind == COORDINATE:
+        return _coordinate(rows.other[i], rows.extra[i], value, pose, work), 0
+    if kind == SWIVEL:
+        return _swivel(rows, rows.line[i], value, pose, work)
+    if kind == TILT:
+        return _tilt(rows.other[i], value, work), 0
+    if kind in (REACH, PLANE):
+        return _contact(kind, rows.extra[i], value, pose, work), 0
+    if kind == BALANCE:
+        return _balance(rows, j, rows.extra[i], pose, work)
+    return _between(rows, rows.line[i], rows.other[i], value, work)
+
+
+@jit
+def _put(rows, work, count, line, column, amount):
+    """Note a derivative by one number of a line, if it is an unknown. Returns the count."""
+    at = rows.target[line, column]
+    if at < 0:
+        return count
+    work.gradient[count], work.unknown[count] = amount, at
+    return count + 1
+
+
+@jit
+def _arm(work, line):
+    """Where a line is tied to the platform, from the platform's origin, world."""
+    turned, point = work.rotation, work.lines[line]
+    x, y, z = point[POINT], point[POINT + 1], point[POINT + 2]
+    return (
+        turned[0, 0] * x + turned[0, 1] * y + turned[0, 2] * z,
+        turned[1, 0] * x + turned[1, 1] * y + turned[1, 2] * z,
+        turned[2, 0] * x + turned[2, 1] * y + turned[2, 2] * z,
+    )
+
+
+@jit
+def _by_point(rows, work, line, count, ax, ay, az, gx, gy, gz):
+    """Derivatives by pose, exit point and platform point of what has the gradient (gx, gy, gz) by the point tied."""
+    slope, turned = work.slope, work.rotation
+    slope[0] += gx
+    slope[1] += gy
+    slope[2] += gz
+    slope[3] += ay * gz - az * gy
+    slope[4] += az * gx - ax * gz
+    slope[5] += ax * gy - ay * gx
+    count = _put(rows, work, count, line, EXIT, -gx)
+    count = _put(rows, work, count, line, EXIT + 1, -gy)
+    count = _put(rows, work, count, line, EXIT + 2, -gz)
+    for axis in range(3):
+        along = turned[0, axis] * gx + turned[1, axis] * gy + turned[2, axis] * gz
+        count = _put(rows, work, count, line, POINT + axis, along)
+    return count
+
+
+@jit
+def _encoder(rows, i, counted, pose, work):
+    line, free = work.lines[i], work.free
+    ax, ay, az = _arm(work, i)
+    over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
+    out, per_scale, per_build_up = paid_out(line, counted)
+    count = _by_point(rows, work, i, 0, ax, ay, az, free[1], free[2], free[3])
+    count = _put(rows, work, count, i, RADIUS, free[4])
+    count = _put(rows, work, count, i, OFFSET, -1.0)
+    count = _put(rows, work, count, i, SCALE, -per_scale)
+    count = _put(rows, work, count, i, BUILD_UP, -per_build_up)
+    return free[0] - line[OFFSET] - out, count
+
+
+@jit
+def _coordinate(axis, extra, value, pose, work):
+    work.slope[axis] = 1.0
+    if axis < 3:
+        return pose[axis] - value
+    for k in range(3):  # its derivative is that of a small turn: the measured rotation is near
+        work.turn[k] = -extra[k]
+    compose(pose[3], pose[4], pose[5], work.turn)
+    return work.turn[axis - 3]
+
+
+@jit
+def _swivel(rows, i, value, pose, work):
+    line, free = work.lines[i], work.free
+    ax, ay, az = _arm(work, i)
+    over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
+    dx, dy = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1]
+    square = max(dx * dx + dy * dy, LEAST * LEAST)
+    count = _by_point(rows, work, i, 0, ax, ay, az, -dy / square, dx / square, 0.0)
+    off = atan2(dy, dx) - value
+    return off - 2.0 * pi * floor((off + pi) / (2.0 * pi)), count
+
+
+@jit
+def _tilt(about, value, work):
+    """How the plumb line leans in the platform's frame, rad; d(R^T e_z) = -R^T (w x e_z) for a turn w in space."""
+    turned, slope = work.rotation, work.slope
+    up, sign = turned[2, 2], (1.0 if about == 0 else -1.0)
+    axis = 1 - about
+    lean = turned[2, axis]
+    square = lean * lean + up * up
+    for k in range(2):  # w x e_z is (w_y, -w_x, 0)
+        row, turn = (1, 1.0) if k == 0 else (0, -1.0)
+        change, rise = turn * turned[row, axis], turn * turned[row, 2]
+        slope[3 + k] = sign * (change * up - lean * rise) / square
+    return sign * atan2(lean, up) - value
+
+
+@jit
+def _contact(kind, extra, value, pose, work):
+    turned, slope = work.rotation, work.slope
+    arm, spot = work.turn, work.free
+    for a in range(3):
+        arm[a] = turned[a, 0] * extra[3] + turned[a, 1] * extra[4] + turned[a, 2] * extra[5]
+        spot[a] = pose[a] + arm[a]
+    if kind == PLANE:
+        for a in range(3):
+            slope[a] = extra[a]
+        size = spot[0] * extra[0] + spot[1] * extra[1] + spot[2] * extra[2]
+    else:
+        size = sqrt((spot[0] - extra[0]) ** 2 + (spot[1] - extra[1]) ** 2 + (spot[2] - extra[2]) ** 2)
+        for a in range(3):
+            slope[a] = (spot[a] - extra[a]) / max(size, LEAST)
+    slope[3] = arm[1] * slope[2] - arm[2] * slope[1]
+    slope[4] = arm[2] * slope[0] - arm[0] * slope[2]
+    slope[5] = arm[0] * slope[1] - arm[1] * slope[0]
+    return size - value
+
+
+@jit
+def _balance(rows, j, along, pose, work):
+    """Load less tensions times u, along a direction; u turns as the point tied moves across it."""
+    free = work.free
+    left = along[0] * rows.load[0] + along[1] * rows.load[1] + along[2] * rows.load[2]
+    count = 0
+    for i in range(rows.lines.shape[0]):
+        line, t = work.lines[i], rows.tensions[j, i]
+        ax, ay, az = _arm(work, i)
+        over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
+        rho, c, s = max(free[6], LEAST), free[7], free[8]
+        ex, ey = (pose[0] + ax - line[EXIT]) / rho, (pose[1] + ay - line[EXIT + 1]) / rho
+        inward = along[2] * c - s * (along[0] * ex + along[1] * ey)
+        around = (along[1] * ex - along[0] * ey) * c / rho
+        turn = inward / free[5]
+        left -= t * (along[0] * free[1] + along[1] * free[2] + along[2] * free[3])
+        gx, gy = -turn * s * ex - around * ey, -turn * s * ey + around * ex
+        count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * turn * c)
+        count = _put(rows, work, count, i, RADIUS, t * turn * (line[SIDE] - s))
+    return left, count
+
+
+@jit
+def _between(rows, i, other, value, work):
+    one, two = work.lines[i], work.lines[other]
+    x, y, z = one[0] - two[0], one[1] - two[1], one[2] - two[2]
+    size = sqrt(x * x + y * y + z * z)
+    share = 1.0 / max(size, LEAST)
+    count = 0
+    for line, sign in ((i, share), (other, -share)):
+        count = _put(rows, work, count, line, EXIT, sign * x)
+        count = _put(rows, work, count, line, EXIT + 1, sign * y)
+        count = _put(rows, work, count, line, EXIT + 2, sign * z)
+    return size - value, count
+
+
+@jit
+def begin_pose(pose, work):
+    """Make *work* ready for the rows of a pose (n,)."""
+    if pose.shape[0] == 6:
+        matrix(pose[3:], work.rotation)
+
+
+@jit(allocates=True)
+def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradients):
+    """Weighted residuals (R,) and derivatives by pose (R, n) and unknowns (R, k) at *theta* and *poses* (N, n)."""
+    work = reading(rows.lines.shape[0])
+    place_unknowns(rows, theta, work.lines)
+    gradients[:, :] = 0.0
+    slopes[:, :] = 0.0
+    for j in range(poses.shape[0] + 1):
+        alone = j == poses.shape[0]
+        pose = poses[0 if alone else j]
+        begin_pose(pose, work)
+        for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
+            off, count = read_row(rows, i, j, values[i], pose, work)
+            residuals[i] = weights[i] * off
+            for k in range(rows.freedoms):
+                slopes[i, k] = weights[i] * work.slope[k]
+            for k in range(count):
+                gradients[i, work.unknown[k]] += weights[i] * work.gradient[k]
+
+
+@jit(allocates=True)
+def lengths_at(rows, theta, poses, lengths):
+    """Lengths (N, m) from exit point to platform, m, at *poses* (N, n); NaN within a sheave."""
+    work = reading(rows.lines.shape[0])
+    place_unknowns(rows, theta, work.lines)
+    for j in range(poses.shape[0]):
+        begin_pose(poses[j], work)
+        for i in range(lengths.shape[1]):
+            ax, ay, az = _arm(work, i)
+            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
+            lengths[j, i] = work.free[0]

@@ -1,0 +1,260 @@
+"""`calibrate` and `simulate-calibration`: their JSON, what they write, and bad input in one line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.calibration.simulation import aligned, random_poses
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import library_text, load
+from cablewright.solvers.inverse import solve_inverse
+
+KEYS = {"status", "rms", "iterations", "unknowns", "rank", "gauge", "weakest", "sigma", "rejected", "robot"}
+TRUE = np.array([line.exit_point for line in load("wang2021").lines])
+
+
+@pytest.fixture(scope="module")
+def data(cli, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("data") / "d.csv"
+    made = cli("simulate-calibration", "wang2021", "--poses", "40", "--noise", "0.0001", "--seed", "1", "--out", file)
+    assert made.code == 0
+    return file
+
+
+@pytest.fixture
+def changed(data: Path, tmp_path: Path) -> Callable[..., Path]:
+    """The data with each table of cells changed."""
+
+    def write(change: Callable[[list[list[str]]], list[list[str]]]) -> Path:
+        rows = [line.split(",") for line in data.read_text().splitlines() if not line.startswith("#")]
+        file = tmp_path / "changed.csv"
+        file.write_text("".join(",".join(row) + "\n" for row in change(rows)))
+        return file
+
+    return write
+
+
+def test_json(cli, data: Path) -> None:
+    found = cli("calibrate", "wang2021", data, "--json").json
+    assert found.keys() >= KEYS
+    assert found["status"] == "ok"
+    assert (found["unknowns"], found["rank"]) == (136, 132)
+    assert found["gauge"] == ["translation along x", "translation along y", "translation along z", "yaw"]
+    assert 1e-5 < found["rms"] < 1e-4
+    assert found["encoder_sigma"] == pytest.approx(1e-4, rel=0.5)
+    assert found["rejected"] == []
+    assert len(found["sigma"]) == 16
+    assert all(value > 0.0 for value in found["sigma"].values())
+    exits = np.array([line["exit_point"] for line in found["robot"]["lines"]])
+    assert np.abs(exits - TRUE).max() < 0.05
+
+
+def test_without_noise_it_is_exact_and_the_same_twice(cli, tmp_path: Path) -> None:
+    file, truth = tmp_path / "d.csv", tmp_path / "true.json"
+    made = ("simulate-calibration", "wang2021", "--poses", "20", "--noise", "0", "--seed", "4", "--out", file)
+    assert cli(*made, "--truth", truth).code == 0
+    first, again = cli("calibrate", "wang2021", file, "--json"), cli("calibrate", "wang2021", file, "--json")
+    assert first.out == again.out
+    found, known = first.json, json.loads(truth.read_text())
+    assert found["rms"] < 1e-12
+    exits = np.array([line["exit_point"] for line in found["robot"]["lines"]])
+    places, poses = aligned(exits, TRUE, np.array(found["pose"]))
+    assert np.abs(places - TRUE).max() < 1e-9
+    assert np.abs(poses - known["poses"]).max() < 1e-9
+    home = [found["values"][f"home length of {line.name}"] for line in load("wang2021").lines]
+    assert home == pytest.approx(known["home_lengths"], abs=1e-9)
+
+
+def test_the_robot_is_written_with_its_comments_and_a_report(cli, data: Path, tmp_path: Path) -> None:
+    robot, out = tmp_path / "mine.toml", tmp_path / "new.toml"
+    robot.write_text(library_text("wang2021"))
+    found = cli("calibrate", robot, data, "--datum", "south-west,south-east.y", "--out", out, "--json").json
+    assert found["out"] == str(out)
+    assert robot.read_text() == library_text("wang2021")
+    written = load(out)
+    assert written.lines[0].exit_point == load("wang2021").lines[0].exit_point
+    assert written.lines[1].exit_point[1] == -1.75
+    assert written.lines[2].exit_point != load("wang2021").lines[2].exit_point
+    assert "# assumed, all exit points" in out.read_text()
+    page = (tmp_path / "new.html").read_text()
+    assert found["report"] == str(tmp_path / "new.html")
+    assert page.count("data:image/png") == 3
+    assert "http" not in page.split("</head>")[1]
+
+
+def test_text_for_people(cli, data: Path) -> None:
+    printed = cli("calibrate", "wang2021", data).out
+    assert "unknowns       136, of which the data alone decide 132" in printed
+    assert "open           translation along x, translation along y, translation along z, yaw" in printed
+    assert "three exit points surveyed" in printed
+
+
+def test_columns_in_mm_say_so(cli, data: Path, changed) -> None:
+    def in_mm(rows: list[list[str]]) -> list[list[str]]:
+        return [[f"{name} (mm)" for name in rows[0]], *([repr(1e3 * float(cell)) for cell in row] for row in rows[1:])]
+
+    same, found = (cli("calibrate", "wang2021", file, "--json").json for file in (data, changed(in_mm)))
+    assert found["rms"] == pytest.approx(same["rms"], rel=1e-6)
+
+
+def test_guesses_are_not_needed(cli, data: Path, changed) -> None:
+    same = cli("calibrate", "wang2021", data, "--json").json
+    found = cli("calibrate", "wang2021", changed(lambda rows: [row[:4] for row in rows]), "--json").json
+    assert found["rms"] == pytest.approx(same["rms"], rel=1e-6)
+
+
+def test_gross_errors_are_left_out_and_named(cli, changed) -> None:
+    def spoiled(rows: list[list[str]]) -> list[list[str]]:
+        for at in (8, 22):
+            rows[at][2] = repr(float(rows[at][2]) + 0.05)
+        return rows
+
+    answer = cli("calibrate", "wang2021", changed(spoiled), "--json")
+    assert [(each["pose"], each["row"]) for each in answer.json["rejected"]] == [(8, 9), (22, 23)]
+    assert answer.json["rms"] < 1e-4
+    assert (answer.json["unknowns"], answer.json["rank"]) == (130, 126)
+    assert "2 of 40 poses do not fit" in answer.err
+
+
+def test_a_plan_beside_the_data_counts(cli, data: Path, tmp_path: Path) -> None:
+    file = tmp_path / "d.csv"
+    file.write_text(data.read_text())
+    (tmp_path / "d.toml").write_text(
+        'schema = 1\nlevel = "1 mrad"\n[sigma]\nencoder = "0.1 mm"\n'
+        '[[distances]]\nbetween = ["south-west", "south-east"]\nvalue = "4.8826 m"\n'
+    )
+    plain, found = (cli("calibrate", "wang2021", each, "--json").json for each in (data, file))
+    assert found["encoder_sigma"] == 1e-4
+    assert max(found["sigma"].values()) < 0.5 * max(plain["sigma"].values())
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda rows: rows[:12], "11 poses; at least 12 are needed"),
+        (lambda rows: [rows[0], *[rows[5]] * 40], "only 1 of 40 poses differ"),
+        (lambda rows: [row[:2] + row[3:] for row in rows], "no column 'dl_3'"),
+        (lambda rows: [rows[0], *([repr(1e3 * float(c)) for c in row] for row in rows[1:])], "are these mm?"),
+        (lambda rows: [rows[0], *([repr(1e3 * float(row[0])), *row[1:]] for row in rows[1:])], "are units mixed?"),
+        (lambda rows: [*rows[:5], ["nan"] * 7, *rows[6:]], "line 6: dl_1 = 'nan': must be a finite number"),
+        (lambda rows: [*rows[:5], [""] * 7, *rows[6:]], "line 6: dl_1 = '': must be a finite number"),
+        (lambda rows: [*rows[:5], rows[5][:6], *rows[6:]], "line 6: 6 cells; the header has 7"),
+        (lambda rows: [[*rows[0][:3], "dl_5", *rows[0][4:]], *rows[1:]], "unknown column 'dl_5'; 'wang2021' has 4"),
+        (lambda rows: [[*rows[0][:3], "dl_1", *rows[0][4:]], *rows[1:]], "more than one column 'dl_1'"),
+        (lambda rows: [["dl_1 (inch)", *rows[0][1:]], *rows[1:]], "unknown unit 'inch'"),
+        (lambda rows: [row[:6] for row in rows], "no column 'z'"),
+        (lambda rows: rows[:1], "a header, but no poses"),
+        (lambda rows: [], "empty"),
+    ],
+)
+def test_bad_data_are_one_line_and_change_nothing(cli, changed, tmp_path: Path, change, told: str) -> None:
+    robot = tmp_path / "mine.toml"
+    robot.write_text(library_text("wang2021"))
+    out = tmp_path / "new.toml"
+    assert told in cli("calibrate", robot, changed(change), "--out", out).refusal
+    assert robot.read_text() == library_text("wang2021")
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("datum", "told"),
+    [
+        ("south-west,south-west.x", "held twice"),
+        ("inner,south-west", "contradict each other"),
+        ("nobody", "unknown datum 'nobody'"),
+        ("south-west.q", "unknown datum"),
+    ],
+)
+def test_a_bad_datum(cli, data: Path, datum: str, told: str) -> None:
+    assert told in cli("calibrate", "wang2021", data, "--datum", datum).refusal
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("schema = 1\nunknown = []\n", "unknown key"),
+        ('schema = 1\nunknowns = ["exit"]\n', "unknown unknown 'exit'"),
+        ('schema = 1\nunknowns = ["platform_point"]\n', "point platform"),
+        ('schema = 1\n[sigma]\nencoder = "-1 mm"\n', "sigma.encoder"),
+        ('schema = 1\ndatum = ["south-west"]\n', "give one of them"),
+    ],
+)
+def test_a_bad_plan(cli, data: Path, tmp_path: Path, text: str, told: str) -> None:
+    plan = tmp_path / "plan.toml"
+    plan.write_text(text)
+    assert told in cli("calibrate", "wang2021", data, "--plan", plan, "--datum", "south-east").refusal
+
+
+def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tmp_path: Path) -> None:
+    def shuffled(rows: list[list[str]]) -> list[list[str]]:
+        return [rows[0], *([row[1], row[0], row[2], repr(-float(row[3])), *row[4:]] for row in rows[1:])]
+
+    out = tmp_path / "new.toml"
+    answer = cli("calibrate", "wang2021", changed(shuffled), "--out", out, "--json")
+    assert answer.no.startswith("not calibrated: ")
+    assert answer.json["status"] in ("not-converged", "inconsistent")
+    assert answer.json["out"] is None
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--poses", "0"), ("--poses", "999999999"), ("--noise", "-1"), ("--noise", "nan"), ("--seed", "-1")],
+)
+def test_bad_simulations(cli, tmp_path: Path, options: tuple[str, str]) -> None:
+    given = {"--poses": "20", "--noise": "0.0001", "--seed": "1", "--out": str(tmp_path / "d.csv")} | dict([options])
+    assert cli("simulate-calibration", "wang2021", *(part for pair in given.items() for part in pair)).refusal
+
+
+def test_lines_that_stretch(cli, data: Path, tmp_path: Path) -> None:
+    """From measured poses; without them it is refused."""
+    robot = load("wang2021")
+    model = Model(robot, Fidelity.of("elastic"))
+    poses = random_poses(robot, 20, np.random.default_rng(1))
+    lengths = solve_inverse(model, poses).checked().lengths
+    table = np.column_stack([lengths - lengths[0], poses, np.full(poses.shape, 1e-3)])
+    header = ",".join([*(f"dl_{i}" for i in range(1, 5)), "x,y,z,sigma_x,sigma_y,sigma_z"])
+    file, out = tmp_path / "d.csv", tmp_path / "new.toml"
+    file.write_text("\n".join([header, *(",".join(map(repr, row)) for row in table.tolist())]) + "\n")
+    plan = tmp_path / "plan.toml"
+    plan.write_text('schema = 1\nunknowns = ["exit_point", "length_offset", "modulus"]\nshared = ["modulus"]\n')
+    found = cli("calibrate", "wang2021", file, "--cable", "elastic", "--plan", plan, "--out", out, "--json").json
+    assert found.keys() >= KEYS
+    assert found["gauge"] == []
+    assert found["rms"] < 1e-8
+    assert load(out).lines[0].cable.young_modulus == pytest.approx(100e9, rel=1e-4)
+    assert "need measured poses" in cli("calibrate", "wang2021", data, "--cable", "elastic").refusal
+    assert "unknown cable law" in cli("calibrate", "wang2021", file, "--cable", "rubber").refusal
+    assert (
+        "datum: goes with rigid" in cli("calibrate", "wang2021", file, "--cable", "elastic", "--datum", "inner").refusal
+    )
+
+
+def test_a_body_may_be_guessed_unrotated(cli, tmp_path: Path) -> None:
+    file, cut = tmp_path / "d.csv", tmp_path / "cut.csv"
+    cli(
+        "simulate-calibration",
+        "jung2020",
+        "--poses",
+        "30",
+        "--noise",
+        "0",
+        "--seed",
+        "2",
+        "--guess",
+        "0.02",
+        "--out",
+        file,
+    )
+    rows = [line.split(",") for line in file.read_text().splitlines() if not line.startswith("#")]
+    cut.write_text("".join(",".join(row[:11]) + "\n" for row in rows))
+    found = cli("calibrate", "jung2020", cut, "--rough", "0.05", "--json").json
+    assert found["status"] == "ok"
+    assert found["rms"] < 1e-10
+    assert len(found["gauge"]) == 6
