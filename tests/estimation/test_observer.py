@@ -12,6 +12,7 @@ import pytest
 import cablewright.estimation
 from cablewright.errors import InputError
 from cablewright.estimation import observer
+from cablewright.estimation.room import Laser
 from cablewright.estimation.trail import Trail
 from cablewright.machine.settings import LidarSettings
 from cablewright.robot import load
@@ -168,6 +169,15 @@ def test_a_quasi_static_machine_is_found_too() -> None:
     told = drive(40.0, seed=2, plant="quasi-static")
     found = observe(told)
     assert errors(found, told, 8.0).max() < 0.03
+
+
+def test_an_operators_laser_picks_and_a_wrong_one_is_named(whole: Any) -> None:
+    x, y, _ = whole[99][1].position
+    right = Laser("east", 2.5 - x), Laser("north", 5.0 - y)
+    assert observe(whole[:300], lasers=right)[-1].valid
+    found = observe(whole[:300], lasers=(Laser("east", 3.1 - x),))
+    assert not found[-1].valid
+    assert any("no place agrees with the laser" in sentence for _, sentence in named(found))
 
 
 def test_turns_do_not_queue_up(whole: Any) -> None:

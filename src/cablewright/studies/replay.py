@@ -60,7 +60,7 @@ def spread(values: Array) -> Spread:
 
 
 _COLUMNS: Final = (
-    "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "loose", "named", "clean",
+    "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "named", "clean",
 )  # fmt: skip
 
 
@@ -214,7 +214,7 @@ class _Judge:
             now, *error, math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
             _lean(estimate.rotation) - _lean(truth.rotation),
             float(not self._stands(now, truth)),
-            float(estimate.excess[line] - excess[line]), float(excess[line]), float(line),
+            float(estimate.excess[line] - excess[line]), float(excess[line]),
             float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()),
         )  # fmt: skip
         for name, value in zip(_COLUMNS, row, strict=True):
