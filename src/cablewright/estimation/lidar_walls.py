@@ -34,6 +34,7 @@ __all__ = [
     "WallSettings",
     "WallState",
     "WallStatus",
+    "look",
     "start",
     "steady_drift",
     "step",
