@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, check_plot
@@ -75,6 +74,8 @@ def _lasers(text: str) -> list[Laser]:
 
 
 def _values(found: Replay, log: Path, plot: Path | None) -> dict[str, Any]:
+    import numpy as np
+
     times = np.array(found.step_times)
     steps, share = found.named_share()
     since = found.column("time") - found.begin > _LEARNT
@@ -117,6 +118,8 @@ def _values(found: Replay, log: Path, plot: Path | None) -> dict[str, Any]:
 
 def _position(found: Replay, *, moving: bool) -> dict[str, Any]:
     """Errors of steps that move, or stand: in space, from above, in height; and shares within the paper's bounds."""
+    import numpy as np
+
     chosen = found.chosen(moving=moving)
     space, level, height = found.position(moving=moving), found.level(moving=moving), found.column("z")[chosen]
     shares = {
