@@ -40,7 +40,7 @@ class Chosen:
     random_rms: float  # m, of as many random poses: the middle of some draws
     random_worst: float
     travel: float  # m, from pose to pose
-    travel_unordered: float  # m, in the order in which they were chosen
+    travel_unordered: float  # m, in the order in which the candidates were drawn
 
 
 def choose(
@@ -68,7 +68,7 @@ def choose(
     rows = _reduced(problem, places) * (problem.encoder_sigma / sigma)
     exits = np.array([each.name == "exit_point" for each in problem.unknowns])
     search = _Search(rows, exits, criterion)
-    chosen = search.exchanged(search.greedy(count))
+    chosen = np.sort(search.exchanged(search.greedy(count)))  # rounding decides in which order they are found
     ordered = _ordered(places[chosen, :3])
     path = places[chosen][ordered]
     random = [search.sigmas(rng.choice(candidates, count, replace=False)) for _ in range(_DRAWS)]

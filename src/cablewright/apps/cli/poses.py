@@ -84,7 +84,7 @@ def poses(
     typer.echo(f"{count} poses of {candidates} candidates, {criterion}, encoders {sigma * 1e3:g} mm")
     typer.echo(f"sigma of exit points   rms {found.sigma_rms * 1e3:.3g} mm, worst {found.sigma_worst * 1e3:.3g} mm")
     typer.echo(f"as many random poses   rms {found.random_rms * 1e3:.3g} mm, worst {found.random_worst * 1e3:.3g} mm")
-    typer.echo(f"travel                 {found.travel:.1f} m; in the order of choice {found.travel_unordered:.1f} m")
+    typer.echo(f"travel                 {found.travel:.1f} m; in the order drawn {found.travel_unordered:.1f} m")
     if out is not None:
         typer.echo(f"written to             {out}")
     return 0
