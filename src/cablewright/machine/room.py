@@ -56,10 +56,10 @@ class Ground:
     def pour(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
         """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
         ends = np.array([start, end])
-        cells = self.field.cells_of(ends)
-        if not ((cells >= 0) & (cells < self.field.shape)).all():
+        if not self.field.holds(ends).all():
             self.outside += mass
             return
+        cells = self.field.cells_of(ends)
         pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
         near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
         self._top = max(self._top, float(self.field.heights[tuple(near)].max()))

@@ -200,45 +200,45 @@ class LidarSettings(Description):
         return self
 
 
-class InertialSensor(Description):
-    """Accelerometer and gyro. Deviations are of one reading, biases of one unit; m/s^2 and rad/s."""
+class _Sensor(Description):
+    """What every timed sensor has: readings lost, and readings that are anything, as shares."""
 
     rate: _Rate
+    dropout: _Share = 0.0
+    outliers: _Share = 0.0
+
+
+class InertialSensor(_Sensor):
+    """Accelerometer and gyro. Deviations are of one reading, biases of one unit; m/s^2 and rad/s."""
+
     place: Vec3
     acceleration_deviation: _Size
     acceleration_bias: _Size
     rate_deviation: _Size
     rate_bias: _Size
-    dropout: _Share = 0.0
     outliers: _Share = 0.0
 
 
-class LineSensor(Description):
+class LineSensor(_Sensor):
     """Accelerometers on the lines, ``from_platform`` along the cable before B."""
 
-    rate: _Rate
     from_platform: NonNegative[Length]
     deviation: NonNegative[Angle]
-    dropout: _Share = 0.0
     outliers: _Share = 0.0
 
 
-class DistanceSensor(Description):
+class DistanceSensor(_Sensor):
     """From the valve down the drum's axis."""
 
-    rate: _Rate
     least: NonNegative[Length]
     most: Positive[Length]
     deviation: NonNegative[Length]
-    dropout: _Share = 0.0
     outliers: _Share = 0.0
 
 
-class Encoder(Description):
+class Encoder(_Sensor):
     """How often the counters are read; an outlier is one counter with one bit turned."""
 
-    rate: _Rate
-    dropout: _Share = 0.0
     outliers: _Share = 0.0
 
 

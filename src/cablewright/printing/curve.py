@@ -137,10 +137,10 @@ def draw_many(wanted: Wanted, seed: int, count: int, progress: Progress) -> list
     return curves
 
 
-def ranked(curves: list[Curve], area: tuple[float, float]) -> list[int]:
-    """Numbers of *curves*, those first that cover *area* (sides, m) best."""
-    remoteness = [curve.remoteness(area) for curve in curves]
-    return sorted(range(len(curves)), key=remoteness.__getitem__)
+def ranked(curves: list[Curve], area: tuple[float, float]) -> dict[int, float]:
+    """Numbers of *curves* and their `remoteness`, those first that cover *area* (sides, m) best."""
+    remoteness = {number: curve.remoteness(area) for number, curve in enumerate(curves)}
+    return dict(sorted(remoteness.items(), key=lambda each: each[1]))
 
 
 def _shares(count: int) -> Array:

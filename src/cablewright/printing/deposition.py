@@ -73,8 +73,7 @@ def lay_bead(field: HeightField, start: Array, end: Array, bead: Bead, flow: flo
 def _lay(field: HeightField, start: Array, end: Array, volumes: Array, profile: Profile, reach: Array) -> None:
     start, end = np.asarray(start, dtype=float)[:, :2], np.asarray(end, dtype=float)[:, :2]
     for places in (start, end):
-        cells = field.cells_of(places)
-        outside = np.flatnonzero(~((cells >= 0) & (cells < field.shape)).all(axis=1))
+        outside = np.flatnonzero(~field.holds(places))
         if len(outside):
             x, y = places[outside[0]]
             raise InputError(f"piece {outside[0]} of the path leaves the field at ({x:.3f}, {y:.3f}) m")

@@ -57,6 +57,11 @@ class HeightField:
         """(n, 2) the cells in which *places* (n, 2 or more), m, lie; they may be outside."""
         return np.floor((places[:, :2] - self.low) / self.cell).astype(np.int64)
 
+    def holds(self, places: Array) -> NDArray[np.bool_]:
+        """(n,) whether *places* (n, 2 or more), m, lie in a cell of the field."""
+        cells = self.cells_of(places)
+        return np.asarray(((cells >= 0) & (cells < self.shape)).all(axis=1))
+
     def at(self, places: Array) -> Array:
         """(n,) heights at *places* (n, 2 or more), m, linear between middles of cells; NaN outside the field."""
         share = (places[:, :2] - self.low) / self.cell
@@ -92,7 +97,7 @@ def rebuilt(points: Array, like: HeightField) -> HeightField:
     """A field of the cells of *like* from scanned *points* (n, 3), m: the median in each cell, NaN where none fell."""
     nx, ny = like.shape
     cells = like.cells_of(points)
-    inside = ((cells >= 0) & (cells < [nx, ny])).all(axis=1) & np.isfinite(points[:, 2])
+    inside = like.holds(points) & np.isfinite(points[:, 2])
     which, z = cells[inside, 0] * ny + cells[inside, 1], points[inside, 2]
     order = np.lexsort((z, which))
     which, z = which[order], z[order]

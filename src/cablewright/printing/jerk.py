@@ -86,23 +86,23 @@ def averaged(knots: Knots, arrival: Array, places: Array, window: float) -> tupl
     time, open_ = arrival + 0.5 * window, np.arange(len(places))
     for _ in range(_STEPS):
         at = time[open_]
-        off = _mean(knots, at, window) - places[open_]
+        mean, speed = _running(knots, at, window)
+        off = mean - places[open_]
         low[open_[off <= 0.0]], high[open_[off >= 0.0]] = at[off <= 0.0], at[off >= 0.0]
-        better = at - off / np.maximum(_speed(knots, at, window), 1e-12)
+        better = at - off / np.maximum(speed, 1e-12)
         inside = (better > low[open_]) & (better < high[open_])
         time[open_] = np.where(inside, better, 0.5 * (low[open_] + high[open_]))
         open_ = open_[np.abs(time[open_] - at) > 1e-9 * window]
         if len(open_) == 0:
             break
-    return np.maximum.accumulate(time), _speed(knots, time, window)
+    return np.maximum.accumulate(time), _running(knots, time, window)[1]
 
 
-def _mean(knots: Knots, time: Array, window: float) -> Array:
-    return np.asarray((_evaluated(knots, time)[1] - _evaluated(knots, time - window)[1]) / window)
-
-
-def _speed(knots: Knots, time: Array, window: float) -> Array:
-    return np.asarray((_evaluated(knots, time)[0] - _evaluated(knots, time - window)[0]) / window)
+def _running(knots: Knots, time: Array, window: float) -> tuple[Array, Array]:
+    """The mean place over the *window* before *time* (n,), and how fast it moves."""
+    place, area = _evaluated(knots, time)
+    before, less = _evaluated(knots, time - window)
+    return (area - less) / window, (place - before) / window
 
 
 def _evaluated(knots: Knots, time: Array) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from cablewright.apps.cli.output import numbers, print_json, progress, write_pic
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.printing.curve import Curve, Wanted
+    from cablewright.printing.curve import Curve
 
 __all__ = ["curves"]
 
@@ -48,7 +48,7 @@ def curves(
         from cablewright.apps.report.curves_picture import curves_picture
 
         write_picture(plot, curves_picture, [(number, found[number]) for number in order], wanted)
-    rows = [_row(number, found[number], wanted) for number in order]
+    rows = [_row(number, found[number], distance) for number, distance in order.items()]
     if as_json:
         print_json({"status": "ok", "seed": seed, "curves": rows, "plot": None if plot is None else str(plot)})
     else:
@@ -56,14 +56,14 @@ def curves(
     return 0
 
 
-def _row(number: int, curve: Curve, wanted: Wanted) -> dict[str, Any]:
+def _row(number: int, curve: Curve, distance: float) -> dict[str, Any]:
     return {
         "number": number,
         "length": curve.length,
         "crossings": len(curve.crossings),
         "least_radius": curve.least_radius,
         "least_angle": float(curve.crossings[:, 2].min()) if len(curve.crossings) else None,
-        "mean_distance": curve.remoteness(wanted.area),
+        "mean_distance": distance,
     }
 
 
