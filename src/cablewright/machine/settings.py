@@ -216,7 +216,6 @@ class InertialSensor(_Sensor):
     acceleration_bias: _Size
     rate_deviation: _Size
     rate_bias: _Size
-    outliers: _Share = 0.0
 
 
 class LineSensor(_Sensor):
@@ -224,7 +223,6 @@ class LineSensor(_Sensor):
 
     from_platform: NonNegative[Length]
     deviation: NonNegative[Angle]
-    outliers: _Share = 0.0
 
 
 class DistanceSensor(_Sensor):
@@ -233,13 +231,10 @@ class DistanceSensor(_Sensor):
     least: NonNegative[Length]
     most: Positive[Length]
     deviation: NonNegative[Length]
-    outliers: _Share = 0.0
 
 
 class Encoder(_Sensor):
     """How often the counters are read; an outlier is one counter with one bit turned."""
-
-    outliers: _Share = 0.0
 
 
 class ClimateSensor(Description):
