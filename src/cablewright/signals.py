@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "SOURCES",
+    "Barrier",
     "Climate",
     "Command",
     "Condition",
@@ -27,6 +28,8 @@ __all__ = [
     "Inertial",
     "LineAngles",
     "Notice",
+    "PrintState",
+    "Progress",
     "Reading",
     "Scan",
     "SensorFrame",
@@ -37,7 +40,7 @@ __all__ = [
 Array = NDArray[np.float64]
 _Kind = TypeVar("_Kind")
 
-SOURCES = ("north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate")
+SOURCES = ("north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier")
 """Names of the sensors; the first three are lidars."""
 
 
@@ -114,6 +117,14 @@ class Climate:
 
 
 @dataclass(frozen=True, eq=False)
+class Barrier:
+    """The light barrier round the machine's place."""
+
+    time: float  # s
+    broken: bool  # somebody is in the way of the light
+
+
+@dataclass(frozen=True, eq=False)
 class Scan:
     """One turn of a planar lidar. Ray k was measured at `times[k]`, at angle `angles[k]`."""
 
@@ -146,7 +157,7 @@ class Scan:
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-Reading = Encoders | Inertial | LineAngles | Distance | Climate | Scan
+Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +229,36 @@ class Estimate:
     covariance: Array | None = None  # (9, 9) of position, velocity, rotation in space; None: not known
     faults: tuple[Fault, ...] = field(default=())
     valid: bool = True  # False: position is a guess, do not control by it
+    clearance: float = float("nan")  # m of B over what lies below, on average: the fictive height; NaN: not known
 
     @property
     def yaw(self) -> float:
         """Turn of the drum about the vertical, rad, where it is tilted by little."""
         return float(self.rotation[2])
+
+
+class PrintState(StrEnum):
+    """What a print is doing."""
+
+    IDLE = "idle"
+    READY = "ready"
+    PRINTING = "printing"
+    PAUSED = "paused"
+    REFILLING = "refilling"
+    STOPPED = "stopped"
+    FAULT = "fault"
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """How far a print has come, once in each step of control."""
+
+    time: float  # s
+    state: PrintState
+    layer: int  # from 0 on
+    distance: float  # m along the path from its beginning, all layers
+    target: Array  # (3,) m, world: where B should be
+    error: (
+        float  # m: cross-track, seen from above, by the estimate; positive is left of the path; NaN: not following it
+    )
+    reason: str = ""  # why it is not printing

@@ -16,10 +16,11 @@ from mcap.writer import CompressionType, Writer
 from cablewright.errors import InputError
 from cablewright.machine import log as logs
 from cablewright.machine.log import Entry, LogHead, LogWriter, read_log
-from cablewright.machine.messages import TOPICS, decode
+from cablewright.machine.messages import decode
 from cablewright.machine.replay import ReplayedMachine
+from cablewright.machine.topics import TOPICS
 from cablewright.robot import load
-from cablewright.signals import Command, Condition, Notice, SensorFrame
+from cablewright.signals import Command, Condition, Estimate, Fault, Notice, PrintState, Progress, SensorFrame, frozen
 from twins import SETTINGS, machine
 
 SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])
@@ -33,9 +34,21 @@ def write(path: Path, steps: int = 150, plant: Any = "dynamic") -> list[Entry]:
         for _ in range(steps):
             command = Command(twin.time, SPEEDS, 0.5)
             frame = twin.step(command)
-            log.write(frame, command, twin.truth)
-            entries.append(Entry(frame, command, twin.truth))
+            entry = Entry(frame, command, twin.truth, *beside(twin.time))
+            log.write(entry.frame, entry.command, entry.truth, entry.estimate, entry.progress)
+            entries.append(entry)
     return entries
+
+
+def beside(time: float) -> tuple[Estimate, Progress]:
+    """What somebody made of a frame; values that stand for others' too."""
+    some, line = frozen([0.1, np.nan, time]), frozen(SPEEDS)
+    covariance = frozen(time * np.eye(9)) if time > 0.5 else None
+    fault = Fault("north", 0.25, "it is dark")
+    estimate = Estimate(
+        time, some, some, some, line, line, SPEEDS > 0.0, line, covariance, (fault,), time < 0.7, np.nan
+    )
+    return estimate, Progress(time, PrintState.PAUSED, 3, 1e3 * time, frozen([1.0, 2.0, 3.0]), np.nan, "a test")
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +117,7 @@ def test_other_readers_find_schemas_and_messages(written: tuple[Path, list[Entry
             validators.setdefault(schema.id, Draft202012Validator(content)).validate(values)
             assert set(values) == set(content["properties"])
             seen += 1
-    assert seen == sum(len(entry.frame.readings) + 3 for entry in entries)
+    assert seen == sum(len(entry.frame.readings) + 5 for entry in entries)
 
 
 def test_a_cut_log_is_read_up_to_there(written: tuple[Path, list[Entry]], tmp_path: Path) -> None:
@@ -176,6 +189,8 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
         ("/truth", b'{"time": 1, "position": [1, 2]}', "a message of /truth"),
         ("/frame", b'{"time": 1, "notices": [{"condition": "LOUD"}]}', "unknown condition 'LOUD'"),
         ("/frame", b'{"time": 1}', "notices: a list is wanted"),
+        ("/barrier", b'{"time": 1, "broken": 0}', "broken: true or false is wanted"),
+        ("/progress", b'{"time": 1, "state": "dancing", "target": []}', "unknown state 'dancing'"),
     ],
 )
 def test_a_message_that_is_none_is_named(topic: str, data: bytes, says: str) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Final, Self
+from typing import IO, Any, Final, Self, TypeVar
 
 import zstandard
 from mcap.exceptions import McapError
@@ -19,10 +19,11 @@ from mcap.writer import CompressionType, IndexType, Writer
 from pydantic import ValidationError
 
 from cablewright.errors import InputError
-from cablewright.machine.messages import TOPICS, decode, encode, encode_frame
+from cablewright.machine.messages import Signal, decode, encode, encode_frame
 from cablewright.machine.settings import MachineSettings
+from cablewright.machine.topics import TOPICS
 from cablewright.robot import Robot
-from cablewright.signals import Command, Condition, Notice, Reading, SensorFrame, Truth
+from cablewright.signals import Command, Condition, Estimate, Notice, Progress, SensorFrame, Truth
 
 __all__ = ["MOST_RECORD", "Entry", "Log", "LogHead", "LogWriter", "read_log"]
 
@@ -32,7 +33,11 @@ MOST_RECORD: Final = 64 << 20
 NEWEST_SCHEMA: Final = 1
 _CHUNK: Final = 256 << 10  # bytes: a second or two; what a crash loses
 _HEAD: Final = "cablewright"
+_BESIDE: Final = (Command, Truth, Estimate, Progress)  # what is no reading
 _BROKEN: Final = (McapError, CRCValidationError, zstandard.ZstdError, struct.error, UnicodeDecodeError, MemoryError)
+
+
+_Kind = TypeVar("_Kind")
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,8 @@ class Entry:
     frame: SensorFrame
     command: Command | None
     truth: Truth | None
+    estimate: Estimate | None = None
+    progress: Progress | None = None
 
 
 class LogWriter:
@@ -83,15 +90,21 @@ class LogWriter:
             )
             self._channels[topic.topic] = self._writer.register_channel(topic.topic, "json", number)
 
-    def write(self, frame: SensorFrame, command: Command | None = None, truth: Truth | None = None) -> None:
-        """Write one step: the command that it began with, its readings, and the truth at its end."""
+    def write(
+        self,
+        frame: SensorFrame,
+        command: Command | None = None,
+        truth: Truth | None = None,
+        estimate: Estimate | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Write one step: the command that it began with, its readings, the truth at its end, what was made of them."""
         now = round(frame.time * 1e9)
         counts = self.head.settings.winch.counts
-        signals: list[Reading | Command | Truth] = [] if command is None else [command]
-        signals += frame.readings
-        if truth is not None:
-            signals.append(truth)
-        for signal in signals:
+        told: tuple[Signal | None, ...] = (command, *frame.readings, truth, estimate, progress)
+        for signal in told:
+            if signal is None:
+                continue
             self._add(*encode(signal, self._lines, counts), now, round(max(signal.time, 0.0) * 1e9))
         self._add(*encode_frame(frame), now, now)
 
@@ -138,31 +151,27 @@ class Log:
         A frame whose clock is not past the one before is left out, with a notice in the next good one. Raises
         `InputError` for a message that is whole but wrong.
         """
-        readings: list[Reading] = []
-        command: Command | None = None
-        truth: Truth | None = None
+        told: list[Signal] = []
         last, skipped = -1.0, 0
         for record in self._records:
             if not isinstance(record, Message):
                 continue
             signal = decode(self._topics.get(record.channel_id, ""), record.data, str(self.path))
-            if isinstance(signal, Command):
-                command = signal
-            elif isinstance(signal, Truth):
-                truth = signal
-            elif isinstance(signal, SensorFrame):
-                if signal.time > last:
-                    notices = signal.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
-                    last, skipped = signal.time, 0
-                    yield Entry(SensorFrame(signal.time, tuple(readings), notices), command, truth)
-                else:
-                    if not skipped:
-                        self.notes.append(f"the clock jumps back from {last:g} to {signal.time:g} s: frames left out")
-                    skipped += 1
-                readings, command, truth = [], None, None
-            elif signal is not None:
-                readings.append(signal)
-        if readings or command is not None or truth is not None:
+            if signal is None:
+                continue
+            if not isinstance(signal, SensorFrame):
+                told.append(signal)
+                continue
+            if signal.time > last:
+                notices = signal.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
+                last, skipped = signal.time, 0
+                yield _entry(signal.time, notices, told)
+            else:
+                if not skipped:
+                    self.notes.append(f"the clock jumps back from {last:g} to {signal.time:g} s: frames left out")
+                skipped += 1
+            told = []
+        if told:
             self.notes.append(f"the step after {max(last, 0.0):g} s is not whole: left out")
 
     def _unpacked(self) -> Iterator[McapRecord]:
@@ -197,6 +206,17 @@ class Log:
                 break
         why = self.notes[0] if self.notes else "it does not begin as one"
         raise InputError(f"{self.path}: no log of a machine: {why}")
+
+
+def _entry(time: float, notices: tuple[Notice, ...], told: list[Signal]) -> Entry:
+    """A step of what was *told* in it."""
+    readings = tuple(each for each in told if not isinstance(each, _BESIDE))
+    beside = (_last(told, Command), _last(told, Truth), _last(told, Estimate), _last(told, Progress))
+    return Entry(SensorFrame(time, readings, notices), *beside)
+
+
+def _last(told: list[Signal], kind: type[_Kind]) -> _Kind | None:
+    return next((each for each in reversed(told) if isinstance(each, kind)), None)
 
 
 def read_log(path: str | Path) -> Log:

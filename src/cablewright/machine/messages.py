@@ -1,29 +1,31 @@
-"""Signals as the JSON messages of a log, and back: exactly what was told comes out again.
-
-Scans, inertial readings and encoders have the schemas that Foxglove draws by itself (foxglove.LaserScan, and ROS'
-sensor_msgs/Imu and JointState); what those do not hold stands beside as further keys.
-"""
+"""Signals as the JSON messages of a log, and back: exactly what was told comes out again."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
+from cablewright.machine.topics import BELIEVED, LIDARS, TRUE
 from cablewright.signals import (
+    Barrier,
     Climate,
     Command,
     Condition,
     Distance,
     Encoders,
+    Estimate,
+    Fault,
     Inertial,
     LineAngles,
     Notice,
+    PrintState,
+    Progress,
     Reading,
     Scan,
     SensorFrame,
@@ -31,98 +33,19 @@ from cablewright.signals import (
     frozen,
 )
 
-__all__ = ["LIDARS", "TOPICS", "Topic", "decode", "encode", "encode_frame"]
+__all__ = ["Signal", "decode", "encode", "encode_frame"]
+
+Signal = Reading | Command | Truth | Estimate | Progress
+"""All that has a message of its own."""
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
-LIDARS: Final = ("north", "south", "vertical")
-
-_NUMBER: Final = {"type": "number"}
-_TEXT: Final = {"type": "string"}
 _MOST: Final = 100_000  # numbers in one array of a message
+_COVARIANCE: Final = 9  # rows of an estimate's covariance
 
 
-class Topic(NamedTuple):
-    """One channel of a log: its name, its schema's name and the schema."""
-
-    topic: str
-    schema: str
-    content: _Values
-
-
-def _object(**properties: Any) -> _Values:
-    return {"type": "object", "properties": properties}
-
-
-def _array(of: Any) -> _Values:
-    return {"type": "array", "items": of}
-
-
-def _vector(*names: str) -> _Values:
-    return _object(**dict.fromkeys(names, _NUMBER))
-
-
-_XYZ = _vector("x", "y", "z")
-_XYZW = _vector("x", "y", "z", "w")
-_NUMBERS = _array(_NUMBER)
-_HEADER = _object(stamp=_object(sec={"type": "integer"}, nanosec={"type": "integer"}), frame_id=_TEXT)
-_SCAN = _object(
-    timestamp=_object(sec={"type": "integer"}, nsec={"type": "integer"}),
-    frame_id=_TEXT,
-    pose=_object(position=_XYZ, orientation=_XYZW),
-    start_angle=_NUMBER,
-    end_angle=_NUMBER,
-    ranges=_NUMBERS,
-    intensities=_NUMBERS,
-    time=_NUMBER,
-    ray_period=_NUMBER,
-    angle_step=_NUMBER,
-)
-_IMU = _object(
-    header=_HEADER,
-    orientation=_XYZW,
-    orientation_covariance=_NUMBERS,
-    angular_velocity=_XYZ,
-    angular_velocity_covariance=_NUMBERS,
-    linear_acceleration=_XYZ,
-    linear_acceleration_covariance=_NUMBERS,
-    time=_NUMBER,
-)
-_JOINTS = _object(
-    header=_HEADER,
-    name=_array(_TEXT),
-    position=_NUMBERS,
-    velocity=_NUMBERS,
-    effort=_NUMBERS,
-    counts=_array({"type": "integer"}),
-    time=_NUMBER,
-)
-_TRUE: Final = ("position", "velocity", "rotation", "rate", "lengths", "tensions", "excess", "radii")
-
-TOPICS: Final = (
-    *(Topic(f"/scan/{name}", "foxglove.LaserScan", _SCAN) for name in LIDARS),
-    Topic("/imu", "sensor_msgs/Imu", _IMU),
-    Topic("/encoders", "sensor_msgs/JointState", _JOINTS),
-    Topic("/line_angles", "cablewright.LineAngles", _object(time=_NUMBER, angles=_array({"type": ["number", "null"]}))),
-    Topic("/distance", "cablewright.Distance", _object(time=_NUMBER, distance={"type": ["number", "null"]})),
-    Topic("/climate", "cablewright.Climate", _object(time=_NUMBER, temperature=_NUMBER, humidity=_NUMBER)),
-    Topic("/command", "cablewright.Command", _object(time=_NUMBER, winch_speeds=_NUMBERS, valve=_NUMBER)),
-    Topic(
-        "/truth",
-        "cablewright.Truth",
-        _object(time=_NUMBER, powder=_NUMBER, **dict.fromkeys(_TRUE, _NUMBERS)),
-    ),
-    Topic(
-        "/frame",
-        "cablewright.Frame",
-        _object(time=_NUMBER, readings={"type": "integer"}, notices=_array(_object(condition=_TEXT, whose=_TEXT))),
-    ),
-)
-"""Every channel a log has. The message on /frame comes last in each step and closes it."""
-
-
-def encode(signal: Reading | Command | Truth, lines: Sequence[str], counts_per_turn: int) -> tuple[str, bytes]:
+def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[str, bytes]:
     """Return topic and JSON of one signal. *lines* names the lines; *counts_per_turn* is of a motor's encoder."""
     match signal:
         case Scan():
@@ -142,8 +65,14 @@ def encode(signal: Reading | Command | Truth, lines: Sequence[str], counts_per_t
             speeds = np.asarray(signal.winch_speeds).tolist()
             return "/command", _dump({"time": signal.time, "winch_speeds": speeds, "valve": signal.valve})
         case Truth():
-            columns = {name: getattr(signal, name).tolist() for name in _TRUE}
+            columns = {name: getattr(signal, name).tolist() for name in TRUE}
             return "/truth", _dump({"time": signal.time, "powder": signal.powder, **columns})
+        case Barrier():
+            return "/barrier", _dump({"time": signal.time, "broken": signal.broken})
+        case Estimate():
+            return "/estimate", _dump(_estimate(signal))
+        case Progress():
+            return "/progress", _dump(_progress(signal))
 
 
 def encode_frame(frame: SensorFrame) -> tuple[str, bytes]:
@@ -152,7 +81,7 @@ def encode_frame(frame: SensorFrame) -> tuple[str, bytes]:
     return "/frame", _dump({"time": frame.time, "readings": len(frame.readings), "notices": notices})
 
 
-def decode(topic: str, data: bytes, origin: str) -> Reading | Command | Truth | SensorFrame | None:
+def decode(topic: str, data: bytes, origin: str) -> Signal | SensorFrame | None:
     """Return the signal of a message; a `SensorFrame` without readings for /frame, None for a topic that is not ours.
 
     Raises `InputError`, naming *origin*, topic and key, for a message that is none.
@@ -195,6 +124,18 @@ class _Message:
         found = np.array(self._list(key, (int,), "whole numbers"), dtype=np.int64)
         found.flags.writeable = False
         return found
+
+    def flag(self, key: str) -> bool:
+        value = self.values.get(key)
+        if not isinstance(value, bool):
+            raise InputError(f"{self.origin}: {key}: true or false is wanted")
+        return value
+
+    def text(self, key: str, most: int = 300) -> str:
+        value = self.values.get(key)
+        if not isinstance(value, str) or len(value) > most:
+            raise InputError(f"{self.origin}: {key}: a text of at most {most} letters is wanted")
+        return value
 
     def vector(self, key: str, names: str) -> Array:
         inner = _Message(self.values.get(key), f"{self.origin}: {key}")
@@ -255,11 +196,54 @@ def _read_command(message: _Message, _topic: str) -> Command:
 
 
 def _read_truth(message: _Message, _topic: str) -> Truth:
-    columns = {name: message.numbers(name) for name in _TRUE}
-    for name in _TRUE[:4]:
+    columns = {name: message.numbers(name) for name in TRUE}
+    for name in TRUE[:4]:
         if len(columns[name]) != 3:
             raise InputError(f"{message.origin}: {name}: 3 numbers are wanted")
     return Truth(time=message.number("time"), powder=message.number("powder"), **columns)
+
+
+def _read_barrier(message: _Message, _topic: str) -> Barrier:
+    return Barrier(message.number("time"), message.flag("broken"))
+
+
+def _read_estimate(message: _Message, _topic: str) -> Estimate:
+    columns = {name: message.numbers_or_nan(name) for name in BELIEVED}
+    slack, faults = message.values.get("slack"), message.values.get("faults")
+    covariance = message.numbers("covariance")
+    if not isinstance(slack, list) or not all(isinstance(each, bool) for each in slack):
+        raise InputError(f"{message.origin}: slack: a list of true or false is wanted")
+    if len(covariance) not in (0, _COVARIANCE**2):
+        raise InputError(f"{message.origin}: covariance: none or {_COVARIANCE**2} numbers are wanted")
+    if not isinstance(faults, list) or len(faults) > _MOST:
+        raise InputError(f"{message.origin}: faults: a list is wanted")
+    inner = (_Message(each, f"{message.origin}: faults") for each in faults)
+    return Estimate(
+        message.number("time"),
+        slack=np.array(slack, dtype=np.bool_),
+        covariance=frozen(covariance.reshape(_COVARIANCE, _COVARIANCE)) if len(covariance) else None,
+        faults=tuple(Fault(each.text("source"), each.number("since"), each.text("sentence")) for each in inner),
+        valid=message.flag("valid"),
+        clearance=message.number("clearance", absent=math.nan),
+        **columns,
+    )
+
+
+def _read_progress(message: _Message, _topic: str) -> Progress:
+    state, layer, target = message.text("state"), message.values.get("layer"), message.numbers("target")
+    if state not in PrintState.__members__.values():
+        raise InputError(f"{message.origin}: state: unknown state {state[:60]!r}")
+    if type(layer) is not int or len(target) != 3:
+        raise InputError(f"{message.origin}: a whole number as layer and 3 numbers as target are wanted")
+    return Progress(
+        message.number("time"),
+        PrintState(state),
+        layer,
+        message.number("distance"),
+        target,
+        message.number("error", absent=math.nan),
+        message.text("reason"),
+    )
 
 
 def _read_frame(message: _Message, _topic: str) -> SensorFrame:
@@ -276,7 +260,7 @@ def _read_notice(values: Any, origin: str) -> Notice:
     return Notice(Condition[name], str(values.get("whose", ""))[:60])
 
 
-_READERS: Final[dict[str, Callable[[_Message, str], Reading | Command | Truth | SensorFrame]]] = {
+_READERS: Final[dict[str, Callable[[_Message, str], Signal | SensorFrame]]] = {
     **{f"/scan/{name}": _read_scan for name in LIDARS},
     "/imu": _read_imu,
     "/encoders": _read_joints,
@@ -285,6 +269,9 @@ _READERS: Final[dict[str, Callable[[_Message, str], Reading | Command | Truth | 
     "/climate": _read_climate,
     "/command": _read_command,
     "/truth": _read_truth,
+    "/barrier": _read_barrier,
+    "/estimate": _read_estimate,
+    "/progress": _read_progress,
     "/frame": _read_frame,
 }
 
@@ -328,6 +315,30 @@ def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int) -> _V
         "effort": [],
         "counts": reading.counts.tolist(),
         "time": reading.time,
+    }
+
+
+def _estimate(signal: Estimate) -> _Values:
+    return {
+        "time": signal.time,
+        **{name: [_or_null(value) for value in getattr(signal, name).tolist()] for name in BELIEVED},
+        "slack": signal.slack.tolist(),
+        "covariance": [] if signal.covariance is None else signal.covariance.ravel().tolist(),
+        "faults": [{"source": f.source, "since": max(f.since, 0.0), "sentence": f.sentence} for f in signal.faults],
+        "valid": signal.valid,
+        "clearance": _or_null(signal.clearance),
+    }
+
+
+def _progress(signal: Progress) -> _Values:
+    return {
+        "time": signal.time,
+        "state": signal.state.value,
+        "layer": signal.layer,
+        "distance": signal.distance,
+        "target": signal.target.tolist(),
+        "error": _or_null(signal.error),
+        "reason": signal.reason,
     }
 
 
