@@ -10,20 +10,21 @@ from typing import IO
 
 from cablewright.errors import EnvironmentFault
 
-__all__ = ["appearing", "refused", "write_all"]
+__all__ = ["appearing", "refused"]
 
 
 @contextmanager
 def appearing(path: Path) -> Iterator[IO[bytes]]:
-    """A file to write to, not buffered, that takes the place of *path* when the block ends well.
+    """A file to write to that takes the place of *path* when the block ends well.
 
     File and folder are on the disk by then. On an error nothing is left and *path* is as it was; raises
     `EnvironmentFault` where it cannot be written.
     """
     part = path.with_name(f".{path.name}.part")
     try:
-        with part.open("wb", buffering=0) as file:
+        with part.open("wb") as file:
             yield file
+            file.flush()
             os.fsync(file.fileno())
         part.replace(path)
         folder = os.open(path.parent, os.O_RDONLY)
@@ -41,10 +42,3 @@ def appearing(path: Path) -> Iterator[IO[bytes]]:
 def refused(path: Path | str, reason: OSError) -> EnvironmentFault:
     """What to raise where *path* cannot be written: one line, with the system's *reason*."""
     return EnvironmentFault(f"{path}: cannot be written: {reason.strerror or reason}")
-
-
-def write_all(file: IO[bytes], data: bytes | memoryview) -> None:
-    """Write all of *data*: a file that is not buffered may take a part of it."""
-    rest = memoryview(data)
-    while rest:
-        rest = rest[file.write(rest) :]

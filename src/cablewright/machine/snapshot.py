@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.machine.files import appearing, write_all
+from cablewright.machine.files import appearing
 from cablewright.machine.messages import decode, encode
 from cablewright.signals import Reading, SensorFrame
 
@@ -239,8 +239,8 @@ def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot]) -> None:
     head = json.dumps({"schema": 1, "parts": parts}, separators=(",", ":")).encode()
     body = np.concatenate([np.frombuffer(head, dtype=np.uint8), *data])
     with appearing(path) as file:
-        write_all(file, _START.pack(_MAGIC, len(head), zlib.crc32(body.data)))
-        write_all(file, body.data)
+        file.write(_START.pack(_MAGIC, len(head), zlib.crc32(body.data)))
+        file.write(body.data)
 
 
 def read_snapshots(path: Path) -> dict[str, Snapshot]:
