@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Code
-from cablewright.kernels.sheave import straight, whole_length
 from cablewright.models.statics import Model
 from cablewright.signals import LineAngles
-from cablewright.solvers.one_line import TAUT, hang
+from cablewright.solvers.one_line import hang
+from cablewright.solvers.taut import Taut, taut_at
 
 __all__ = ["SlacknessSettings", "SlacknessState", "Taut", "exact_excess", "excess_of", "start", "step", "taut_at"]
 
@@ -59,16 +59,6 @@ class SlacknessSettings:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
 
 
-class Taut(NamedTuple):
-    """All lines drawn straight at one place of B: (m, ...)."""
-
-    angles: Array  # (m,) rad: gamma_taut
-    free: Array  # (m,) m from the sheave to B
-    lengths: Array  # (m,) m from the winch to B
-    toward: Array  # (m, 3) unit: how a line's length grows as B moves
-    planes: Array  # (m, 4) as kernels take them
-
-
 class SlacknessState(NamedTuple):
     """What is known of each line; (m,) arrays."""
 
@@ -92,24 +82,6 @@ def start(settings: SlacknessSettings) -> SlacknessState:
     nothing = np.full(m, np.nan)
     zeros = np.zeros(m, dtype=np.int64)
     return SlacknessState(nothing, nothing, np.full(m, -np.inf), nothing, zeros, zeros, -math.inf)
-
-
-def taut_at(model: Model, position: Array) -> Taut:
-    """Draw all lines straight to *position* (3,), m. NaN for a line that has no tangent there."""
-    lines, y = model.packed.lines, np.zeros(layout.STATE)
-    found = np.full((len(lines), 3), np.nan)
-    planes, toward = np.empty((len(lines), 4)), np.full((len(lines), 3), np.nan)
-    px, py, pz = position.tolist()
-    for i, row in enumerate(lines):
-        dx, dy, dz = px - row[layout.EXIT_X], py - row[layout.EXIT_Y], pz - row[layout.EXIT_Z]
-        x = math.hypot(dx, dy)
-        ex, ey = (dx / x, dy / x) if x > 0.0 else (1.0, 0.0)
-        planes[i] = ex, ey, x, dz
-        if straight(row, x, dz, TAUT, y):
-            phi = y[layout.PHI]
-            found[i] = phi, y[layout.FREE], whole_length(row, y)
-            toward[i] = math.cos(phi) * ex, math.cos(phi) * ey, math.sin(phi)
-    return Taut(found[:, 0], found[:, 1], found[:, 2], toward, planes)
 
 
 def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, taut: Taut) -> SlacknessState:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from cablewright.signals import (
+    Barrier,
     Climate,
     Distance,
     Encoders,
@@ -18,6 +19,7 @@ from cablewright.signals import (
 __all__ = ["Watch"]
 
 _NAMES: dict[type, str] = {
+    Barrier: "barrier",
     Climate: "climate",
     Distance: "distance",
     Encoders: "encoders",
