@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
-from typing import Final, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -71,8 +72,8 @@ class SimulatedMachine:
         self.rig = Rig(as_built(robot, settings.tolerances, seed), settings, start, seed)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
         self._sensors = dict(self._mount(seed))
-        self._wifi = Channel(settings.wifi, np.random.default_rng([seed, 4, 0]))
-        self._wire = Channel(settings.wire, np.random.default_rng([seed, 4, 1]))
+        self._wifi = Channel(self.settings.wifi, np.random.default_rng([seed, 4, 0]))
+        self._wire = Channel(self.settings.wire, np.random.default_rng([seed, 4, 1]))
         self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
         self._held: dict[FaultPlan, Reading] = {}
         self._steps, self._commanded = 0, -np.inf
@@ -184,12 +185,18 @@ class SimulatedMachine:
 
 
 def _slowed(settings: MachineSettings) -> MachineSettings:
-    """The settings for quasi-static periods: what would be read more often is read once in each."""
+    """The settings for quasi-static periods: what would be read more often is read once, as a mean; nothing is late."""
     most = 1.0 / settings.quasi_static_period
-    sensors = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
-    given = {name: getattr(settings, name) for name in sensors}
-    fast = {name: sensor for name, sensor in given.items() if sensor is not None and sensor.rate > most}
-    return settings.model_copy(update={name: sensor.model_copy(update={"rate": most}) for name, sensor in fast.items()})
+    slowed: dict[str, Any] = {}
+    for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor"):
+        sensor = getattr(settings, name)
+        if sensor is not None and sensor.rate > most:
+            share = math.sqrt(most / sensor.rate)
+            noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
+            slowed[name] = sensor.model_copy(update={"rate": most, **noise})
+    for name in ("wifi", "wire"):
+        slowed[name] = getattr(settings, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
+    return settings.model_copy(update=slowed)
 
 
 def _again(held: Reading, now: Reading) -> Reading:

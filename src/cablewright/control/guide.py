@@ -1,0 +1,154 @@
+"""Where the platform should be: along a path by its time law, or on the way back to it after a stop.
+
+The law's time is gone through at a pace from 0 (stands) to 1 (as planned) that changes no faster than the job's
+acceleration allows. So a print that is stopped slows down along its path, and goes on at the place where it stood.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.printing.job import Job
+from cablewright.printing.track import Track
+
+__all__ = ["Course", "GuideState", "Target", "Wish", "course_of", "step"]
+
+Array = NDArray[np.float64]
+
+_THERE: Final = 1e-6  # m: nearer to where it should begin it is there
+
+
+class Wish(Enum):
+    """What the guide is asked for."""
+
+    HOLD = "slow down and stay"
+    APPROACH = "go to where the path goes on"
+    FOLLOW = "follow the path"
+
+
+class Target(NamedTuple):
+    """Where the platform should be now, how fast, and what of the path that is."""
+
+    position: Array  # (3,) m, world
+    velocity: Array  # (3,) m/s, over the step to come
+    distance: float  # m along the path
+    layer: int
+    pace: float  # m/s along the path; 0 off it
+    laying: bool  # whether material is laid here
+    there: bool  # whether this is the place where the path goes on
+    over: bool  # whether the path has come to its end
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A path with its time law, as a guide takes it. `start` and `dwell` are by place of the track, s."""
+
+    track: Track
+    start: Array  # (k,) s, when each place is left
+    arrival: Array  # (k,) s, when it is reached
+    speed: Array  # (k,) m/s there
+    acceleration: float  # m/s^2
+    travel_speed: float  # m/s, off the path
+    print_speed: float  # m/s, at which material is laid at full flow
+
+    @property
+    def duration(self) -> float:
+        """All of it at full pace, s."""
+        return float(self.arrival[-1])
+
+    def distance(self, clock: float) -> float:
+        """How far along the path the law is at *clock*, s: m.
+
+        Between two places as a cubic with their speeds, which is exact where acceleration or speed stay.
+        """
+        i = min(max(bisect_right(self.arrival, clock) - 1, 0), len(self.arrival) - 2)
+        begin, end = float(self.track.distance[i]), float(self.track.distance[i + 1])
+        left, reached = float(self.start[i]), float(self.arrival[i + 1])
+        if clock <= left:
+            return begin
+        whole = reached - left
+        u = min((clock - left) / whole, 1.0)
+        a, b, rise = float(self.speed[i]) * whole, float(self.speed[i + 1]) * whole, end - begin
+        along = u * (a + u * (3.0 * rise - 2.0 * a - b + u * (a + b - 2.0 * rise)))
+        return begin + min(max(along, 0.0), rise)
+
+
+def course_of(job: Job) -> Course:
+    """Return the course of a *job*. Raises `InputError` for a path that lays nothing or crosses no layer."""
+    samples = job.samples(job.toolpath())
+    if not samples.extruding.any():
+        raise InputError(f"{job.source}: nothing is laid along the path: there is no layer to print")
+    law = job.time_law(samples)
+    motion = job.motion
+    return Course(
+        Track.of(samples),
+        law.time + samples.dwell,
+        np.asarray(law.time),
+        np.asarray(law.speed),
+        motion.acceleration,
+        motion.travel_speed,
+        motion.print_speed,
+    )
+
+
+@dataclass(eq=False)
+class GuideState:
+    """What `step` changes. `clock` and `lift` are all that has to be kept to go on after a break."""
+
+    clock: float = 0.0  # s of the time law
+    pace: float = 0.0  # share of the law's speed
+    place: Array | None = None  # (3,) m: where the target is while off the path; None: on it
+    speed: float = 0.0  # m/s of the target off the path
+    lift: float = 0.0  # m: by how much the platform is higher than the path says
+
+
+def step(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
+    """Go on by *dt* (s) as one *wish*es; *state* changes in place. Raises nothing.
+
+    A guide that was put off the path (`state.place`) comes back to it by a straight way: `Wish.APPROACH`.
+    """
+    if state.place is not None:
+        return _approach(course, state, dt, wish)
+    fastest = dt * course.acceleration / max(course.print_speed, course.travel_speed)
+    wanted = 1.0 if wish is Wish.FOLLOW else 0.0
+    state.pace += min(max(wanted - state.pace, -fastest), fastest)
+    now = course.distance(state.clock)
+    state.clock = min(state.clock + state.pace * dt, course.duration)
+    then = course.distance(state.clock)
+    here, there = course.track.at(now).position, course.track.at(then).position
+    piece = course.track.piece(0.5 * (now + then))
+    lifted = np.array([0.0, 0.0, state.lift])
+    over = state.clock >= course.duration
+    laying = bool(course.track.laying[piece])
+    layer = int(course.track.layer[piece])
+    pace = (then - now) / dt
+    return Target(here + lifted, (there - here) / dt, now, layer, pace, laying, state.pace == 0.0, over)
+
+
+def _approach(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
+    """Straight on to where the path goes on, with bounded acceleration."""
+    assert state.place is not None
+    distance = course.distance(state.clock)
+    piece = course.track.piece(distance)
+    goal = course.track.at(distance).position + np.array([0.0, 0.0, state.lift])
+    away = goal - state.place
+    left = float(np.sqrt(away @ away))
+    most = min(course.travel_speed, float(np.sqrt(2.0 * course.acceleration * left))) if wish is Wish.APPROACH else 0.0
+    change = course.acceleration * dt
+    state.speed = min(max(most, state.speed - change), state.speed + change)
+    here = state.place
+    if left <= max(_THERE, state.speed * dt):
+        state.place, state.speed, gone = (None, 0.0, goal) if wish is Wish.APPROACH else (here, 0.0, here)
+    else:
+        gone = here + away * (state.speed * dt / left)
+        state.place = gone
+    return Target(
+        here, (gone - here) / dt, distance, int(course.track.layer[piece]), 0.0, False, state.place is None, False
+    )
