@@ -12,7 +12,6 @@ from cablewright.apps.cli.output import print_json, progress, tell
 
 if TYPE_CHECKING:
     from cablewright.studies.print_plan import MachineTwin
-    from cablewright.studies.print_result import PrintRecord
     from cablewright.studies.print_run import PrintRun
 
 __all__ = ["print_job"]
@@ -61,12 +60,15 @@ def print_job(
     twin = twin_of(described, wanted, machine, choices)
     folder = out or Path("runs") / store.folder_name("print", described.name, job.stem)
     inputs = {"robot": store.robot_hash(robot)} | store.job_hashes(job, wanted)
-    about: dict[str, Any] = {"inputs": inputs, "options": _options(choices) | {"machine": twin.settings.model_dump(mode="json")}}
+    about: dict[str, Any] = {
+        "inputs": inputs,
+        "options": _options(choices) | {"machine": twin.settings.model_dump(mode="json")},
+    }
     try:
         with progress() as show:
             run = run_print(twin, folder, about, resume=resume, real_time=real_time, progress=show)
             show("writing report", 0, 1)
-            values = _finished(twin, run, show)
+            values = _finished(twin, run, wanted.name, show)
     except KeyboardInterrupt:
         tell(f"cablewright: stands where it was; go on with --out {folder} --resume and the same options")
         raise
@@ -86,27 +88,24 @@ def _options(choices: Any) -> dict[str, Any]:
     return {key: value for key, value in dataclasses.asdict(choices).items() if key != "lasers"}
 
 
-def _finished(twin: MachineTwin, run: PrintRun, show: Any) -> dict[str, Any]:
+def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Any) -> dict[str, Any]:
     """Make and write all that is known of the print; return what is told of it."""
     import json
 
+    import numpy as np
+
+    from cablewright.apps.report import print as report
     from cablewright.studies.print_finish import finish, write_metrics
 
     track, ground = twin.course.track, run.machine.rig.ground.field
     found, log = finish(run.folder, track, twin.course.print_speed, ground, show)
-    page = _report(found, run)
+    page = report.write(found, run.folder, name, np.array(run.timing.wall))
     status = "finished" if run.finished else run.state.value
-    more = {"status": status, "reason": run.reason, "log": str(log), "report": str(page)}
+    more: dict[str, object] = {"status": status, "reason": run.reason, "log": str(log), "report": str(page)}
     write_metrics(run.folder, found, run.timing, more)
     told = json.loads((run.folder / "metrics.json").read_text())
     assert isinstance(told, dict)
     return {"robot": twin.robot.name, "machine": twin.settings.name, "estimator": twin.estimator} | told
-
-
-def _report(found: PrintRecord, run: PrintRun) -> Path:
-    from cablewright.apps.report import print as report
-
-    return report.write(found, run.folder, run.timing.wall)
 
 
 def _print(values: dict[str, Any]) -> None:
