@@ -34,7 +34,7 @@ LAWS: Final = ("paper", "model")
 class VelocitySettings:
     """How the platform is kept on its way.
 
-    ``gain``: share of the path error that is driven out, 1/s; ``most``: m/s of correction at most. ``stiffen``: share
+    ``gain``: share of the path error that is driven out, 1/s; ``most``: m/s of a correction at most. ``stiffen``: share
     of the lines' error within what moves nothing that is driven out, 1/s. ``fastest``: rad/s of a winch drum.
     ``manage_slack``: whether a line is to be slack; without it the model's tensions are all to hold.
     """
@@ -96,9 +96,8 @@ def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, t
 
 
 def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: float) -> Array:
-    """The paper's term, no faster than a slack line's excess could be taken in by half in one step."""
-    wanted = settings.slack.wanted
-    most = 0.5 * np.abs(estimate.excess - wanted) / dt
+    """The paper's term, no faster than a correction may be, nor than half of the excess in one step."""
+    most = np.minimum(0.5 * np.abs(estimate.excess - settings.slack.wanted) / dt, settings.most)
     return np.clip(term(settings.slack, taut, estimate.excess, estimate.slack), -most, most)
 
 
@@ -119,5 +118,5 @@ def _stiffened(
     wanted = held.lengths - there.lengths + state.plan
     off = np.where(np.isfinite(estimate.excess), wanted - estimate.excess, 0.0)
     basis, _ = np.linalg.qr(taut.toward)
-    free = off - basis @ (basis.T @ off)
-    return np.asarray(min(settings.stiffen, 0.5 / dt) * free)
+    free = min(settings.stiffen, 0.5 / dt) * (off - basis @ (basis.T @ off))
+    return np.asarray(np.clip(free, -settings.most, settings.most))

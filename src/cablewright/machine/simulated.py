@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import math
 from collections.abc import Iterator
-from typing import Final, Literal, Protocol, Self
+from typing import Any, Final, Literal, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,7 +81,7 @@ class SimulatedMachine:
         self._sensors = dict(self._mount(seed))
         self._wifi, self._wire, self._guard = (  # a light barrier has a wire of its own
             Channel(link, np.random.default_rng([seed, 4, k]))
-            for k, link in enumerate((settings.wifi, settings.wire, settings.wire))
+            for k, link in enumerate((self.settings.wifi, self.settings.wire, self.settings.wire))
         )
         self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
         self._channels["barrier"] = self._guard
@@ -249,12 +250,18 @@ def _mark(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str
 
 
 def _slowed(settings: MachineSettings) -> MachineSettings:
-    """The settings for quasi-static periods: what would be read more often is read once in each."""
+    """The settings for quasi-static periods: what would be read more often is read once, as a mean; nothing is late."""
     most = 1.0 / settings.quasi_static_period
-    sensors = ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier")
-    given = {name: getattr(settings, name) for name in sensors}
-    fast = {name: sensor for name, sensor in given.items() if sensor is not None and sensor.rate > most}
-    return settings.model_copy(update={name: sensor.model_copy(update={"rate": most}) for name, sensor in fast.items()})
+    slowed: dict[str, Any] = {}
+    for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
+        sensor = getattr(settings, name)
+        if sensor is not None and sensor.rate > most:
+            share = math.sqrt(most / sensor.rate)
+            noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
+            slowed[name] = sensor.model_copy(update={"rate": most, **noise})
+    for name in ("wifi", "wire"):
+        slowed[name] = getattr(settings, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
+    return settings.model_copy(update=slowed)
 
 
 def _again(held: Reading, now: Reading) -> Reading:

@@ -52,7 +52,9 @@ def observer_settings(
         model=model,
         walls=WallSettings(walls, tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items())),
         lidars=tuple(mounted),
-        slackness=SlacknessSettings(model, settings.line_angles.from_platform),
+        slackness=SlacknessSettings(
+            model, settings.line_angles.from_platform, quiet=max(0.5, 2.5 / settings.line_angles.rate)
+        ),
         radius=RadiusSettings(radii, _RADII[0] * min(radii), _RADII[1] * max(radii)),
         counts=winch.counts * winch.ratio / math.tau,
         height=None if vertical is None else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation),
