@@ -119,7 +119,7 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
 
 
 def test_heights_of_heaps_are_seen_from_above() -> None:
-    ground = Ground(load("merlet2023"), SETTINGS.drum)
+    ground = Ground(load("merlet2023"), SETTINGS)
     ground.pour((0.21, -0.2), (0.41, -0.2), 3.0)
     assert ground.mass == pytest.approx(3.0, rel=1e-9)
     ground.pour((5.0, 0.0), (5.0, 0.0), 1.5)

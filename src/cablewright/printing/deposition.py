@@ -19,7 +19,7 @@ from cablewright.errors import InputError
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.job import Bead
 
-__all__ = ["Powder", "lay_bead", "pour"]
+__all__ = ["Powder", "extrude", "lay_bead", "pour"]
 
 Array = NDArray[np.float64]
 Profile = Callable[[Array], Array]
@@ -63,11 +63,18 @@ def lay_bead(field: HeightField, start: Array, end: Array, bead: Bead, flow: flo
     A strand's section is the rectangle of its width and height with round sides, times *flow*. Raises `InputError`
     where a piece leaves the field; the field is then as it was.
     """
-    section = bead.width * bead.height - (1.0 - 0.25 * np.pi) * min(bead.width, bead.height) ** 2
     lengths = np.linalg.norm(np.asarray(end)[:, :2] - np.asarray(start)[:, :2], axis=1)
-    half = 0.5 * max(bead.width, 2.0 * field.cell)  # a strand finer than the grid is as wide as two cells
-    reach = np.full(len(lengths), half)
-    _lay(field, start, end, flow * section * lengths, lambda away: np.where(away <= half, 0.0, np.inf), reach)
+    extrude(field, start, end, flow * bead.section * lengths, bead.width)
+
+
+def extrude(field: HeightField, start: Array, end: Array, volumes: Array, width: float) -> None:
+    """Lay *volumes* (k,), m^3, in strands *width* (m) wide along the pieces from *start* to *end*, both (k, 2 or more).
+
+    Raises `InputError` where a piece leaves the field or a volume is negative; the field is then as it was.
+    """
+    half = 0.5 * max(width, 2.0 * field.cell)  # a strand finer than the grid is as wide as two cells
+    reach = np.full(len(volumes), half)
+    _lay(field, start, end, volumes, lambda away: np.where(away <= half, 0.0, np.inf), reach)
 
 
 def _lay(field: HeightField, start: Array, end: Array, volumes: Array, profile: Profile, reach: Array) -> None:
