@@ -1,0 +1,265 @@
+"""The report of `cablewright print`: what was printed, how near to its path, and what that told of the machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.analyses.mesh import Mesh
+from cablewright.apps.report import style
+from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
+from cablewright.apps.report.print_line_pictures import (
+    angles_picture,
+    coiling_picture,
+    ringing_picture,
+    tensions_picture,
+)
+from cablewright.apps.report.print_pictures import (
+    drum_picture,
+    errors_picture,
+    path_picture,
+    speed_picture,
+    states_picture,
+    steps_picture,
+)
+from cablewright.apps.report.print_structure_picture import cuts_picture, maps_picture
+from cablewright.apps.report.print_tables import (
+    faults_table,
+    following_table,
+    lines_table,
+    paper_table,
+    states_table,
+    structure_table,
+    went_in,
+)
+from cablewright.apps.report.provenance import list_of
+from cablewright.apps.report.quantities import count, duration, quantity
+from cablewright.printing.heightfield import HeightField
+from cablewright.signals import PrintState
+from cablewright.studies.print_result import PrintRecord
+
+__all__ = ["write"]
+
+Array = NDArray[np.float64]
+Pictures = dict[str, bytes]
+
+_GAP: Final = "\N{NO-BREAK SPACE}"
+
+
+def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
+    """Write ``report.html``, its pictures and the structure's meshes into *folder*, which exists; return the report.
+
+    *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and asks
+    nothing of any other place. Raises `OSError` where the folder cannot be written.
+    """
+    pictures = _pictures(found, step_times)
+    for each, png in pictures.items():
+        save(folder / f"{each}.png", png)
+    if found.structure is not None and found.structure.best is not None:
+        mesh = _mesh(found.structure.best, found)
+        save(folder / "structure.stl", mesh.stl())
+        save(folder / "structure.glb", mesh.glb())
+    title = f"Print of {name} on {found.head.robot.name}"
+    report = folder / "report.html"
+    save(report, page(title, _body(found, title, name, pictures), "").encode("utf-8"))
+    return report
+
+
+def _mesh(field: HeightField, found: PrintRecord) -> Mesh:
+    """The structure about the path as a body; what no scan saw is floor."""
+    low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
+    high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
+    corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))
+    part = np.nan_to_num(field.heights[low[0] : high[0], low[1] : high[1]], nan=0.0)
+    return Mesh(*HeightField(corner, field.cell, part).solid())
+
+
+def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
+    """Draw all pictures there is something to draw for."""
+    with style.drawing():
+        drawn = {
+            "path": path_picture(found),
+            "errors": errors_picture(found),
+            "speed": speed_picture(found),
+            "drum": drum_picture(found),
+            "angles": angles_picture(found),
+            "tensions": tensions_picture(found),
+            "coiling": coiling_picture(found),
+            "ringing": ringing_picture(found),
+            "structure": maps_picture(found),
+            "cuts": cuts_picture(found),
+            "states": states_picture(found),
+            "steps": None if step_times is None or not len(step_times) else steps_picture(step_times),
+        }
+        return {name: style.png(figure) for name, figure in drawn.items() if figure is not None}
+
+
+def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iterator[Html]:
+    yield element("h1", title)
+    yield _verdict(found)
+    yield cards(_figures(found))
+    for note in found.notes:
+        yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
+    yield section("How near to its path", *_following(found, pictures))
+    paper = paper_table(found)
+    if paper is not None:
+        yield section("Beside the paper", paper)
+    yield section("Speed", *_shown(pictures, "speed"))
+    yield section("What it was doing", states_table(found), *_shown(pictures, "states", "steps"))
+    if found.structure is not None:
+        yield section("The structure", structure_table(found.structure), *_shown(pictures, "structure", "cuts"))
+    yield section("How the drum hung", *_shown(pictures, "drum"))
+    yield section("Lines: load and slack", lines_table(found), *_shown(pictures, "angles", "tensions"))
+    yield section("Lines: wear", *_wear(found, pictures))
+    yield section("What went wrong on the way", faults_table(found))
+    yield section("What went in", went_in(found, name))
+    yield section("What is meant", list_of(_meant(found)))
+
+
+def _verdict(found: PrintRecord) -> Html:
+    wanted = len(np.unique(found.track.visits.number[found.track.visits.number >= 0]))
+    whole = found.layers >= wanted
+    layers = f"{count(found.layers)} of {count(wanted)} layers" if not whole else f"all {count(wanted)} layers"
+    word = "Printed" if whole else "Not finished"
+    best = found.best
+    if not best.error.count:
+        told = f"{layers}; where the platform was is not known."
+    else:
+        whose = "" if found.has_truth else ", as the estimation saw it"
+        most, rms = quantity(best.error.size, "m"), quantity(_rms(best.error.mean, best.error.variance), "m")
+        told = (
+            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the platform was {most} beside its path "
+            f"at most, {rms} rms{whose}."
+        )
+    kind = "yes" if whole else "no"
+    return element("div", element("strong", word), element("p", told), class_=f"verdict {kind}", role="status")
+
+
+def _rms(mean: float, variance: float) -> float:
+    return math.sqrt(mean * mean + variance)
+
+
+def _figures(found: PrintRecord) -> Iterator[tuple[str, str, str]]:
+    """Yield what, how much and a note."""
+    best = found.best
+    yield (
+        "layers",
+        count(found.layers),
+        f"{count(found.layers_begun)} begun" if found.layers_begun > found.layers else "",
+    )
+    yield "path", quantity(found.distance - found.begin, "m"), "travel too"
+    printing = found.states.get(PrintState.PRINTING, 0.0)
+    yield "duration", duration(found.duration), f"printing for {duration(printing)}"
+    if best.error.count:
+        yield "mean error", quantity(best.error.mean, "m"), "beside the path, left positive"
+        yield "largest error", quantity(best.error.size, "m"), "true" if found.has_truth else "estimated"
+    if found.has_truth and found.seen.error.count:
+        yield "largest error seen", quantity(found.seen.error.size, "m"), "by the estimation"
+    if best.speed.count:
+        yield (
+            "mean speed",
+            f"{1e2 * best.speed.mean:.3f}\N{NO-BREAK SPACE}cm/s",
+            f"of {1e2 * found.print_speed:g} wanted",
+        )
+    yield "stops by the barrier", count(found.barrier_stops), ""
+    yield "refills", count(found.refills), ""
+    if found.structure is not None and not math.isnan(found.structure.mass):
+        yield (
+            "laid",
+            f"{found.structure.mass:.4g}\N{NO-BREAK SPACE}kg",
+            f"{quantity(found.structure.highest, 'm')} high",
+        )
+
+
+def _shown(pictures: Pictures, *names: str) -> Iterator[Html]:
+    missing = True
+    for name in names:
+        if name in pictures:
+            missing = False
+            yield picture(pictures[name], *_CAPTIONS[name])
+    if missing:
+        yield element("p", "Not drawn: the log does not tell.")
+
+
+def _following(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
+    yield following_table(found)
+    yield from _shown(pictures, "path", "errors")
+
+
+def _wear(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
+    if "coiling" in pictures:
+        yield picture(pictures["coiling"], *_CAPTIONS["coiling"])
+    if "ringing" in pictures:
+        yield picture(pictures["ringing"], *_CAPTIONS["ringing"])
+    else:
+        rate = found.head.settings.line_angles
+        why = (
+            "the machine has no sensors on its lines"
+            if rate is None
+            else "no window of 20 s had a peak that stands out"
+        )
+        yield element("p", f"No frequency of a line is known: {why}, or the readings are too few for it.")
+
+
+_CAPTIONS = {
+    "path": (
+        "The path from above, coloured by how far beside it the platform was",
+        "Where layers lie on each other, the largest error is drawn. Beyond the scale: two steps in a thousand.",
+    ),
+    "errors": (
+        "Error beside the path along some layers, and mean, sigma and extremes of each",
+        "Seen from above, positive left of the path, while printing.",
+    ),
+    "speed": (
+        "Histogram of the speed along the path, and the speed over time",
+        "Dashed: what is wanted. At the beginning of a layer and of a print it speeds up from rest.",
+    ),
+    "states": ("States over time, and distance along the path", "Very short states are drawn longer than they were."),
+    "steps": (
+        "Histogram of how long the steps of control took",
+        "Estimation, control, supervision and log of one step; the simulated machine does not count.",
+    ),
+    "structure": (
+        "Height maps from above: true, rebuilt from scans, and their difference",
+        "Rebuilt from vertical scans of the last layer, one each 2 s, in place by the estimation. White: never seen.",
+    ),
+    "cuts": (
+        "Heights across the path at two places",
+        "Left: where no other pass of the layer is near. Right: where the structure is highest.",
+    ),
+    "drum": ("Yaw and tilt of the drum over time", "As Figs. 5 and 6 of Merlet and Papegay 2023."),
+    "angles": (
+        "Measured angle and that of a taut line, of the line that is most and the one that is least often taut",
+        "As Fig. 7 of Merlet and Papegay 2023, of the last whole layer: a line is slack where the two part.",
+    ),
+    "tensions": (
+        "Tension of each line in the last whole layer",
+        "Believed: what the three tightest lines must pull to hold the drum where it is believed to be.",
+    ),
+    "coiling": (
+        "Radius at which cable leaves each winch drum against the length paid out",
+        "What Merlet and Papegay 2023 look at in their Fig. 9. Dashed: a drum that is wound evenly.",
+    ),
+    "ringing": (
+        "First frequency of each line over time and its ratio to a string's against the temperature",
+        "By the accelerometers on the lines, 20 s at a time, where a peak stands out; lines that were taut.",
+    ),
+}
+
+
+def _meant(found: PrintRecord) -> list[str]:
+    told = [
+        "Errors are seen from above, against the nearest place of the path near where the print was; left is positive.",
+        "Only steps that printed count.",
+        "Means and variances are of every step; pictures are of at most 20 000 steps, evenly chosen.",
+        "A line is slack where its excess over the taut length is over 2.5 mm.",
+        "Irregular: what the estimated radius is off an evenly wound drum's, less a straight line through that.",
+    ]
+    if found.has_truth:
+        told.insert(1, "True is what the simulated machine did, estimated what its sensors told the controller.")
+    return told

@@ -1,0 +1,142 @@
+"""Numbers that come by the million, in portions: their exact moments, and some of them to draw."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["MOST_ROWS", "Histogram", "Moments", "Thinned", "Told"]
+
+Array = NDArray[np.float64]
+
+MOST_ROWS: Final = 20_000
+
+
+@dataclass(frozen=True)
+class Told:
+    """Of some numbers: how many, their mean, their variance about it, the least and the most; NaN of none."""
+
+    count: int
+    mean: float
+    variance: float
+    least: float
+    most: float
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation."""
+        return math.sqrt(self.variance)
+
+    @property
+    def size(self) -> float:
+        """The largest in size."""
+        return max(abs(self.least), abs(self.most))
+
+
+class Moments:
+    """Exact moments of w columns of numbers, NaN left out, portion by portion (Chan, Golub, LeVeque 1979)."""
+
+    def __init__(self, width: int = 1) -> None:
+        """Begin with none."""
+        self.count = np.zeros(width, dtype=np.int64)
+        self._mean, self._squares = np.zeros(width), np.zeros(width)
+        self._least, self._most = np.full(width, np.inf), np.full(width, -np.inf)
+
+    def add(self, values: Array) -> None:
+        """Count in *values*, (k,) of one column or (k, w)."""
+        if not len(values):
+            return
+        rows = values.reshape(len(values), -1)
+        known = np.isfinite(rows)
+        count = known.sum(axis=0)
+        if not count.any():
+            return
+        some = np.maximum(count, 1)
+        mean = np.where(known, rows, 0.0).sum(axis=0) / some
+        squares = (np.where(known, rows - mean, 0.0) ** 2).sum(axis=0)
+        whole = np.maximum(self.count + count, 1)
+        away = np.where(count > 0, mean - self._mean, 0.0)
+        self._mean += away * count / whole
+        self._squares += squares + away**2 * self.count * count / whole
+        self.count += count
+        self._least = np.minimum(self._least, np.where(known, rows, np.inf).min(axis=0))
+        self._most = np.maximum(self._most, np.where(known, rows, -np.inf).max(axis=0))
+
+    @property
+    def mean(self) -> Array:
+        """(w,); NaN of none."""
+        return np.where(self.count > 0, self._mean, np.nan)
+
+    @property
+    def variance(self) -> Array:
+        """(w,) mean square of the distance from the mean; NaN of none."""
+        return np.where(self.count > 0, self._squares / np.maximum(self.count, 1), np.nan)
+
+    @property
+    def most(self) -> Array:
+        """(w,); NaN of none."""
+        return np.where(self.count > 0, self._most, np.nan)
+
+    @property
+    def least(self) -> Array:
+        """(w,); NaN of none."""
+        return np.where(self.count > 0, self._least, np.nan)
+
+    def told(self, column: int = 0) -> Told:
+        """All of one column."""
+        columns = (self.mean, self.variance, self.least, self.most)
+        return Told(int(self.count[column]), *(float(each[column]) for each in columns))
+
+
+class Histogram:
+    """How many numbers fall between even edges; those beyond count at the ends."""
+
+    def __init__(self, low: float, high: float, bins: int) -> None:
+        """Begin with none."""
+        self.edges = np.linspace(low, high, bins + 1)
+        self.counts = np.zeros(bins, dtype=np.int64)
+
+    def add(self, values: Array) -> None:
+        """Count in *values* (k,)."""
+        known = values[np.isfinite(values)]
+        share = (known - self.edges[0]) / (self.edges[-1] - self.edges[0])
+        bins = len(self.counts)
+        at = np.clip((share * bins).astype(np.int64), 0, bins - 1)
+        self.counts += np.bincount(at, minlength=bins)
+
+
+class Thinned:
+    """Every so manyth of rows of numbers, so that there are never more than some; the first always is."""
+
+    def __init__(self, width: int, most: int = MOST_ROWS) -> None:
+        """Keep at most *most* rows of *width* numbers."""
+        self.every = 1
+        self._kept = np.empty((most, width))
+        self._count = self._seen = 0
+
+    def add(self, rows: Array) -> None:
+        """Take *rows* (k, width), which follow on those before."""
+        while True:
+            first = -self._seen % self.every
+            picked = rows[first :: self.every]
+            if self._count + len(picked) <= len(self._kept):
+                break
+            self._halve()
+        self._kept[self._count : self._count + len(picked)] = picked
+        self._count += len(picked)
+        self._seen += len(rows)
+
+    def _halve(self) -> None:
+        half = self._kept[: self._count : 2].copy()
+        self._kept[: len(half)] = half
+        self._count = len(half)
+        self.every *= 2
+
+    @property
+    def rows(self) -> Array:
+        """(k, width) what is kept, in order."""
+        return self._kept[: self._count]
