@@ -82,8 +82,8 @@ class Course:
         return begin + min(max(along, 0.0), rise)
 
 
-def course_of(job: Job, layers: int | None = None) -> Course:
-    """Return the course of the first so many *layers* of a *job*, or of all.
+def course_of(job: Job, layers: int | None = None, lift: float = 0.0) -> Course:
+    """Return the course of the first so many *layers* of a *job*, or of all. *lift*: of the platform over the path, m.
 
     Raises `InputError` for a path that lays nothing, and layers that it does not have.
     """
@@ -98,7 +98,7 @@ def course_of(job: Job, layers: int | None = None) -> Course:
     law = job.time_law(samples)
     motion = job.motion
     return Course(
-        Track.of(samples),
+        Track.of(samples, (0.0, 0.0, lift)),
         law.time + samples.dwell,
         np.asarray(law.time),
         np.asarray(law.speed),
