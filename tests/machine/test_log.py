@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from cablewright.errors import InputError
-from cablewright.machine import log as logs
+from cablewright.machine import log_file as logs
 from cablewright.machine.log import Entry, LogHead, LogWriter, read_log
 from cablewright.machine.messages import decode
 from cablewright.machine.replay import ReplayedMachine
@@ -232,6 +232,8 @@ def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Ent
     with pytest.raises(InputError, match="no such file"):
         read_log(tmp_path / "b.mcap")
     with pytest.raises(InputError, match="not a regular file"):
+        read_log("/dev/null")
+    with pytest.raises(InputError, match="no log in this folder"):
         read_log(tmp_path)
 
 

@@ -16,7 +16,7 @@ from cablewright.machine.room import Ground
 from cablewright.machine.settings import FaultPlan, Link
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Climate, Condition, Distance, Encoders, Inertial, LineAngles, Reading, Scan
+from cablewright.signals import Barrier, Climate, Condition, Distance, Encoders, Inertial, LineAngles, Reading, Scan
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.slack import tangent_angle
 from twins import SETTINGS, changed, machine, perfect, run
@@ -265,7 +265,7 @@ def test_a_gap_of_the_link_is_told_and_what_was_sent_comes_after() -> None:
     frames = []
     run(twin, 300, each=frames.append)
     within = [frame for frame in frames if 0.51 < frame.time < 2.49]
-    assert all(isinstance(reading, Encoders | Climate) for frame in within for reading in frame.readings)
+    assert all(isinstance(reading, Barrier | Encoders | Climate) for frame in within for reading in frame.readings)
     assert any(notice.condition is Condition.SILENT for frame in within for notice in frame.notices)
     after = next(frame for frame in frames if frame.time > 2.49 and len(frame.readings) > 20)
     assert min(reading.time for reading in after.readings) < 0.6

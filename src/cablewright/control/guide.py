@@ -7,7 +7,7 @@ acceleration allows. So a print that is stopped slows down along its path, and g
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 from typing import Final, NamedTuple
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 
 __all__ = ["Course", "GuideState", "Target", "Wish", "course_of", "step"]
@@ -80,11 +81,19 @@ class Course:
         return begin + min(max(along, 0.0), rise)
 
 
-def course_of(job: Job) -> Course:
-    """Return the course of a *job*. Raises `InputError` for a path that lays nothing or crosses no layer."""
+def course_of(job: Job, layers: int | None = None) -> Course:
+    """Return the course of the first so many *layers* of a *job*, or of all.
+
+    Raises `InputError` for a path that lays nothing, and layers that it does not have.
+    """
     samples = job.samples(job.toolpath())
-    if not samples.extruding.any():
+    numbers = np.unique(samples.layer[samples.extruding])
+    if not len(numbers):
         raise InputError(f"{job.source}: nothing is laid along the path: there is no layer to print")
+    if layers is not None:
+        if not 1 <= layers <= len(numbers):
+            raise InputError(f"layers = {layers}: 1 to {len(numbers)} is wanted, the layers of {job.source}")
+        samples = _up_to(samples, int(np.flatnonzero(samples.extruding & (samples.layer == numbers[layers - 1]))[-1]))
     law = job.time_law(samples)
     motion = job.motion
     return Course(
@@ -96,6 +105,11 @@ def course_of(job: Job) -> Course:
         motion.travel_speed,
         motion.print_speed,
     )
+
+
+def _up_to(samples: Samples, last: int) -> Samples:
+    """The path up to the sample *last*."""
+    return Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
 
 
 @dataclass(eq=False)

@@ -7,6 +7,7 @@ import numpy as np
 from cablewright.kernels.scan import ray_to_floor
 from cablewright.machine.rig import Moment
 from cablewright.machine.settings import DistanceSensor
+from cablewright.machine.snapshot import Book
 from cablewright.machine.ticks import every
 from cablewright.signals import Distance
 
@@ -39,3 +40,8 @@ class Rangefinder:
         elif chance > 1.0 - settings.outliers:
             told = settings.least + anywhere * (settings.most - settings.least)
         return Distance(moment.truth.time, float(told))
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._step = book.count("step", self._step)
+        book.random("random", self._random)

@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.machine.rig import Moment
 from cablewright.machine.settings import ClimateSensor, Encoder
+from cablewright.machine.snapshot import Book
 from cablewright.machine.ticks import every
 from cablewright.signals import Climate, Encoders
 
@@ -39,6 +40,11 @@ class Counters:
         counts.flags.writeable = False
         return Encoders(moment.truth.time, counts)
 
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._step = book.count("step", self._step)
+        book.random("random", self._random)
+
 
 class Thermometer:
     """Temperature and relative humidity."""
@@ -63,3 +69,8 @@ class Thermometer:
         if chance > 1.0 - settings.outliers:
             temperature, humidity = -40.0 + 125.0 * hot, wet
         return Climate(moment.truth.time, temperature, min(1.0, max(0.0, humidity)))
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._step = book.count("step", self._step)
+        book.random("random", self._random)

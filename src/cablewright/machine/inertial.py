@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.machine.rig import Moment
 from cablewright.machine.settings import InertialSensor
+from cablewright.machine.snapshot import Book
 from cablewright.machine.ticks import every
 from cablewright.signals import Inertial
 
@@ -48,6 +49,11 @@ class InertialUnit:
             told = anywhere * _RANGE
         told.flags.writeable = False
         return Inertial(moment.truth.time, told[:3], told[3:])
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._step = book.count("step", self._step)
+        book.random("random", self._random)
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

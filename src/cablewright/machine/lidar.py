@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cablewright.kernels.scan import turn_lidar
 from cablewright.machine.rig import Moment
 from cablewright.machine.settings import LidarSettings
+from cablewright.machine.snapshot import Book
 from cablewright.machine.ticks import every
 from cablewright.signals import Scan
 
@@ -70,6 +71,11 @@ class Lidar:
             ranges,
         )
         return Scan(self.source, begin, between, first, step, self._spoil(ranges))
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._way = book.rows("way", self._way, 7, self._steps)
+        book.random("random", self._random)
 
     def _spoil(self, ranges: Array) -> Array:
         """Add bias and noise, lose rays, and let some tell any distance; masked ones stay NaN."""

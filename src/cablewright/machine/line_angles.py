@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.machine.rig import Moment
 from cablewright.machine.settings import LineSensor
+from cablewright.machine.snapshot import Book
 from cablewright.machine.ticks import every
 from cablewright.signals import LineAngles
 
@@ -34,3 +35,8 @@ class LineAccelerometers:
         angles[chance < settings.dropout] = np.nan
         angles.flags.writeable = False
         return LineAngles(moment.truth.time, angles)
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._step = book.count("step", self._step)
+        book.random("random", self._random)

@@ -7,6 +7,7 @@ from collections import deque
 import numpy as np
 
 from cablewright.machine.settings import Link
+from cablewright.machine.snapshot import Book
 from cablewright.signals import Reading
 
 __all__ = ["Channel"]
@@ -41,3 +42,9 @@ class Channel:
             self.heard, reading = self._sent.popleft()
             readings.append(reading)
         return readings
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what is on its way."""
+        self._sent = deque(book.readings("sent", tuple(self._sent)))
+        self._last, self.heard = book.number("last", self._last), book.number("heard", self.heard)
+        book.random("random", self._random)

@@ -3,39 +3,31 @@
 from __future__ import annotations
 
 import json
-import struct
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from io import BufferedReader
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Final, Self, TypeVar
 
-import zstandard
-from mcap.exceptions import McapError
-from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata
-from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from mcap.writer import CompressionType, IndexType, Writer
 from pydantic import ValidationError
 
-from cablewright.errors import InputError
-from cablewright.machine.messages import Signal, decode, encode, encode_frame
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.machine.files import refused
+from cablewright.machine.log_file import HEAD
+from cablewright.machine.messages import TOPICS_OF, Signal, decode, encode, encode_frame
+from cablewright.machine.segments import Segments, log_files
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.topics import TOPICS
 from cablewright.robot import Robot
-from cablewright.signals import Command, Condition, Estimate, Notice, Progress, SensorFrame, Truth
+from cablewright.signals import Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
 
-__all__ = ["MOST_RECORD", "Entry", "Log", "LogHead", "LogWriter", "read_log"]
-
-MOST_RECORD: Final = 64 << 20
-"""The longest record, and the largest chunk once unpacked, that is read, bytes."""
+__all__ = ["Entry", "Log", "LogHead", "LogWriter", "begin_log", "read_log", "write_log"]
 
 NEWEST_SCHEMA: Final = 1
-_CHUNK: Final = 256 << 10  # bytes: a second or two; what a crash loses
-_HEAD: Final = "cablewright"
-_BESIDE: Final = (Command, Truth, Estimate, Progress)  # what is no reading
-_BROKEN: Final = (McapError, CRCValidationError, zstandard.ZstdError, struct.error, UnicodeDecodeError, MemoryError)
-
+_CHUNK: Final = 256 << 10  # bytes: a second or two
 
 _Kind = TypeVar("_Kind")
 
@@ -63,32 +55,30 @@ class Entry:
 
 
 class LogWriter:
-    """Writes a log step by step; a context manager that ends the file."""
+    """Writes a log step by step; a context manager that ends the file.
 
-    def __init__(self, file: IO[bytes], head: LogHead) -> None:
-        """Begin a log in *file*, open for writing."""
+    Every method raises `EnvironmentFault` where the file cannot be written; nothing is written to it from then on.
+    """
+
+    def __init__(
+        self,
+        file: IO[bytes],
+        head: LogHead,
+        *,
+        flush_every: float | None = None,
+        clock: Callable[[], float] | None = None,
+    ) -> None:
+        """Begin a log in *file*, open for writing.
+
+        With *flush_every* (s) the system has each step after at most that time, on *clock* or else the machine's own:
+        a program that is killed then loses no more. Without, a chunk of 256 KiB at a time.
+        """
         self.head = head
         self._lines = tuple(line.name for line in head.robot.lines)
-        self._writer = Writer(
-            file, chunk_size=_CHUNK, compression=CompressionType.ZSTD, index_types=IndexType.ALL, enable_crcs=True
-        )
-        self._writer.start(profile="", library="cablewright")
-        about = {
-            "schema": NEWEST_SCHEMA,
-            "robot": head.robot.model_dump(mode="json"),
-            "settings": head.settings.model_dump(mode="json"),
-            "period": head.period,
-            "plant": head.plant,
-            "seed": head.seed,
-        }
-        self._writer.add_metadata(_HEAD, {key: json.dumps(value) for key, value in about.items()})
-        self._channels: dict[str, int] = {}
-        for topic in TOPICS:
-            schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": topic.schema}
-            number = self._writer.register_schema(
-                topic.schema, "jsonschema", json.dumps(schema | topic.content).encode()
-            )
-            self._channels[topic.topic] = self._writer.register_channel(topic.topic, "json", number)
+        self._file, self._failed = file, False
+        self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
+        with self._writing():
+            self._writer, self._channels = begin_log(file, _told(head), _CHUNK)
 
     def write(
         self,
@@ -102,14 +92,39 @@ class LogWriter:
         now = round(frame.time * 1e9)
         counts = self.head.settings.winch.counts
         told: tuple[Signal | None, ...] = (command, *frame.readings, truth, estimate, progress)
-        for signal in told:
-            if signal is None:
-                continue
-            self._add(*encode(signal, self._lines, counts), now, round(max(signal.time, 0.0) * 1e9))
-        self._add(*encode_frame(frame), now, now)
+        with self._writing():
+            for signal in told:
+                if signal is not None:
+                    self._add(*encode(signal, self._lines, counts), now, round(max(signal.time, 0.0) * 1e9))
+            self._add(*encode_frame(frame), now, now)
+        if self._flush_every is not None:
+            since = frame.time if self._clock is None else self._clock()
+            if since - self._flushed >= self._flush_every - 1e-9:
+                self._flushed = since
+                self.flush()
+
+    def flush(self) -> None:
+        """Hand all that was written to the system, which keeps it whatever becomes of this program."""
+        with self._writing():
+            self._writer.flush()  # type: ignore[no-untyped-call]
 
     def _add(self, topic: str, data: bytes, now: int, measured: int) -> None:
         self._writer.add_message(self._channels[topic], log_time=now, data=data, publish_time=measured)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Where the file may refuse."""
+        if self._failed:
+            raise EnvironmentFault(f"{self._name}: could not be written before")
+        try:
+            yield
+        except OSError as reason:
+            self._failed = True
+            raise refused(self._name, reason) from None
+
+    @property
+    def _name(self) -> str:
+        return str(getattr(self._file, "name", "the log"))
 
     def __enter__(self) -> Self:
         return self
@@ -117,20 +132,59 @@ class LogWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the file, so that it is whole as far as it goes, whatever happened."""
-        self._writer.finish()  # type: ignore[no-untyped-call]
+        """End the file, so that it is whole as far as it goes, whatever happened but a file that refuses."""
+        if self._failed:
+            return
+        with self._writing():
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.flush()
+
+
+@contextmanager
+def write_log(
+    path: Path, head: LogHead, *, flush_every: float | None = 0.5, clock: Callable[[], float] | None = None
+) -> Iterator[LogWriter]:
+    """A log in a new file at *path*, as `LogWriter`. Raises `EnvironmentFault` where it cannot be written."""
+    try:
+        file = path.open("wb")
+    except OSError as reason:
+        raise refused(path, reason) from None
+    try:
+        with LogWriter(file, head, flush_every=flush_every, clock=clock) as log:
+            yield log
+    finally:
+        with suppress(OSError):  # the writer has said so already
+            file.close()
+
+
+def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Writer, dict[str, int]]:
+    """Begin an MCAP file with all topics and the *head*; return its writer, and the number of each topic's channel."""
+    writer = Writer(
+        file, chunk_size=chunk, compression=CompressionType.ZSTD, index_types=IndexType.ALL, enable_crcs=True
+    )
+    writer.start(profile="", library="cablewright")
+    writer.add_metadata(HEAD, dict(head))
+    channels = {}
+    for topic in TOPICS:
+        schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": topic.schema}
+        number = writer.register_schema(topic.schema, "jsonschema", json.dumps(schema | topic.content).encode())
+        channels[topic.topic] = writer.register_channel(topic.topic, "json", number)
+    return writer, channels
 
 
 class Log:
     """A log open for reading. ``notes`` grows while frames are read: what is wrong with the file, a sentence each."""
 
-    def __init__(self, path: Path, file: BufferedReader) -> None:
-        """Read the head. Raises `InputError` for a file that is no log of a machine."""
-        self.path, self.notes = path, list[str]()
-        self._file = file
-        self._topics: dict[int, str] = {}
-        self._records = self._unpacked()
-        self.head = self._read_head()
+    def __init__(self, path: Path) -> None:
+        """Read the head of the log in the file or run folder *path*. Raises `InputError` for what is no log."""
+        self.path = path
+        self._segments = Segments(log_files(path))
+        first = self._segments.files[0]
+        try:
+            self.head = _head(first.head, str(first.path))
+        except InputError:
+            self._segments.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -138,105 +192,83 @@ class Log:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._file.close()
+        self._segments.close()
+
+    @property
+    def notes(self) -> list[str]:
+        """What is wrong with the file, as far as it has been read."""
+        return self._segments.notes
 
     @property
     def position(self) -> int:
-        """Bytes of the file that have been read."""
-        return self._file.tell()
+        """Bytes that have been read."""
+        return self._segments.position
 
-    def entries(self) -> Iterator[Entry]:
+    @property
+    def size(self) -> int:
+        """Bytes of all that there is to read."""
+        return self._segments.size
+
+    def entries(self, without: Collection[type[Signal]] = ()) -> Iterator[Entry]:
         """Yield the steps in order, once. What a cut or damaged file still holds is yielded, and a note says the rest.
 
-        A frame whose clock is not past the one before is left out, with a notice in the next good one. Raises
-        `InputError` for a message that is whole but wrong.
+        Signals of the kinds *without* are left out, which is faster by far: ``entries(without={Scan})``. A frame whose
+        clock is not past the one before is left out, with a notice in the next good one. Raises `InputError` for a
+        message that is whole but wrong.
         """
-        told: list[Signal] = []
+        topics = frozenset(topic for kind in without for topic in TOPICS_OF[kind])
         last, skipped = -1.0, 0
-        for record in self._records:
-            if not isinstance(record, Message):
-                continue
-            signal = decode(self._topics.get(record.channel_id, ""), record.data, str(self.path))
-            if signal is None:
-                continue
-            if not isinstance(signal, SensorFrame):
-                told.append(signal)
-                continue
-            if signal.time > last:
-                notices = signal.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
-                last, skipped = signal.time, 0
-                yield _entry(signal.time, notices, told)
+        file = self._segments.file
+        for step in self._segments.steps(topics):
+            *told, frame = (decode(each.topic, each.data, str(self._segments.file.path)) for each in step)
+            assert isinstance(frame, SensorFrame)  # it closes the step
+            if frame.time > last:
+                if self._segments.file is not file:
+                    file = self._segments.file
+                    if frame.time > last + 1.5 * self.head.period:
+                        self.notes.append(f"nothing is told from {last:g} to {frame.time:g} s")
+                notices = frame.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
+                last, skipped = frame.time, 0
+                yield _entry(frame.time, notices, told)
             else:
                 if not skipped:
-                    self.notes.append(f"the clock jumps back from {last:g} to {signal.time:g} s: frames left out")
+                    self.notes.append(f"the clock jumps back from {last:g} to {frame.time:g} s: frames left out")
                 skipped += 1
-            told = []
-        if told:
-            self.notes.append(f"the step after {max(last, 0.0):g} s is not whole: left out")
-
-    def _unpacked(self) -> Iterator[McapRecord]:
-        """Yield all records, those in chunks too, up to where the file is cut or damaged."""
-        reader = StreamReader(self._file, emit_chunks=True, record_size_limit=MOST_RECORD)
-        try:
-            for record in reader.records:
-                if isinstance(record, Chunk):
-                    if record.uncompressed_size > MOST_RECORD:
-                        raise InputError(
-                            f"{self.path}: a chunk of {record.uncompressed_size} bytes; at most {MOST_RECORD} are read"
-                        )
-                    yield from map(self._noted, breakup_chunk(record, validate_crc=True))
-                else:
-                    yield self._noted(record)
-                    if isinstance(record, Footer):
-                        return
-        except _BROKEN:
-            self.notes.append(f"cut or damaged before byte {self._file.tell()}: read up to there")
-
-    def _noted(self, record: McapRecord) -> McapRecord:
-        """Remember the topic of a channel."""
-        if isinstance(record, Channel):
-            self._topics[record.id] = record.topic
-        return record
-
-    def _read_head(self) -> LogHead:
-        for record in self._records:
-            if isinstance(record, Metadata) and record.name == _HEAD:
-                return _head(record.metadata, str(self.path))
-            if isinstance(record, Message):
-                break
-        why = self.notes[0] if self.notes else "it does not begin as one"
-        raise InputError(f"{self.path}: no log of a machine: {why}")
 
 
-def _entry(time: float, notices: tuple[Notice, ...], told: list[Signal]) -> Entry:
+def _entry(time: float, notices: tuple[Notice, ...], told: Sequence[Signal | SensorFrame | None]) -> Entry:
     """A step of what was *told* in it."""
-    readings = tuple(each for each in told if not isinstance(each, _BESIDE))
+    readings = tuple(each for each in told if isinstance(each, Reading))
     beside = (_last(told, Command), _last(told, Truth), _last(told, Estimate), _last(told, Progress))
     return Entry(SensorFrame(time, readings, notices), *beside)
 
 
-def _last(told: list[Signal], kind: type[_Kind]) -> _Kind | None:
+def _last(told: Sequence[object], kind: type[_Kind]) -> _Kind | None:
     return next((each for each in reversed(told) if isinstance(each, kind)), None)
 
 
 def read_log(path: str | Path) -> Log:
-    """Open the log at *path*; use it in a ``with``. Raises `InputError` where there is none."""
-    path = Path(path)
-    try:
-        if not path.is_file():
-            raise InputError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
-        file = path.open("rb")
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"{path}: cannot be read: {reason}") from None
-    try:
-        return Log(path, file)
-    except InputError:
-        file.close()
-        raise
+    """Open the log in the file or run folder at *path*; use it in a ``with``. Raises `InputError` where there is none.
+
+    Of a folder the segments are read that interrupted runs left: see `cablewright.machine.segments`.
+    """
+    return Log(Path(path))
 
 
-def _head(texts: dict[str, str], origin: str) -> LogHead:
+def _told(head: LogHead) -> dict[str, str]:
+    """The log's own metadata."""
+    about = {
+        "schema": NEWEST_SCHEMA,
+        "robot": head.robot.model_dump(mode="json"),
+        "settings": head.settings.model_dump(mode="json"),
+        "period": head.period,
+        "plant": head.plant,
+        "seed": head.seed,
+    }
+    return {key: json.dumps(value) for key, value in about.items()}
+
+
+def _head(texts: Mapping[str, str], origin: str) -> LogHead:
     """Read the log's own metadata. Raises `InputError`."""
     try:
         values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}

@@ -33,10 +33,25 @@ from cablewright.signals import (
     frozen,
 )
 
-__all__ = ["Signal", "decode", "encode", "encode_frame"]
+__all__ = ["TOPICS_OF", "Signal", "decode", "encode", "encode_frame"]
 
 Signal = Reading | Command | Truth | Estimate | Progress
 """All that has a message of its own."""
+
+TOPICS_OF: Final[dict[type[Signal], tuple[str, ...]]] = {
+    Scan: tuple(f"/scan/{name}" for name in LIDARS),
+    Inertial: ("/imu",),
+    Encoders: ("/encoders",),
+    LineAngles: ("/line_angles",),
+    Distance: ("/distance",),
+    Climate: ("/climate",),
+    Barrier: ("/barrier",),
+    Command: ("/command",),
+    Truth: ("/truth",),
+    Estimate: ("/estimate",),
+    Progress: ("/progress",),
+}
+"""On which topics each kind of signal is."""
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]

@@ -13,6 +13,7 @@ from cablewright.kernels.enclose_all import certificate_pool
 from cablewright.kernels.equilibrium import workspace
 from cablewright.kernels.layout import TAU
 from cablewright.machine.rig import Rig
+from cablewright.machine.snapshot import Book
 from cablewright.signals import Condition, Notice
 from cablewright.solvers.track import TrackerSettings
 
@@ -32,6 +33,9 @@ class Plant(Protocol):
 
     def advance(self, asked: Array) -> list[Notice]:
         """Turn the winches by *asked* (m,), rad/s of the drums, for one period, and let the drum follow."""
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what the plant has besides its rig."""
 
 
 class DynamicPlant:
@@ -79,6 +83,11 @@ class DynamicPlant:
         )
         return [] if code == 0 else [Notice(Condition.NO_EQUILIBRIUM)]
 
+    def keep(self, book: Book) -> None:
+        """As `Plant`."""
+        book.array("after", self._after)
+        book.random("random", self._random)
+
 
 class QuasiStaticPlant:
     """Each period ends in equilibrium: the one followed from the last. The drum hangs straight and only turns."""
@@ -116,6 +125,12 @@ class QuasiStaticPlant:
         self._solved[:] = after
         np.exp(states[:, TAU], out=rig.tensions)
         return []
+
+    def keep(self, book: Book) -> None:
+        """As `Plant`."""
+        for name, live in (("after", self._after), ("solved", self._solved), ("pose", self._pose)):
+            book.array(name, live)
+        book.scratch("work", self._work)
 
     def _turn(self) -> None:
         """Turn the drum to where the twist of the lines rests."""

@@ -15,6 +15,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.kernels.rotation import matrix
 from cablewright.machine.room import CELL, Ground
 from cablewright.machine.settings import ClimateLaw, MachineSettings
+from cablewright.machine.snapshot import Book
 from cablewright.machine.winches import Winches
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -168,6 +169,21 @@ class Rig:
         self.falling += left
         self.fill(self.powder - left)
         return []
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, all that moves and all that has fallen."""
+        self.powder, self.falling = book.number("powder", self.powder), book.number("falling", self.falling)
+        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "says", "drum"):
+            book.array(name, getattr(self, name))
+        book.array("platform", self.packed.platform)
+        book.array("was", self._was)
+        x, y = self._falls_from
+        self._falls_from = book.number("falls_x", x), book.number("falls_y", y)
+        book.scratch("work", self.work)
+        book.scratch("swing", self.swing)
+        book.random("random", self._random)
+        self.winches.keep(book.part("winches"))
+        self.ground.keep(book.part("ground"))
 
     def fill(self, powder: float) -> None:
         """Let so much *powder* (kg) be in the drum from now on."""

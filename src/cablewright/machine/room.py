@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.machine.settings import Drum, Room
+from cablewright.machine.snapshot import Book
 from cablewright.printing.deposition import Powder, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
@@ -63,3 +64,9 @@ class Ground:
         pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
         near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
         self._top = max(self._top, float(self.field.heights[tuple(near)].max()))
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what lies."""
+        book.array("heights", self.field.heights)
+        self.outside = book.number("outside", self.outside)
+        self._top = book.number("top", self._top)

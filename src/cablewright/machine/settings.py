@@ -14,6 +14,7 @@ from cablewright.toml_input import parse_table, read_table, require_schema, vali
 from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
 
 __all__ = [
+    "BarrierSensor",
     "ClimateLaw",
     "ClimateSensor",
     "DistanceSensor",
@@ -47,6 +48,12 @@ _Size = Annotated[float, Field(ge=0.0, le=1e6)]
 _Axis = tuple[float, float, float]
 _Place = tuple[Length, Length]
 _LidarName = Literal["north", "south", "vertical"]
+
+
+def _require_rising(key: str, spans: tuple[tuple[float, float], ...]) -> None:
+    for begin, end in spans:
+        if not begin < end:
+            raise refusal(key, f"must each rise; {begin:g} to {end:g} s does not")
 
 
 class Tolerances(Description):
@@ -164,9 +171,7 @@ class Link(Description):
 
     @model_validator(mode="after")
     def _gaps_rise(self) -> Self:
-        for begin, end in self.gaps:
-            if not begin < end:
-                raise refusal("gaps", f"must each rise; {begin:g} to {end:g} s does not")
+        _require_rising("gaps", self.gaps)
         return self
 
 
@@ -247,10 +252,23 @@ class ClimateSensor(Description):
     outliers: _Share = 0.0
 
 
+class BarrierSensor(_Sensor):
+    """The light barrier. ``intrusions``: from and to when somebody is in its light; an outlier tells the opposite."""
+
+    intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MOST_FAULTS)] = ()
+
+    @model_validator(mode="after")
+    def _intrusions_rise(self) -> Self:
+        _require_rising("intrusions", self.intrusions)
+        return self
+
+
 class FaultPlan(Description):
     """A fault to come: a source, or one line's accelerometer, that is silent or stuck from ``begin`` to ``end``."""
 
-    source: Literal["north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate"]
+    source: Literal[
+        "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier"
+    ]
     line: str | None = None
     kind: Literal["silent", "stuck"] = "silent"
     begin: NonNegative[Duration] = 0.0
@@ -287,6 +305,7 @@ class MachineSettings(Description):
     distance: DistanceSensor | None = None
     encoders: Encoder | None = None
     climate_sensor: ClimateSensor | None = None
+    barrier: BarrierSensor | None = None
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MOST_FAULTS)] = ()
 
 

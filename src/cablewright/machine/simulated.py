@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 from collections.abc import Iterator
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.as_built import as_built
+from cablewright.machine.barrier import LightBarrier
 from cablewright.machine.distance import Rangefinder
 from cablewright.machine.encoders import Counters, Thermometer
 from cablewright.machine.inertial import InertialUnit
@@ -22,6 +24,7 @@ from cablewright.machine.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.rig import Moment, Rig
 from cablewright.machine.room import walls_of
 from cablewright.machine.settings import FaultPlan, MachineSettings, check_faults
+from cablewright.machine.snapshot import Book, Notes, Recall, Snapshot
 from cablewright.robot import Robot
 from cablewright.signals import (
     SOURCES,
@@ -47,6 +50,8 @@ _QUIET: Final = 0.5  # s without a message before the wireless link counts as si
 class _Sensor(Protocol):
     def read(self, moment: Moment) -> Reading | None: ...
 
+    def keep(self, book: Book) -> None: ...
+
 
 class SimulatedMachine:
     """A `Machine`. `truth` and `rig` are for who judges an estimate, not for who makes one."""
@@ -68,12 +73,18 @@ class SimulatedMachine:
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
         check_faults(settings, tuple(line.name for line in robot.lines))
+        self._start = np.array(start, dtype=np.float64)
+        self._mark = _mark(robot, settings, seed, plant)
         self.settings = settings if plant == "dynamic" else _slowed(settings)
         self.rig = Rig(as_built(robot, settings.tolerances, seed), settings, start, seed)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
         self._sensors = dict(self._mount(seed))
-        self._wifi = Channel(self.settings.wifi, np.random.default_rng([seed, 4, 0]))
-        self._wire = Channel(self.settings.wire, np.random.default_rng([seed, 4, 1]))
+        self._wifi, self._wire, self._guard = (  # a light barrier has a wire of its own
+            Channel(link, np.random.default_rng([seed, 4, k]))
+            for k, link in enumerate((self.settings.wifi, self.settings.wire, self.settings.wire))
+        )
+        self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
+        self._channels["barrier"] = self._guard
         self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
         self._held: dict[FaultPlan, Reading] = {}
         self._steps, self._commanded = 0, -np.inf
@@ -107,6 +118,7 @@ class SimulatedMachine:
         if not 0.0 <= powder <= self.settings.drum.capacity:
             raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
         self.rig.fill(powder)
+        self._moment = self.rig.moment(self.time)
 
     def step(self, command: Command) -> SensorFrame:
         """Do as *command* says for one period. Returns what arrived meanwhile. As `Machine`."""
@@ -122,11 +134,56 @@ class SimulatedMachine:
             if reading is not None and self._faults[source]:
                 reading = self._failed(source, reading)
             if reading is not None:
-                (self._wire if source in _WIRED else self._wifi).send(now, reading)
-        readings = (*self._wire.arrived(now), *self._wifi.arrived(now))
+                self._channels[source].send(now, reading)
+        readings = (*self._guard.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
         if now - self._wifi.heard > _QUIET:
             notices.append(Notice(Condition.SILENT, "wifi"))
         return SensorFrame(now, readings, tuple(notices))
+
+    def snapshot(self) -> Snapshot:
+        """All that decides what comes next, as it stands; `resumed` goes on from it."""
+        notes = Notes()
+        self._keep(notes)
+        return Snapshot({**notes.snapshot.values, "machine": self._mark}, notes.snapshot.arrays)
+
+    @classmethod
+    def resumed(
+        cls,
+        robot: Robot,
+        settings: MachineSettings,
+        snapshot: Snapshot,
+        *,
+        seed: int,
+        plant: PlantName = "dynamic",
+    ) -> Self:
+        """A machine that goes on, to the bit, as the one would have from which *snapshot* was taken.
+
+        Raises `InputError` for a snapshot that is none, or of another robot, machine, seed or plant.
+        """
+        if snapshot.values.get("machine") != _mark(robot, settings, seed, plant):
+            raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
+        start = np.zeros(3)
+        Recall(snapshot).array("start", start)
+        machine = cls(robot, settings, start, seed=seed, plant=plant)
+        machine._keep(Recall(snapshot))
+        machine._moment = machine.rig.moment(machine.time)
+        return machine
+
+    def _keep(self, book: Book) -> None:
+        """Note all that changes, or take it up again."""
+        book.array("start", self._start)
+        self._steps, self._commanded = book.count("steps", self._steps), book.number("commanded", self._commanded)
+        self.rig.keep(book.part("rig"))
+        self._plant.keep(book.part("plant"))
+        for source, sensor in self._sensors.items():
+            sensor.keep(book.part(source))
+        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("guard", self._guard)):
+            channel.keep(book.part(name))
+        plans = self.settings.faults
+        held = book.readings("held", [(plans.index(plan), reading) for plan, reading in self._held.items()])
+        if not all(number in range(len(plans)) for number, _ in held):
+            raise InputError("snapshot: held: a fault that is not planned")
+        self._held = {plans[int(number)]: reading for number, reading in held}
 
     def _checked(self, command: Command) -> NDArray[np.float64]:
         """The speeds of a command that is one. Raises `InputError`."""
@@ -158,6 +215,8 @@ class SimulatedMachine:
             yield "encoders", Counters(settings.encoders, period, random["encoders"])
         if settings.climate_sensor is not None:
             yield "climate", Thermometer(settings.climate_sensor, period, random["climate"])
+        if settings.barrier is not None:
+            yield "barrier", LightBarrier(settings.barrier, period, random["barrier"])
 
     def _failed(self, source: str, reading: Reading) -> Reading | None:
         """What becomes of a reading by the faults that are planned for its time; None: nothing is heard."""
@@ -184,11 +243,17 @@ class SimulatedMachine:
         return LineAngles(reading.time, angles)
 
 
+def _mark(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str:
+    """What a snapshot knows its machine by."""
+    told = "\n".join((robot.model_dump_json(), settings.model_dump_json(), str(seed), plant))
+    return hashlib.sha256(told.encode()).hexdigest()
+
+
 def _slowed(settings: MachineSettings) -> MachineSettings:
     """The settings for quasi-static periods: what would be read more often is read once, as a mean; nothing is late."""
     most = 1.0 / settings.quasi_static_period
     slowed: dict[str, Any] = {}
-    for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor"):
+    for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
         sensor = getattr(settings, name)
         if sensor is not None and sensor.rate > most:
             share = math.sqrt(most / sensor.rate)

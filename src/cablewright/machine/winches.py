@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.kernels import winding
 from cablewright.machine.settings import WinchSettings
+from cablewright.machine.snapshot import Book
 from cablewright.models.coil import Coil, wind
 from cablewright.robot import Line, Robot
 
@@ -74,6 +75,14 @@ class Winches:
         """What the motors' encoders count since the beginning, (m,); more is more paid out."""
         turns = (self.begin - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
         return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, how the drums stand. Raises `InputError` for a drum wound out of its bounds."""
+        book.array("state", self.state)
+        book.array("begin", self.begin)
+        last = winding.TURN * (self.radii.shape[1] - 1)
+        if not ((self.angles >= 0.0) & (self.angles <= last)).all():
+            raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
 
     def warm(self, strains: Array) -> None:
         """Set how much longer all cable is by its warmth, (m,)."""

@@ -18,6 +18,7 @@ from cablewright.units import Length
 __all__ = ["CHORD", "Helix", "RandomCurve"]
 
 CHORD: Final = 0.02  # m: pieces that a round is cut into, at most
+_SLOW_RISE: Final = 50.0  # m gone for each that a round rises from the one below
 _MOST_PIECES: Final = 5_000_000
 
 _Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
@@ -58,18 +59,19 @@ class RandomCurve(_Course):
         return f"random curve {self.number} of seed {self.seed}"
 
     def toolpath(self) -> Toolpath:
-        """All rounds; between two the nozzle rises where it is, without laying. Raises `InputError`."""
+        """All rounds, without a stop: each rises from the one below over its beginning. Raises `InputError`."""
         pieces = int(np.ceil(self.length / CHORD))
         _bound(pieces * self.layers)
         once = draw(self.wanted, self.seed, self.number).even(pieces)
-        heights = self.first_height + self.layer_height * np.arange(self.layers)
-        rounds = np.empty((self.layers, pieces + 1, 3))
-        rounds[:, :, :2] = once
-        rounds[:, :, 2] = heights[:, None]
-        layer = np.repeat(np.arange(self.layers, dtype=np.int32), pieces + 1)
-        laying = np.ones((self.layers, pieces + 1), dtype=bool)
-        laying[:, 0] = False  # the rise to the round
-        return _toolpath(rounds.reshape(-1, 3), laying.ravel()[1:], layer[1:])
+        gone = self.length / pieces * np.arange(1, pieces + 1)
+        rise = min(_SLOW_RISE * self.layer_height, 0.5 * self.length)
+        risen = np.minimum(gone / rise, 1.0) if rise else np.ones(pieces)
+        number = np.repeat(np.arange(self.layers, dtype=np.int32), pieces)
+        height = np.maximum(number - 1.0 + np.tile(risen, self.layers), 0.0)
+        places = np.empty((pieces * self.layers + 1, 3))
+        places[0, :2], places[1:, :2] = once[0], np.tile(once[1:], (self.layers, 1))
+        places[0, 2], places[1:, 2] = self.first_height, self.first_height + self.layer_height * height
+        return _toolpath(places, np.ones(len(places) - 1, dtype=bool), number)
 
 
 class Helix(_Course):

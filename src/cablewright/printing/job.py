@@ -69,6 +69,8 @@ class Job(_Part):
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=300)]
+    robot: Annotated[str, Field(min_length=1, max_length=300)] | None = None
+    """The one robot that it is for; any when left out."""
     gcode: Path | None = None
     curve: RandomCurve | None = None
     helix: Helix | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, Protocol
 
 import numpy as np
@@ -41,17 +42,27 @@ class Estimator(Protocol):
 
 
 def estimator(
-    name: str, robot: Robot, settings: MachineSettings, place: Array, lasers: Sequence[Laser] = ()
+    name: str,
+    robot: Robot,
+    settings: MachineSettings,
+    place: Array,
+    lasers: Sequence[Laser] = (),
+    radii: Array | None = None,
 ) -> Estimator:
     """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
 
-    *place* (3,), m: where the platform hangs, which only ``encoders`` has to be told. Raises `UnknownName`, and
-    `InputError` for a machine without the sensors that it needs.
+    *place* (3,), m: where the platform hangs, which only ``encoders`` has to be told. *radii* (m,), m: of the winch
+    drums, as an earlier estimator of this machine found them, 0 where not. Raises `UnknownName`, and `InputError` for a
+    machine without the sensors that it needs.
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     if name == "paper":
-        return _Observed(observer_settings(robot, settings, lasers))
+        told = observer_settings(robot, settings, lasers)
+        if radii is not None and (radii > 0.0).all():
+            inside = np.clip(radii, told.radius.least, told.radius.most)
+            told = replace(told, radius=replace(told.radius, nominal=tuple(inside.tolist())))
+        return _Observed(told)
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     return _Reckoned(reckoning_settings(robot, settings), place)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -15,12 +16,14 @@ from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import Order, SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
 from cablewright.machine.interface import Machine
+from cablewright.machine.snapshot import Book
 from cablewright.signals import Command, Estimate, PrintState, Progress, SensorFrame, frozen
 from cablewright.studies.estimators import Estimator
 
 __all__ = ["Attendant", "Plan", "Printer", "Step"]
 
 Array = NDArray[np.float64]
+MakeEstimator = Callable[[Array, Array], Estimator]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,21 +54,46 @@ class Step:
 class Printer:
     """Drives one machine through one plan. `step` never raises for what a machine tells."""
 
-    def __init__(self, plan: Plan, machine: Machine, estimator: Estimator) -> None:
-        """Begin idle, winches held, at the path's beginning."""
-        self.plan, self.machine, self.estimator = plan, machine, estimator
+    def __init__(
+        self, plan: Plan, machine: Machine, make: MakeEstimator, *, now: float = 0.0, book: Book | None = None
+    ) -> None:
+        """Begin idle, winches held, at the path's beginning or where *book* has it; *now* is the machine's time, s.
+
+        *make* is asked for an estimator that begins where the platform is, (3,) m, with what is known of the winch
+        drums' radii, (m,) m, 0 where nothing is.
+        """
+        self.plan, self.machine = plan, machine
         self.guide, self.supervisor = GuideState(), SupervisorState()
         self.velocity = velocity.start(plan.velocity)
         self.powder = plan.powder
         """kg in the drum, as believed."""
         self.target: Target | None = None
-        self._command = Command(0.0, frozen(np.zeros(plan.velocity.model.m)))
-        self._mark: float | None = None  # s of the law's time where powder ran out
+        self.place = plan.course.track.at(0.0).position.copy()
+        """(3,) m, where the platform was when that was known last."""
+        self.radii = np.zeros(plan.velocity.model.m)
+        """(m,) m of the winch drums, as found out last; 0: never."""
+        self.framed = (0.0, 0.0)
+        """When the last frame had come, s: by the wall clock and by the processor's."""
+        self._command = Command(now, frozen(np.zeros(plan.velocity.model.m)))
+        self._mark = math.inf  # s of the law's time where powder ran out
+        if book is not None:
+            self.keep(book)
+        self.estimator = make(self.place, self.radii)
 
     @property
     def finished(self) -> bool:
         """Whether the path has been gone to its end."""
         return self.supervisor.finished
+
+    def keep(self, book: Book) -> None:
+        """Note how far the print has come, or take that up again."""
+        guided, watched = self.guide, self.supervisor
+        guided.clock, guided.lift = book.number("clock", guided.clock), book.number("lift", guided.lift)
+        self.powder, self._mark = book.number("powder", self.powder), book.number("mark", self._mark)
+        watched.stops, watched.refills = book.count("stops", watched.stops), book.count("refills", watched.refills)
+        watched.finished = bool(book.count("finished", int(watched.finished)))
+        book.array("place", self.place)
+        book.array("radii", self.radii)
 
     def refilled(self) -> None:
         """Note that the drum is full again."""
@@ -75,6 +103,7 @@ class Printer:
         """Live through one period of the machine, and decide on the next."""
         command, dt = self._command, self.machine.period
         frame = self.machine.step(command)
+        self.framed = time.perf_counter(), time.thread_time()
         self.powder -= self.plan.flow * command.valve * dt
         estimate = self.estimator.step(frame)
         was = self.supervisor.state
@@ -88,6 +117,8 @@ class Printer:
             powder=self.powder,
             orders=orders,
         )
+        if estimate.valid:
+            self.place[:], self.radii[:] = estimate.position, estimate.radii
         self._change(was, verdict, estimate)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
             self.guide.lift = height.step(self.plan.height, self.guide.lift, estimate.clearance, dt)
@@ -102,8 +133,8 @@ class Printer:
         if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.reserve:
             self._mark = self.guide.clock  # it ran out before it should have: the path goes on here
         if verdict.state is PrintState.READY:
-            if self._mark is not None:
-                self.guide.clock, self._mark = self._mark, None
+            if math.isfinite(self._mark):
+                self.guide.clock, self._mark = self._mark, math.inf
             self.guide.place, self.guide.pace, self.guide.speed = None, 0.0, 0.0
             if estimate.valid:
                 self.guide.place = estimate.position.copy()

@@ -141,7 +141,6 @@ def replay(
     if estimator not in ESTIMATORS:
         raise UnknownName("estimator", estimator, ESTIMATORS)
     with read_log(path) as log:
-        size = Path(path).stat().st_size
         settings = observer_settings(log.head.robot, log.head.settings, lasers)
         state, judge = observer.start(settings), _Judge(Replay(log.head, estimator), settings.lidars)
         for entry in log.entries():
@@ -149,7 +148,7 @@ def replay(
             estimate = observer.step(settings, state, entry.frame)
             judge.add(entry, estimate, state, time.thread_time() - begin)
             if progress is not None and judge.found.steps % 500 == 0:
-                progress("replaying (bytes)", log.position, size)
+                progress("replaying (bytes)", log.position, log.size)
         judge.found.notes = tuple(log.notes)
     return judge.found
 

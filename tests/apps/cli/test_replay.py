@@ -29,6 +29,15 @@ def test_a_log_is_replayed_and_summed_up(cli, log: Path, tmp_path: Path) -> None
     assert plot.read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_run_folder_is_replayed_as_its_log(cli, log: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    log.rename(folder / "log-000.mcap")
+    values = cli("replay", folder, "--json").json
+    assert values["steps"] == 600
+    assert values["notes"] == []
+
+
 def test_it_is_told_to_people(cli, log: Path) -> None:
     answer = cli("replay", log)
     assert answer.code == 0

@@ -21,6 +21,7 @@ from cablewright.apps.cli import (
     modes,
     modulus,
     poses,
+    print_job,
     replay,
     retraction,
     robots,
@@ -54,6 +55,7 @@ app.command("machines")(simulate.machines)
 app.command("modes")(modes.modes)
 app.command("modulus")(modulus.modulus)
 app.command("poses")(poses.poses)
+app.command("print")(print_job.print_job)
 app.command("replay")(replay.replay)
 app.command("retraction")(retraction.retraction)
 app.command("robots")(robots.robots)

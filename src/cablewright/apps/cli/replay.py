@@ -25,7 +25,7 @@ _LEARNT = 10.0
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A machine's log, MCAP, as `simulate --out` writes it.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A machine's log, MCAP, or the folder of a run.")],
     estimator: Annotated[
         str, typer.Option("--estimator", help="paper: the chain of Merlet and Papegay 2023.")
     ] = "paper",

@@ -113,7 +113,7 @@ def _run(
     twin: SimulatedMachine, way: Array | None, duration: float, settings: DriveSettings, head: LogHead, out: Path | None
 ) -> Drive:
     """Drive, with a log beside its place until it is whole. Raises `EnvironmentFault` where it cannot be written."""
-    from cablewright.machine.log import LogWriter
+    from cablewright.machine.log import write_log
     from cablewright.studies.drive import drive
 
     with progress() as tells:
@@ -121,9 +121,11 @@ def _run(
             return drive(twin, way, duration, settings=settings, seed=head.seed, progress=tells)
         part = out.with_name(f"{out.name}.part")
         try:
-            with part.open("wb") as file, LogWriter(file, head) as log:
+            with write_log(part, head, flush_every=None) as log:
                 found = drive(twin, way, duration, settings=settings, seed=head.seed, log=log, progress=tells)
             part.replace(out)
+        except EnvironmentFault:  # what there was room for can be read
+            raise
         except CablewrightError:
             part.unlink(missing_ok=True)
             raise

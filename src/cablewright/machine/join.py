@@ -1,0 +1,41 @@
+"""The segments of a log made into one file, as other programs read it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from cablewright.machine.files import appearing
+from cablewright.machine.log import begin_log
+from cablewright.machine.segments import WHOLE, Segments, log_files
+
+__all__ = ["join_log"]
+
+_CHUNK: Final = 1 << 20  # bytes: fewer chunks than a log that is being written has, whose index is held in memory
+
+
+def join_log(folder: Path) -> Path:
+    """Make one indexed file, ``log.mcap``, of the segments of the log in *folder*; return where it is.
+
+    It appears whole; only then are the segments removed, first to last, so that a join which is interrupted anywhere
+    leaves a log that reads the same. What was taken back is left out. Raises `InputError` where there is no log,
+    `EnvironmentFault` where it cannot be written.
+    """
+    path, files = folder / WHOLE, log_files(folder)
+    if files == [path]:
+        return path
+    segments = Segments(files)
+    try:
+        with appearing(path) as file:
+            writer, channels = begin_log(file, segments.files[0].head, _CHUNK)
+            for step in segments.steps():
+                for told in step:
+                    if told.topic in channels:
+                        writer.add_message(channels[told.topic], told.logged, told.data, told.measured)
+            writer.finish()  # type: ignore[no-untyped-call]
+    finally:
+        segments.close()
+    for each in files:
+        if each != path:
+            each.unlink()
+    return path

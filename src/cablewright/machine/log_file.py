@@ -1,0 +1,134 @@
+"""One MCAP file of a machine's log, as far as it is whole, as messages that are not decoded yet."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Iterator, Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata
+from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
+
+from cablewright.errors import InputError
+
+__all__ = ["HEAD", "MOST_RECORD", "LogFile", "Told"]
+
+MOST_RECORD: Final = 64 << 20
+"""The longest record, the largest chunk once unpacked, and the most that one step may tell, bytes."""
+
+HEAD: Final = "cablewright"
+"""Name of the metadata that say what a log is of."""
+
+_RECORD: Final = struct.Struct("<BQ")  # opcode and length
+_MESSAGE: Final = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_BROKEN: Final = (McapError, CRCValidationError, zstandard.ZstdError, struct.error, UnicodeDecodeError, MemoryError)
+
+
+class Told(NamedTuple):
+    """A message as a file has it; times in ns."""
+
+    topic: str
+    logged: int
+    measured: int
+    data: bytes
+
+
+class LogFile:
+    """An MCAP file open for reading, as far as it is whole. ``cut``: the byte before which it is cut or damaged."""
+
+    def __init__(self, path: Path) -> None:
+        """Open it and read its head. Raises `InputError` for a file that is no log of a machine."""
+        self.path, self.cut = path, 0
+        self._topics: dict[int, str] = {}
+        self._without: Collection[str] = ()
+        try:
+            if not path.is_file():
+                raise InputError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
+            self._file = path.open("rb")
+        except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+            reason = error.strerror if isinstance(error, OSError) else str(error)
+            raise InputError(f"{path}: cannot be read: {reason}") from None
+        self._told = self._read()
+        try:
+            self.head: Mapping[str, str] = self._read_head()
+        except InputError:
+            self.close()
+            raise
+
+    @property
+    def position(self) -> int:
+        """Bytes that have been read."""
+        return self._file.tell()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def messages(self, without: Collection[str] = ()) -> Iterator[Told]:
+        """Yield the messages in order, once, but those of the topics *without*."""
+        self._without = without
+        for each in self._told:
+            if isinstance(each, Told):
+                yield each
+
+    def _read_head(self) -> Mapping[str, str]:
+        for each in self._told:
+            if isinstance(each, Told):
+                break
+            if each.name == HEAD:
+                return each.metadata
+        why = f"cut or damaged before byte {self.cut}" if self.cut else "it does not begin as one"
+        raise InputError(f"{self.path}: no log of a machine: {why}")
+
+    def _read(self) -> Iterator[Told | Metadata]:
+        """Yield messages and metadata, up to where the file is cut or damaged."""
+        reader = StreamReader(self._file, emit_chunks=True, record_size_limit=MOST_RECORD)
+        try:
+            for record in reader.records:
+                if isinstance(record, Chunk):
+                    yield from self._chunk(record)
+                elif isinstance(record, Footer):
+                    return
+                else:
+                    yield from self._plain(record)
+        except _BROKEN:
+            self.cut = self._file.tell()
+
+    def _plain(self, record: McapRecord) -> Iterator[Told | Metadata]:
+        """What a record outside chunks says."""
+        if isinstance(record, Channel):
+            self._topics[record.id] = record.topic
+        elif isinstance(record, Metadata):
+            yield record
+        elif isinstance(record, Message) and record.channel_id in self._topics:
+            topic = self._topics[record.channel_id]
+            if topic not in self._without:
+                yield Told(topic, record.log_time, record.publish_time, record.data)
+
+    def _chunk(self, chunk: Chunk) -> Iterator[Told]:
+        """The messages of a chunk: mcap's own reader takes five times as long, and reads what is left out as well."""
+        if chunk.uncompressed_size > MOST_RECORD:
+            size = chunk.uncompressed_size
+            raise InputError(f"{self.path}: a chunk of {size} bytes; at most {MOST_RECORD} are read")
+        stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+        data, at = stream.read(size), 0
+        while at < size:
+            opcode, length = _RECORD.unpack_from(data, at)
+            at, end = at + _RECORD.size, at + _RECORD.size + length
+            if end > size:
+                raise struct.error("a record that is longer than its chunk")
+            if opcode == Opcode.CHANNEL:
+                channel = Channel.read(ReadDataStream(BytesIO(data[at:end])))
+                self._topics[channel.id] = channel.topic
+            elif opcode == Opcode.MESSAGE:
+                number, _, logged, measured = _MESSAGE.unpack_from(data, at)
+                topic = self._topics.get(number)
+                if topic is not None and topic not in self._without:
+                    yield Told(topic, logged, measured, data[at + _MESSAGE.size : end])
+            at = end

@@ -1,0 +1,69 @@
+"""What is made of a print once it stands: one log, and its record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from cablewright.machine.files import appearing
+from cablewright.machine.join import join_log
+from cablewright.machine.log import read_log
+from cablewright.printing.heightfield import HeightField
+from cablewright.printing.track import Track
+from cablewright.studies.print_metrics import metrics_text
+from cablewright.studies.print_record import Recorder
+from cablewright.studies.print_result import PrintRecord
+from cablewright.studies.print_run import Timing
+
+__all__ = ["METRICS", "finish", "step_times", "write_metrics"]
+
+METRICS = "metrics.json"
+
+
+def finish(
+    folder: Path,
+    track: Track,
+    print_speed: float,
+    true_structure: HeightField | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> tuple[PrintRecord, Path]:
+    """Join the log of the print in *folder* and make its record; return both. May be done again.
+
+    Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
+    """
+    joined = join_log(folder)
+    with read_log(joined) as log:
+        recorder = Recorder(log.head, track, print_speed)
+        for count, entry in enumerate(log.entries()):
+            recorder.add(entry)
+            if progress is not None and count % 1000 == 0:
+                progress("reading the log (bytes)", log.position, log.size)
+        return recorder.finish(true_structure, notes=tuple(log.notes)), joined
+
+
+def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> None:
+    """Write metrics.json to *folder*. Raises `EnvironmentFault`."""
+    with appearing(folder / METRICS) as file:
+        file.write(metrics_text(found, {"step_time": step_times(timing), **more}).encode())
+
+
+def step_times(timing: Timing) -> dict[str, float | int]:
+    """How long control steps took, s, and of a paced print how many ended late, and how many by their own doing."""
+    if not timing.wall:
+        return {"count": 0}
+    wall, processor = np.array(timing.wall), np.array(timing.processor)
+    told: dict[str, float | int] = {
+        "count": len(wall),
+        "mean": float(wall.mean()),
+        "p99": float(np.percentile(wall, 99.0)),
+        "max": float(wall.max()),
+        "processor_mean": float(processor.mean()),
+        "processor_p99": float(np.percentile(processor, 99.0)),
+        "processor_max": float(processor.max()),
+    }
+    if timing.late:
+        late = np.array(timing.late)
+        told |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
+    return told

@@ -1,0 +1,211 @@
+"""A whole print on a simulated machine, in a run folder from which it goes on after whatever ends it.
+
+While it runs the folder holds ``manifest.json`` (what is printed), the log's segments, and ``checkpoint.bin``: machine
+and print at one time, at most half a second old. A print that is resumed hangs where the checkpoint has it, finds out
+where that is, goes back to its place on the path and goes on.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import time
+from array import array
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.machine.files import appearing, refused
+from cablewright.machine.log import LogHead, LogWriter, write_log
+from cablewright.machine.segments import next_segment
+from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.snapshot import Notes, Recall, read_snapshots, write_snapshots
+from cablewright.signals import PrintState
+from cablewright.studies.estimators import Estimator, estimator
+from cablewright.studies.lock import held
+from cablewright.studies.print_plan import MachineTwin, plan_print
+from cablewright.studies.printer import Attendant, Plan, Printer
+
+__all__ = ["CHECKPOINT", "LOCK", "MANIFEST", "PrintRun", "Timing", "run_print"]
+
+Array = NDArray[np.float64]
+
+MANIFEST: Final = "manifest.json"
+CHECKPOINT: Final = "checkpoint.bin"
+LOCK: Final = "lock"
+
+_EVERY: Final = 0.5  # s between checkpoints, of the wall clock
+_TELL: Final = 50  # steps between words of progress
+_MOST_STEPS: Final = 100_000_000
+_MANIFEST_BYTES: Final = 1 << 20
+
+
+@dataclass
+class Timing:
+    """How long the control steps took, s: what is done with a frame until it is answered and logged."""
+
+    wall: array[float] = field(default_factory=lambda: array("d"))
+    processor: array[float] = field(default_factory=lambda: array("d"))
+    late: array[float] = field(default_factory=lambda: array("d"))
+    """How long after its time each step of a paced print ended, s; negative is early."""
+
+
+@dataclass(eq=False)
+class PrintRun:
+    """What came of it. ``state`` and ``reason``: how it ended."""
+
+    folder: Path
+    machine: SimulatedMachine
+    printer: Printer
+    timing: Timing
+    steps: int = 0
+
+    @property
+    def finished(self) -> bool:
+        """Whether all of the path was gone."""
+        return self.printer.finished
+
+    @property
+    def state(self) -> PrintState:
+        """In which it is."""
+        return self.printer.supervisor.state
+
+    @property
+    def reason(self) -> str:
+        """Why it is in that state."""
+        return self.printer.supervisor.reason
+
+
+def run_print(
+    twin: MachineTwin,
+    folder: Path,
+    about: Mapping[str, Any],
+    *,
+    resume: bool = False,
+    real_time: bool = False,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> PrintRun:
+    """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
+
+    *about*: what makes this print the one it is, as JSON has it; a print is resumed only where it is the same. With
+    *real_time* each step waits for its time.
+
+    Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
+    cannot be printed; `EnvironmentFault` where the folder cannot be written: the print then stands where it was.
+    """
+    plan = plan_print(twin)
+    _prepare(folder, about, resume)
+    with held(folder / LOCK):
+        machine, printer = _printer(twin, plan, folder, resume)
+        run = PrintRun(folder, machine, printer, Timing())
+        if not run.finished:
+            head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
+            with write_log(next_segment(folder), head, flush_every=_EVERY, clock=time.monotonic) as log:
+                _go_on(run, log, real_time, progress)
+        return run
+
+
+def _go_on(run: PrintRun, log: LogWriter, real_time: bool, progress: Callable[[str, int, int], None] | None) -> None:
+    """Step until it is over."""
+    machine, printer, timing = run.machine, run.printer, run.timing
+    attendant = Attendant(lambda: machine.refill(printer.plan.powder))
+    whole = round(1e3 * printer.plan.course.track.length)
+    saved = begun = time.monotonic()
+    gc.freeze()
+    for run.steps in range(1, _MOST_STEPS):
+        orders = attendant.orders(printer, machine.time)
+        step = printer.step(orders)
+        log.write(step.frame, step.command, machine.truth, step.estimate, step.progress)
+        wall, processor = printer.framed
+        timing.wall.append(time.perf_counter() - wall)
+        timing.processor.append(time.thread_time() - processor)
+        over = printer.finished or run.state in (PrintState.STOPPED, PrintState.FAULT)
+        now = time.monotonic()
+        if over or now - saved >= _EVERY:
+            saved = now
+            log.flush()
+            _save(run)
+        if progress is not None and run.steps % _TELL == 0:
+            layer = step.progress.layer
+            progress(f"layer {layer + 1}, {step.progress.state.value}", round(1e3 * step.progress.distance), whole)
+        if over:
+            return
+        if real_time:
+            left = begun + run.steps * machine.period - time.monotonic()
+            timing.late.append(-left)
+            if left > 0.0:
+                time.sleep(left)
+
+
+def _save(run: PrintRun) -> None:
+    notes = Notes()
+    run.printer.keep(notes)
+    write_snapshots(run.folder / CHECKPOINT, {"machine": run.machine.snapshot(), "print": notes.snapshot})
+
+
+def _printer(twin: MachineTwin, plan: Plan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
+    """Machine and print as the checkpoint has them, or at the beginning of the path where there is none."""
+    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.course.track.at(0.0).position
+    found = read_snapshots(path) if resume and path.exists() else None
+    if found is not None and not {"machine", "print"} <= found.keys():
+        raise InputError(f"{path}: holds no machine and print")
+    if found is None:
+        machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    else:
+        machine = SimulatedMachine.resumed(
+            twin.robot, twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
+        )
+
+    def make(place: Array, radii: Array) -> Estimator:
+        return estimator(twin.estimator, twin.robot, machine.settings, place, choices.lasers, radii)
+
+    book = None if found is None else Recall(found["print"])
+    return machine, Printer(plan, machine, make, now=machine.time, book=book)
+
+
+def _prepare(folder: Path, about: Mapping[str, Any], resume: bool) -> None:
+    """Make the folder, or look whether it holds the print that is to go on. Raises `InputError`."""
+    there = folder.is_dir() and any(folder.iterdir())
+    if not resume:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"--out = {folder}: is no folder")
+        if there:
+            raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as reason:
+            raise refused(folder, reason) from None
+        with appearing(folder / MANIFEST) as file:
+            file.write(json.dumps(_told(about), indent=2).encode() + b"\n")
+        return
+    try:
+        text = (folder / MANIFEST).read_bytes()[:_MANIFEST_BYTES]
+        kept = json.loads(text)
+    except (OSError, ValueError, RecursionError):
+        raise InputError(f"--resume: {folder} holds no print") from None
+    if not isinstance(kept, dict) or kept.get("command") != "print":
+        raise InputError(f"--resume: {folder} holds no print")
+    for key, value in _told(about).items():
+        if kept.get(key) != value:
+            raise InputError(f"--resume: {folder} holds a print of another {_differs(key, kept.get(key), value)}")
+
+
+def _told(about: Mapping[str, Any]) -> dict[str, Any]:
+    """As JSON gives it back."""
+    told = json.loads(json.dumps({"schema": 1, "command": "print", **about}, default=str))
+    assert isinstance(told, dict)
+    return told
+
+
+def _differs(key: str, kept: Any, asked: Any) -> str:
+    """What of a part of the manifest is not the same."""
+    if isinstance(kept, dict) and isinstance(asked, dict):
+        for inner in sorted(kept.keys() | asked.keys()):
+            if kept.get(inner) != asked.get(inner):
+                return _differs(inner, kept.get(inner), asked.get(inner))
+    return f"{key}: {str(kept)[:60]}, asked for {str(asked)[:60]}"
