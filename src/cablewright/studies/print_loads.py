@@ -58,9 +58,12 @@ class Believed:
         return tensions
 
     def frequencies(self, estimate: Estimate, mass: float) -> Array:
-        """First frequencies (m,), Hz, of the lines that bear something; NaN of the others."""
+        """First frequencies (m,), Hz, of the lines that bear something; NaN of the others.
+
+        Of all where more lines are taut than the platform needs: how they share the load is not known.
+        """
         taut = self.at(estimate.position)
-        if taut is None or self._weight is None:
+        if taut is None or self._weight is None or np.count_nonzero(~estimate.slack) != self.robot.n:
             return np.full(self.robot.m, np.nan)
         tensions = self.tensions(taut, estimate.excess, mass)
         speed = np.sqrt(np.maximum(tensions, 0.0) * self.robot.scene.gravity / self._weight)

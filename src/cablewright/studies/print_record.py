@@ -81,6 +81,7 @@ class Recorder:
         self._barrier_stops = self._refills = 0
         self._faults: dict[tuple[str, str], tuple[float, float, int]] = {}
         self._notices: Counter[str] = Counter()
+        self._expected = np.full(m, np.nan)  # Hz, as the window of vibration began
         self._vibration, self._believed = Vibration(m), Believed(head.robot, head.settings)
         lidar = head.settings.lidars.get("vertical")
         self._scans = None if lidar is None else Scans(lidar, track)
@@ -106,18 +107,22 @@ class Recorder:
     def _hear(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
             if isinstance(reading, LineAngles):
-                if self._vibration.hear(reading):
-                    self._ring(entry)
+                self._ring(reading, entry)
             elif isinstance(reading, Scan) and reading.source == "vertical" and self._scans is not None:
                 self._scans.hear(reading)
 
-    def _ring(self, entry: Entry) -> None:
-        """A window of vibration is whole: end it, if it is known what the lines should ring at."""
-        if entry.estimate is None or not entry.estimate.valid:
-            self._vibration.drop()
+    def _ring(self, reading: LineAngles, entry: Entry) -> None:
+        """Take the lines' angles; what the lines should ring at is asked for as a window begins and as it ends."""
+        whole = self._vibration.hear(reading)
+        if not whole and not self._vibration.begins:
             return
-        expected = self._believed.frequencies(entry.estimate, self._mass(self._rows.left))
-        self._vibration.close(self._rows.temperature, expected)
+        estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
+        if estimate is not None and estimate.valid:
+            expected = self._believed.frequencies(estimate, self._mass(self._rows.left))
+        if whole:
+            self._vibration.close(self._rows.temperature, 0.5 * (self._expected + expected))
+        else:
+            self._expected = expected
 
     def _mass(self, powder: float) -> float:
         return self.head.settings.drum.empty_mass + max(powder, 0.0)

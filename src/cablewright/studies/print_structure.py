@@ -1,7 +1,8 @@
 """The structure that a print leaves, rebuilt from vertical scans, beside the true one where that is known.
 
 Merlet and Papegay 2023, III.A: a full turn of the vertical lidar each 2 s, put in place by where the drum was believed
-to be at each ray. Structure grows while it is scanned: only the scans of the last layer are kept.
+to be at each ray. Structure grows while it is scanned: the scans of the last two layers are kept, and of what was seen
+of a place only the last seconds count.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _CONE: Final = math.radians(70.0)  # to both sides of the drum's axis: beyond it
 _NOISE: Final = 0.05  # m below the floor, or off both neighbours, no ray goes that met something
 _KEPT: Final = 1000  # rows of where the drum was
 _MOST_POINTS: Final = 2_000_000  # of one layer
-_WHOLE: Final = 0.9  # share of a layer after which the one before counts no more
+_LATEST: Final = 8.0  # s: what is seen together, some scans
 _NOTHING: Final = 5e-3  # m: what is lower may be noise
 _CUT: Final = 0.5  # m to both sides of the path
 _APART: Final = 1.0  # m along the path beyond which another pass is another
@@ -49,8 +50,7 @@ class Scans:
         self._track = track
         self._trail = Trail(6, _KEPT)
         self._last, self._visit = -math.inf, -1
-        self._begin = math.nan  # m along the path of this layer's first scan
-        self._points: list[Array] = []
+        self._points: list[Array] = []  # (k, 4) each: place, m, and time, s
         self._before: list[Array] = []
         self._count = 0
 
@@ -61,7 +61,6 @@ class Scans:
         visit = int(np.searchsorted(self._track.visits.begin, distance, side="right")) - 1
         if visit > self._visit:
             self._before, self._points, self._count, self._visit = self._points, [], 0, visit
-            self._begin = distance
 
     def hear(self, scan: Scan) -> None:
         """Take one turn."""
@@ -75,16 +74,22 @@ class Scans:
         rays = np.cos(angles[good])[:, None] * x + np.sin(angles[good])[:, None] * y
         points = where[:, :3] + _turned(self._place + scan.ranges[good, None] * rays, where[:, 3:])
         kept = _hanging_together(scan.ranges[good]) & (points[:, 2] > -_NOISE)
-        self._points.append(points[kept])
+        self._points.append(np.column_stack([points, scan.times[good]])[kept])
         self._count += int(np.count_nonzero(kept))
 
-    def field(self, like: HeightField, distance: float) -> HeightField | None:
-        """The structure over the cells of *like*, at the end of a print of *distance* (m); None where none was seen."""
-        layers = np.append(self._track.visits.begin, self._track.length)
-        whole = float(layers[self._visit + 1] - layers[self._visit]) if self._visit >= 0 else 0.0
-        enough = distance - self._begin >= _WHOLE * whole
-        points = self._points if enough or not self._before else self._before + self._points
-        return rebuilt(np.concatenate(points), like) if points else None
+    def field(self, like: HeightField) -> HeightField | None:
+        """The structure over the cells of *like*; None where none was seen."""
+        points = self._before + self._points
+        return rebuilt(_latest(np.concatenate(points), like), like) if points else None
+
+
+def _latest(points: Array, like: HeightField) -> Array:
+    """Of *points* (k, 4) those of the last seconds in which each cell of *like* was seen, (j, 3)."""
+    points = points[like.holds(points)]
+    cells = like.cells_of(points) @ np.array([like.shape[1], 1])
+    last = np.full(like.heights.size, -np.inf)
+    np.maximum.at(last, cells, points[:, 3])
+    return np.asarray(points[points[:, 3] >= last[cells] - _LATEST, :3])
 
 
 def _hanging_together(ranges: Array) -> NDArray[np.bool_]:
@@ -163,7 +168,7 @@ def structure_of(
     scans: Scans | None, true: HeightField | None, track: Track, distance: float, density: float
 ) -> Structure | None:
     """What is known of the structure after *distance* (m) of *track*; None where nothing is."""
-    seen = None if scans is None else scans.field(_cells(track, true), distance)
+    seen = None if scans is None else scans.field(_cells(track, true))
     if seen is None and true is None:
         return None
     likeness = None if seen is None or true is None else _likeness(seen, true)

@@ -64,6 +64,11 @@ class Vibration:
         self._angles.append(reading.angles)
         return self._times[-1] - self._times[0] >= WINDOW
 
+    @property
+    def begins(self) -> bool:
+        """Whether the last reading was a window's first."""
+        return len(self._times) == 1
+
     def drop(self) -> None:
         """Forget the window."""
         self._times.clear()

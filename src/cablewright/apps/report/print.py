@@ -239,7 +239,7 @@ _CAPTIONS = {
     ),
     "tensions": (
         "Tension of each line in the last whole layer",
-        "Believed: what the three tightest lines must pull to hold the drum where it is believed to be.",
+        "Believed: what the three tightest lines must pull to hold the drum; how four taut ones share it is not known.",
     ),
     "coiling": (
         "Radius at which cable leaves each winch drum against the length paid out",

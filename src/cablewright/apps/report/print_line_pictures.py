@@ -40,7 +40,8 @@ def angles_picture(found: PrintRecord) -> Figure | None:
         name = style.label(found.lines[line].name)
         axis.set(ylabel="angle in degrees", title=f"line {name}: taut {1e2 * shares[line]:.0f} % of the time")
         axis.legend(loc="upper right", ncols=2)
-        axis.margins(x=0.01, y=0.25)
+        axis.margins(x=0.01)
+        axis.set_ylim(*_reach(np.degrees(np.concatenate([measured[rows, line], taut[rows, line]]))))
     axes[1].set_xlabel(f"time in {unit}")
     return drawn
 
@@ -55,6 +56,14 @@ def _last_layer(found: PrintRecord) -> NDArray[np.intp]:
         return np.arange(len(rows))
     last = int(np.flatnonzero(counts >= 0.7 * counts.max())[-1])
     return np.flatnonzero(printing & (visit == last))
+
+
+def _reach(values: Array) -> tuple[float, float]:
+    """Between which values as good as all is, with room above for a legend; a few readings astray do not count."""
+    known = values[np.isfinite(values)]
+    low, high = np.quantile(known, [0.002, 0.998]).tolist()
+    margin = max(0.1 * (high - low), 1.0)
+    return low - margin, high + 2.5 * margin
 
 
 def tensions_picture(found: PrintRecord) -> Figure | None:

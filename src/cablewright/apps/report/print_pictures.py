@@ -56,7 +56,7 @@ def path_picture(found: PrintRecord) -> Figure | None:
         (title, place, found.drawn[column])
         for title, place, column in (
             ("true", "true_position", "offset"),
-            ("as the estimation saw it", "position", "seen_offset"),
+            ("estimated", "position", "seen_offset"),
         )
         if np.isfinite(found.drawn[column]).any()
     ]
@@ -72,10 +72,12 @@ def path_picture(found: PrintRecord) -> Figure | None:
     bundle = None
     for each, (title, place, values) in zip(axes, panels, strict=True):
         bundle = _coloured(each, found.rows[place][:, :2], 1e3 * values, largest)
-        each.set(title=title, xlabel="x in m", aspect="equal")
         worst = found.true.worst if place == "true_position" else found.seen.worst
         if worst is not None:
-            _ring(each, worst.place, f"{1e3 * worst.value:+.1f} mm".replace("-", "\N{MINUS SIGN}"), low, high)
+            most = f"{1e3 * worst.value:+.1f}".replace("-", "\N{MINUS SIGN}")
+            title += f"; ring: {most} mm"
+            each.plot(*worst.place, "o", markersize=11, markerfacecolor="none", markeredgecolor=style.INK, zorder=5)
+        each.set(title=title, xlabel="x in m", aspect="equal")
         each.margins(0.07)
         each.autoscale_view()
     axes[0].set_ylabel("y in m")
@@ -107,21 +109,6 @@ def _coloured(axes: Axes, places: Array, values: Array, largest: float) -> LineC
 def _signed_colours() -> Colormap:
     """From blue over a pale grey that still is seen on white to orange."""
     return LinearSegmentedColormap.from_list("signed", [style.BLUE, "#c3cad2", style.RED])
-
-
-def _ring(axes: Axes, place: tuple[float, float], text: str, low: Array, high: Array) -> None:
-    axes.plot(*place, "o", markersize=10, markerfacecolor="none", markeredgecolor=style.INK, markeredgewidth=1.5)
-    left = place[0] > 0.5 * float(low[0] + high[0])
-    axes.annotate(
-        f"most: {text}",
-        place,
-        xytext=(-9 if left else 9, 9),
-        textcoords="offset points",
-        ha="right" if left else "left",
-        fontsize=8.5,
-        zorder=6,
-        bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
-    )
 
 
 def errors_picture(found: PrintRecord) -> Figure | None:
@@ -284,11 +271,11 @@ def steps_picture(times: Array) -> Figure:
     told = 1e3 * times[np.isfinite(times) & (times > 0.0)]
     edges = np.geomspace(max(1e-3, told.min()), 1.001 * told.max(), 80)
     axes.stairs(*np.histogram(told, edges), color=style.BLUE, fill=True)
-    for share, name in ((50.0, "half"), (99.0, "99 of 100")):
-        at = float(np.percentile(told, share))
+    half, most = np.percentile(told, (50.0, 99.0)).tolist()
+    for at in (half, most):
         axes.axvline(at, color=style.INK, linewidth=0.9, linestyle=(0, (4, 2)))
-        axes.annotate(f"{name} within {at:.2g} ms", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(4, -12),
-                      textcoords="offset points", fontsize=8.5)  # fmt: skip
-    axes.set(xscale="log", yscale="log", xlabel="ms", ylabel="steps", title="how long a step took")
+    title = f"how long a step took: half of them up to {half:.2g} ms, 99 of 100 up to {most:.2g} ms"
+    axes.set(xscale="log", yscale="log", xlabel="ms", ylabel="steps", title=title)
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_major_formatter("{x:g}")
     return drawn

@@ -102,6 +102,8 @@ def _draw_cut(axes: Axes, cut: Cut) -> None:
             1e2 * cut.offsets, 0.0, 1e3 * cut.true, color=style.GREY, alpha=0.35, linewidth=0, label="true"
         )
     if np.isfinite(cut.seen).any():
-        axes.plot(1e2 * cut.offsets, 1e3 * cut.seen, ".", color=style.BLUE, markersize=4, label="rebuilt from scans")
+        axes.plot(
+            1e2 * cut.offsets, 1e3 * cut.seen, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans"
+        )
     title = f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m".replace("-", "\N{MINUS SIGN}")
     axes.set(xlabel="cm beside the path, left of it positive", title=title)
