@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from cablewright.machine.files import appearing
+from cablewright.machine.files import appearing, refused
 from cablewright.machine.log import begin_log
 from cablewright.machine.segments import WHOLE, Segments, log_files
 
@@ -39,5 +39,8 @@ def join_log(folder: Path) -> Path:
         segments.close()
     for each in files:
         if each != path:
-            each.unlink()
+            try:
+                each.unlink()
+            except OSError as reason:
+                raise refused(each, reason) from None
     return path
