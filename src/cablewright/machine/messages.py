@@ -133,14 +133,16 @@ class _Message:
         return float(value)
 
     def numbers(self, key: str) -> Array:
-        return frozen(self._list(key, (int, float), "numbers"))
+        return self._floats(key, (int, float), "numbers")
 
     def numbers_or_nan(self, key: str) -> Array:
-        found = self._list(key, (int, float, type(None)), "numbers or null")
-        return frozen([math.nan if value is None else value for value in found])
+        return self._floats(key, (int, float, type(None)), "numbers or null")
 
     def integers(self, key: str) -> NDArray[np.int64]:
-        found = np.array(self._list(key, (int,), "whole numbers"), dtype=np.int64)
+        told = self._list(key, (int,), "whole numbers")
+        if not all(map(_finite, told)):
+            raise self._no_list(key, "whole numbers")
+        found = np.array(told, dtype=np.int64)
         found.flags.writeable = False
         return found
 
@@ -163,10 +165,23 @@ class _Message:
     def _list(self, key: str, kinds: tuple[type, ...], what: str) -> list[Any]:
         found = self.values.get(key)
         if not isinstance(found, list) or len(found) > _MOST or not set(map(type, found)) <= set(kinds):
-            raise InputError(f"{self.origin}: {key}: a list of {what} is wanted")
-        if not all(map(_finite, found)):
-            raise InputError(f"{self.origin}: {key}: a list of {what} is wanted")
+            raise self._no_list(key, what)
         return found
+
+    def _floats(self, key: str, kinds: tuple[type, ...], what: str) -> Array:
+        """A list as floats; null is NaN, and nothing else is."""
+        told = self._list(key, kinds, what)
+        try:
+            found = np.array(told, dtype=np.float64)
+        except OverflowError:
+            raise self._no_list(key, what) from None
+        if np.count_nonzero(np.isfinite(found)) + told.count(None) < len(told):
+            raise self._no_list(key, what)
+        found.flags.writeable = False
+        return found
+
+    def _no_list(self, key: str, what: str) -> InputError:
+        return InputError(f"{self.origin}: {key}: a list of {what} is wanted")
 
 
 def _finite(value: Any) -> bool:
