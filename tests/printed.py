@@ -69,6 +69,12 @@ def printed(
     return entries, track, twin
 
 
+@cache
+def standard() -> tuple[list[Entry], Track, SimulatedMachine]:
+    """26 s of a print, made once for all tests of a process."""
+    return printed(26.0, seed=5)
+
+
 def twin_robot() -> Robot:
     """The robot that is believed."""
     return load("merlet2023")

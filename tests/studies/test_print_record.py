@@ -20,13 +20,13 @@ from cablewright.studies.print_metrics import metrics, metrics_text
 from cablewright.studies.print_record import record
 from cablewright.studies.print_rows import Columns
 from cablewright.studies.print_vibration import WINDOW, Vibration, peak_frequency
-from printed import SPEED, head, printed, rounds, without
+from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
 
 
 @pytest.fixture(scope="module")
 def made():
-    return printed(26.0, seed=5)
+    return standard()
 
 
 @pytest.fixture(scope="module")

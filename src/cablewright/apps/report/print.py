@@ -49,6 +49,7 @@ Array = NDArray[np.float64]
 Pictures = dict[str, bytes]
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
+_PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 
 
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
@@ -71,12 +72,12 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
 
 
 def _mesh(field: HeightField, found: PrintRecord) -> Mesh:
-    """The structure about the path as a body; what no scan saw is floor."""
+    """The structure about the path as a body on a plate; what no scan saw is floor."""
     low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
     high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
     corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))
     part = np.nan_to_num(field.heights[low[0] : high[0], low[1] : high[1]], nan=0.0)
-    return Mesh(*HeightField(corner, field.cell, part).solid())
+    return Mesh(*HeightField(corner, field.cell, part).solid(-_PLATE))
 
 
 def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
@@ -226,7 +227,7 @@ _CAPTIONS = {
     ),
     "structure": (
         "Height maps from above: true, rebuilt from scans, and their difference",
-        "Rebuilt from vertical scans of the last layer, one each 2 s, in place by the estimation. White: never seen.",
+        "Rebuilt from vertical scans of the last two layers, one each 2 s. White: never seen.",
     ),
     "cuts": (
         "Heights across the path at two places",

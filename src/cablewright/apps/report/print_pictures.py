@@ -75,7 +75,7 @@ def path_picture(found: PrintRecord) -> Figure | None:
         worst = found.true.worst if place == "true_position" else found.seen.worst
         if worst is not None:
             most = f"{1e3 * worst.value:+.1f}".replace("-", "\N{MINUS SIGN}")
-            title += f"; ring: {most} mm"
+            title += f"; largest, in the ring: {most} mm"
             each.plot(*worst.place, "o", markersize=11, markerfacecolor="none", markeredgecolor=style.INK, zorder=5)
         each.set(title=title, xlabel="x in m", aspect="equal")
         each.margins(0.07)
