@@ -119,11 +119,11 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
 
 
 def test_heights_of_heaps_are_seen_from_above() -> None:
-    ground = Ground(load("merlet2023"), SETTINGS.drum)
-    ground.pour((0.21, -0.2), (0.41, -0.2), 3.0)
+    ground = Ground(load("merlet2023"), SETTINGS)
+    ground.lay((0.21, -0.2), (0.41, -0.2), 3.0)
     assert ground.mass == pytest.approx(3.0, rel=1e-9)
-    ground.pour((5.0, 0.0), (5.0, 0.0), 1.5)
-    ground.pour((2.49, 4.99), (2.49, 4.99), 1.5)
+    ground.lay((5.0, 0.0), (5.0, 0.0), 1.5)
+    ground.lay((2.49, 4.99), (2.49, 4.99), 1.5)
     assert ground.mass == pytest.approx(6.0, rel=1e-9)
     grid, heights, shown = ground.grid, ground.heights, ground.field
     assert grid[3] == heights.max()
@@ -305,3 +305,26 @@ def test_readings_cannot_be_written_to() -> None:
             value = getattr(reading, each.name)
             if isinstance(value, np.ndarray):
                 assert not value.flags.writeable
+
+
+def test_a_quasi_static_period_of_a_second_sees_what_shorter_ones_see() -> None:
+    """Rays are measured from where the drum is at their own time, between the ends of a period."""
+    settings = perfect(changed(drum={"yaw_wander": 0.0, "powder": 0.0}, climate={"swing": 0.0}))
+    seen = {}
+    for period in (0.1, 1.0):
+        twin = machine(settings.model_copy(update={"quasi_static_period": period}), plant="quasi-static")
+        seen[period] = run(twin, round(5.0 / period), (0.5, 0.5, -0.5, -0.5))
+    for source in ("north", "south", "vertical"):
+        fine, coarse = (
+            [scan for scan in of(Scan, readings) if scan.source == source] for readings in (seen[0.1], seen[1.0])
+        )
+        assert [scan.begin for scan in coarse] == pytest.approx([0.0, 1.0, 2.0, 3.0, 4.0], abs=1e-9)
+        for a, b in zip(fine, coarse, strict=True):
+            np.testing.assert_allclose(a.ranges, b.ranges, atol=2e-3)
+    ends = [
+        [each for each in of(kind, seen[period]) if each.time > 4.95][-1]
+        for kind in (Encoders, LineAngles)
+        for period in seen
+    ]
+    assert np.abs(ends[0].counts - ends[1].counts).max() <= 1
+    np.testing.assert_allclose(ends[2].angles, ends[3].angles, atol=1e-6)

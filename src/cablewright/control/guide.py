@@ -24,6 +24,7 @@ __all__ = ["Course", "GuideState", "Target", "Wish", "course_of", "step"]
 Array = NDArray[np.float64]
 
 _THERE: Final = 1e-6  # m: nearer to where it should begin it is there
+_ROOM: Final = 0.1  # of the acceleration that is always left to change the pace
 
 
 class Wish(Enum):
@@ -81,8 +82,8 @@ class Course:
         return begin + min(max(along, 0.0), rise)
 
 
-def course_of(job: Job, layers: int | None = None) -> Course:
-    """Return the course of the first so many *layers* of a *job*, or of all.
+def course_of(job: Job, layers: int | None = None, lift: float = 0.0) -> Course:
+    """Return the course of the first so many *layers* of a *job*, or of all. *lift*: of the platform over the path, m.
 
     Raises `InputError` for a path that lays nothing, and layers that it does not have.
     """
@@ -97,7 +98,7 @@ def course_of(job: Job, layers: int | None = None) -> Course:
     law = job.time_law(samples)
     motion = job.motion
     return Course(
-        Track.of(samples),
+        Track.of(samples, (0.0, 0.0, lift)),
         law.time + samples.dwell,
         np.asarray(law.time),
         np.asarray(law.speed),
@@ -130,9 +131,7 @@ def step(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
     """
     if state.place is not None:
         return _approach(course, state, dt, wish)
-    fastest = dt * course.acceleration / max(course.print_speed, course.travel_speed)
-    wanted = 1.0 if wish is Wish.FOLLOW else 0.0
-    state.pace += min(max(wanted - state.pace, -fastest), fastest)
+    state.pace = _pace(course, state, dt, 1.0 if wish is Wish.FOLLOW else 0.0)
     now = course.distance(state.clock)
     state.clock = min(state.clock + state.pace * dt, course.duration)
     then = course.distance(state.clock)
@@ -146,6 +145,19 @@ def step(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
     return Target(here + lifted, (there - here) / dt, now, layer, pace, laying, state.pace == 0.0, over)
 
 
+def _pace(course: Course, state: GuideState, dt: float, wanted: float) -> float:
+    """The next pace: as near to *wanted* as the acceleration leaves room for beside the law's own."""
+    clock = state.clock
+    before, here, after = (course.distance(clock + shift) for shift in (-dt, 0.0, dt))
+    speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.pace**2
+    least = _ROOM * course.acceleration
+    up, down = max(course.acceleration - own, least), max(course.acceleration + own, least)
+    change = wanted - state.pace
+    most = speed * abs(change)
+    room = (up if change > 0.0 else down) * dt
+    return wanted if most <= room else state.pace + change * room / most
+
+
 def _approach(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
     """Straight on to where the path goes on, with bounded acceleration."""
     assert state.place is not None
@@ -154,8 +166,9 @@ def _approach(course: Course, state: GuideState, dt: float, wish: Wish) -> Targe
     goal = course.track.at(distance).position + np.array([0.0, 0.0, state.lift])
     away = goal - state.place
     left = float(np.sqrt(away @ away))
-    most = min(course.travel_speed, float(np.sqrt(2.0 * course.acceleration * left))) if wish is Wish.APPROACH else 0.0
     change = course.acceleration * dt
+    stopping = float(np.sqrt(change * change + 2.0 * course.acceleration * left)) - change  # in whole steps
+    most = min(course.travel_speed, stopping) if wish is Wish.APPROACH else 0.0
     state.speed = min(max(most, state.speed - change), state.speed + change)
     here = state.place
     if left <= max(_THERE, state.speed * dt):

@@ -13,7 +13,7 @@ from cablewright.kernels import dynamics, layout, moving, winding
 from cablewright.kernels.equilibrium import evaluate
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.rotation import matrix
-from cablewright.machine.room import CELL, Ground
+from cablewright.machine.room import Ground
 from cablewright.machine.settings import ClimateLaw, MachineSettings
 from cablewright.machine.snapshot import Book
 from cablewright.machine.winches import Winches
@@ -80,7 +80,7 @@ class Rig:
         self.work, self.swing = dynamics.moving_workspace(robot.m)
         evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
         self.drum = drum_numbers(settings, self.powder)
-        self.ground = Ground(robot, settings.drum)
+        self.ground = Ground(robot, settings)
         self.falling = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
         self._falls_from = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
@@ -152,22 +152,25 @@ class Rig:
         return Moment(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
-        """Let powder out of the drum; it lies once the drum has gone on by half a cell, or enough has fallen."""
+        """Let out what the valve lets; it lies once the drum has gone on by half a cell, or enough has fallen."""
         drum = self.settings.drum
-        left = min(self.powder, drum.flow * valve * period)
+        left = drum.flow * valve * period
+        if drum.capacity:
+            left = min(self.powder, left)
         matrix(self.motion[6:9], self.work.rotation)
         down = self.work.rotation[:, 2]
         here = (float(self.motion[0] - drum.valve * down[0]), float(self.motion[1] - drum.valve * down[1]))
         gone = math.dist(here, self._falls_from)
-        if self.falling and (left <= 0.0 or gone > 0.5 * CELL or self.falling > _HEAP):
-            self.ground.pour(self._falls_from, here, self.falling)
+        if self.falling and (left <= 0.0 or gone > 0.5 * self.ground.field.cell or self.falling > _HEAP):
+            self.ground.lay(self._falls_from, here, self.falling)
             self.falling = 0.0
         if left <= 0.0:
             return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and drum.flow > 0.0 else []
         if not self.falling:
             self._falls_from = here
         self.falling += left
-        self.fill(self.powder - left)
+        if drum.capacity:
+            self.fill(self.powder - left)
         return []
 
     def keep(self, book: Book) -> None:

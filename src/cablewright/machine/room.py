@@ -5,18 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.machine.settings import Drum, Room
+from cablewright.machine.settings import MachineSettings, Room
 from cablewright.machine.snapshot import Book
-from cablewright.printing.deposition import Powder, pour
+from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
 
-__all__ = ["CELL", "Ground", "walls_of"]
+__all__ = ["Ground", "walls_of"]
 
 Array = NDArray[np.float64]
-
-CELL = 0.02
-"""Side of a cell of the floor, m."""
 
 
 def walls_of(room: Room) -> Array:
@@ -25,23 +22,29 @@ def walls_of(room: Room) -> Array:
 
 
 class Ground:
-    """The floor of a robot's frame and the powder on it, which lies at its angle of repose.
+    """The floor of a robot's frame and what was laid on it: powder at its angle of repose, or strands.
 
-    Changes in place. Powder that falls outside the frame is kept count of, so that no mass is lost.
+    Changes in place. What falls outside the frame is kept count of, so that no mass is lost.
     """
 
-    def __init__(self, robot: Robot, drum: Drum) -> None:
+    def __init__(self, robot: Robot, settings: MachineSettings) -> None:
         """Begin bare."""
         low, high = robot.scene.frame_min, robot.scene.frame_max
-        self.field = HeightField.flat(low[:2], high[:2], CELL)
+        self.field = HeightField.flat(low[:2], high[:2], settings.room.cell)
         self.outside = 0.0  # kg
-        self._powder = Powder(density=drum.powder_density)
+        self._extrusion = settings.extrusion
+        self._powder = Powder(density=settings.drum.powder_density)
         self._top = 0.0
+
+    @property
+    def density(self) -> float:
+        """Of what lies, kg/m^3."""
+        return self._powder.density if self._extrusion is None else self._extrusion.density
 
     @property
     def mass(self) -> float:
         """What has fallen, kg."""
-        return self.field.volume * self._powder.density + self.outside
+        return self.field.volume * self.density + self.outside
 
     @property
     def heights(self) -> Array:
@@ -51,22 +54,25 @@ class Ground:
     @property
     def grid(self) -> Array:
         """Where the nodes are, for a lidar's kernel: x and y of the first, their distance, the highest height."""
-        x, y = self.field.low
-        return np.array([x + 0.5 * CELL, y + 0.5 * CELL, CELL, self._top])
+        (x, y), cell = self.field.low, self.field.cell
+        return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._top])
 
-    def pour(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
+    def lay(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
         """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
         ends = np.array([start, end])
         if not self.field.holds(ends).all():
             self.outside += mass
             return
         cells = self.field.cells_of(ends)
-        pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
+        if self._extrusion is None:
+            pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
+        else:
+            extrude(self.field, ends[:1], ends[1:], np.array([mass / self.density]), self._extrusion.bead.width)
         near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
         self._top = max(self._top, float(self.field.heights[tuple(near)].max()))
 
     def keep(self, book: Book) -> None:
         """Note, or take up again, what lies."""
-        book.array("heights", self.field.heights)
+        book.sparse("heights", self.field.heights)
         self.outside = book.number("outside", self.outside)
         self._top = book.number("top", self._top)

@@ -9,6 +9,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.printing.job import Bead
 from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.toml_input import parse_table, read_table, require_schema, validated
 from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
@@ -20,6 +21,7 @@ __all__ = [
     "DistanceSensor",
     "Drum",
     "Encoder",
+    "Extrusion",
     "FaultPlan",
     "InertialSensor",
     "LidarSettings",
@@ -32,6 +34,7 @@ __all__ = [
     "Wall",
     "WinchSettings",
     "check_faults",
+    "extruding",
     "load_settings",
     "settings_names",
     "settings_text",
@@ -65,15 +68,18 @@ class Tolerances(Description):
 
 
 class Drum(Description):
-    """What hangs from the platform point B. Depths are below B, along the drum's axis; dampings N m s/rad."""
+    """What hangs from the platform point B. Depths are below B, along the drum's axis; dampings N m s/rad.
+
+    Without ``capacity`` it holds nothing: what it lays comes through a hose and never ends. ``flow``: kg/s.
+    """
 
     empty_mass: Positive[Mass]
-    powder: NonNegative[Mass]
-    capacity: Positive[Mass]
-    powder_density: Positive[Density]
+    powder: NonNegative[Mass] = 0.0
+    capacity: NonNegative[Mass] = 0.0
+    powder_density: Positive[Density] = 1500.0
     flow: NonNegative[float]
-    radius: Positive[Length]
-    powder_bottom: Positive[Length]
+    radius: Positive[Length] = 0.1
+    powder_bottom: Positive[Length] = 0.1
     empty_centre: Positive[Length]
     empty_gyration: tuple[Positive[Length], Positive[Length], Positive[Length]]
     valve: Positive[Length]
@@ -89,6 +95,13 @@ class Drum(Description):
         if self.powder > self.capacity:
             raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
         return self
+
+
+class Extrusion(Description):
+    """That strands are laid and no powder is poured, and of what. How wide and high they are is the job's to say."""
+
+    density: Positive[Density]
+    bead: Bead = Bead()
 
 
 class WinchSettings(Description):
@@ -146,8 +159,9 @@ class Wall(Description):
 
 
 class Room(Description):
-    """What lidars see besides the floor and what lies on it."""
+    """What lidars see besides the floor and what lies on it, whose height is kept in cells of a side of ``cell``."""
 
+    cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
     ceiling: Positive[Length]
     walls: Annotated[tuple[Wall, ...], Field(max_length=MOST_WALLS)]
 
@@ -293,6 +307,7 @@ class MachineSettings(Description):
     quasi_static_period: Positive[Duration]
     tolerances: Tolerances
     drum: Drum
+    extrusion: Extrusion | None = None
     winch: WinchSettings
     line: LineSettings
     climate: ClimateLaw
@@ -334,6 +349,18 @@ def settings_text(name: str) -> str:
     if name not in settings_names():
         raise UnknownName("machine", name, settings_names())
     return resources.files("cablewright.machine").joinpath("library", f"{name}.toml").read_text("utf-8")
+
+
+def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
+    """Return the settings of a machine that lays *bead* where it goes at *speed* (m/s) with the valve open.
+
+    One that pours powder stays as it is.
+    """
+    if settings.extrusion is None:
+        return settings
+    extrusion = settings.extrusion.model_copy(update={"bead": bead})
+    drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
+    return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
 
 
 def check_faults(settings: MachineSettings, lines: tuple[str, ...]) -> None:

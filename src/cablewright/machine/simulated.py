@@ -85,6 +85,7 @@ class SimulatedMachine:
         )
         self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
         self._channels["barrier"] = self._guard
+        self._wireless = any(self._channels[source] is self._wifi for source in self._sensors)
         self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
         self._held: dict[FaultPlan, Reading] = {}
         self._steps, self._commanded = 0, -np.inf
@@ -136,7 +137,7 @@ class SimulatedMachine:
             if reading is not None:
                 self._channels[source].send(now, reading)
         readings = (*self._guard.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
-        if now - self._wifi.heard > _QUIET:
+        if now - self._wifi.heard > _QUIET and self._wireless:
             notices.append(Notice(Condition.SILENT, "wifi"))
         return SensorFrame(now, readings, tuple(notices))
 

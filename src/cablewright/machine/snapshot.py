@@ -59,6 +59,9 @@ class Book(Protocol):
     def array(self, name: str, live: NDArray[Any]) -> None:
         """An array of settled shape, changed in place."""
 
+    def sparse(self, name: str, live: Array) -> None:
+        """An array (n, m) that may be zero for the most part; changed in place."""
+
     def scratch(self, name: str, live: NamedTuple) -> None:
         """Scratch of a kernel, which may hold anything; changed in place."""
 
@@ -109,6 +112,15 @@ class Notes:
         copy = live.copy()
         copy.flags.writeable = False
         self._arrays[self._prefix + name] = copy
+
+    def sparse(self, name: str, live: Array) -> None:
+        """As `Book`: the smallest part of *live* that holds all that is not zero, and where it begins."""
+        spans = []
+        for axis in (0, 1):
+            used = np.flatnonzero(live.any(axis=1 - axis))
+            spans.append(slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0))
+        self.array(name, live[tuple(spans)])
+        self._values[self._prefix + name] = [span.start for span in spans]
 
     def scratch(self, name: str, live: NamedTuple) -> None:
         """As `Book`."""
@@ -162,6 +174,21 @@ class Recall:
         if not (np.abs(kept) <= _BOUND).all():
             raise self._refused(name, f"a number is not finite or over {_BOUND:g}")
         live[...] = kept
+
+    def sparse(self, name: str, live: Array) -> None:
+        """As `Book`."""
+        kept, begin = self._kept(name, live.dtype, None), self._value(name)
+        if not isinstance(begin, list) or len(begin) != 2 or kept.ndim != 2:
+            raise self._refused(name, "a part of an array and where it begins are wanted")
+        if not all(
+            type(first) is int and 0 <= first <= whole - part
+            for first, part, whole in zip(begin, kept.shape, live.shape, strict=True)
+        ):
+            raise self._refused(name, f"does not fit into {live.shape}")
+        if not (np.abs(kept) <= _BOUND).all():
+            raise self._refused(name, f"a number is not finite or over {_BOUND:g}")
+        live[...] = 0.0
+        live[tuple(slice(first, first + part) for first, part in zip(begin, kept.shape, strict=True))] = kept
 
     def scratch(self, name: str, live: NamedTuple) -> None:
         """As `Book`."""

@@ -19,7 +19,7 @@ from cablewright.errors import InputError
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.job import Bead
 
-__all__ = ["Powder", "lay_bead", "pour"]
+__all__ = ["Powder", "extrude", "lay_bead", "pour"]
 
 Array = NDArray[np.float64]
 Profile = Callable[[Array], Array]
@@ -54,7 +54,7 @@ def pour(field: HeightField, start: Array, end: Array, masses: Array, powder: Po
     volumes = np.asarray(masses, dtype=float) / powder.density
     steep = np.tan(powder.repose)
     highest = np.cbrt(3.0 * volumes * steep**2 / np.pi)  # of a cone, on flat ground
-    _lay(field, start, end, volumes, lambda away: steep * away, highest / steep)
+    _lay(field, start, end, volumes, lambda away: steep * away, highest / steep, 1.0 / steep)
 
 
 def lay_bead(field: HeightField, start: Array, end: Array, bead: Bead, flow: float = 1.0) -> None:
@@ -63,14 +63,24 @@ def lay_bead(field: HeightField, start: Array, end: Array, bead: Bead, flow: flo
     A strand's section is the rectangle of its width and height with round sides, times *flow*. Raises `InputError`
     where a piece leaves the field; the field is then as it was.
     """
-    section = bead.width * bead.height - (1.0 - 0.25 * np.pi) * min(bead.width, bead.height) ** 2
     lengths = np.linalg.norm(np.asarray(end)[:, :2] - np.asarray(start)[:, :2], axis=1)
-    half = 0.5 * max(bead.width, 2.0 * field.cell)  # a strand finer than the grid is as wide as two cells
-    reach = np.full(len(lengths), half)
-    _lay(field, start, end, flow * section * lengths, lambda away: np.where(away <= half, 0.0, np.inf), reach)
+    extrude(field, start, end, flow * bead.section * lengths, bead.width)
 
 
-def _lay(field: HeightField, start: Array, end: Array, volumes: Array, profile: Profile, reach: Array) -> None:
+def extrude(field: HeightField, start: Array, end: Array, volumes: Array, width: float) -> None:
+    """Lay *volumes* (k,), m^3, in strands *width* (m) wide along the pieces from *start* to *end*, both (k, 2 or more).
+
+    Raises `InputError` where a piece leaves the field or a volume is negative; the field is then as it was.
+    """
+    half = 0.5 * max(width, 2.0 * field.cell)  # a strand finer than the grid is as wide as two cells
+    reach = np.full(len(volumes), half)
+    _lay(field, start, end, volumes, lambda away: np.where(away <= half, 0.0, np.inf), reach, 0.0)
+
+
+def _lay(
+    field: HeightField, start: Array, end: Array, volumes: Array, profile: Profile, reach: Array, slide: float
+) -> None:
+    """Lay piece after piece. Each spreads over *reach*, and farther by *slide* for what lies there already."""
     start, end = np.asarray(start, dtype=float)[:, :2], np.asarray(end, dtype=float)[:, :2]
     for places in (start, end):
         outside = np.flatnonzero(~field.holds(places))
@@ -81,7 +91,8 @@ def _lay(field: HeightField, start: Array, end: Array, volumes: Array, profile: 
     if len(wrong):
         raise InputError(f"piece {wrong[0]} of the path is given {volumes[wrong[0]]:g} m^3: 0 or more is wanted")
     for k in np.flatnonzero(volumes):
-        _lay_piece(field, start[k], end[k], volumes[k], profile, reach[k])
+        under = field.heights[tuple(field.cells_of(np.stack([start[k], end[k]])).T)].max()
+        _lay_piece(field, start[k], end[k], volumes[k], profile, reach[k] + slide * max(0.0, under))
 
 
 def _lay_piece(field: HeightField, start: Array, end: Array, volume: float, profile: Profile, reach: float) -> None:

@@ -5,6 +5,7 @@ Paths are relative to the folder of the TOML file. Lengths and speeds are the ma
 
 from __future__ import annotations
 
+import math
 import os
 from itertools import pairwise
 from pathlib import Path
@@ -44,6 +45,11 @@ class Bead(_Part):
 
     width: _Distance = 0.06
     height: _Distance = 0.02
+
+    @property
+    def section(self) -> float:
+        """Its section, m^2: the rectangle with round sides."""
+        return self.width * self.height - (1.0 - 0.25 * math.pi) * min(self.width, self.height) ** 2
 
 
 class Motion(_Part):

@@ -16,7 +16,7 @@ from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import LawName, VelocitySettings
 from cablewright.errors import AnswerError, InputError
 from cablewright.estimation.room import Laser
-from cablewright.machine.settings import MachineSettings, load_settings, settings_names
+from cablewright.machine.settings import MachineSettings, extruding, load_settings, settings_names
 from cablewright.machine.simulated import PlantName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
@@ -81,12 +81,13 @@ def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices
             known = ", ".join(settings_names())
             raise InputError(f"robot {robot.name!r}: has no machine of its own; --machine FILE, or one of {known}")
         machine = robot.name
-    settings = load_settings(machine)
+    settings = extruding(load_settings(machine), job.bead, job.motion.print_speed)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: over 0 and up to 60 s is wanted")
         settings = settings.model_copy(update={"quasi_static_period": choices.period})
-    course = course_of(job, choices.layers)
+    nozzle = 0.0 if settings.extrusion is None else settings.drum.valve  # a strand's path is the nozzle's
+    course = course_of(job, choices.layers, nozzle)
     settings = _intruded(settings, choices, course.duration)
     able = settings.line_angles is not None and bool({"north", "south"} & settings.lidars.keys())
     return MachineTwin(robot, settings, choices, choices.estimator or ("paper" if able else "encoders"), course)
@@ -140,8 +141,8 @@ def plan_print(twin: MachineTwin) -> Plan:
         velocity,
         limits,
         HeightControl(float(begin[2]) - scene.frame_min[2]) if rule == "structure" else None,
-        drum.flow,
-        drum.powder,
+        drum.flow if drum.capacity else 0.0,
+        drum.powder if drum.capacity else math.inf,
     )
 
 

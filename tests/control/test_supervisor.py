@@ -1,0 +1,211 @@
+"""Each state ends as it should, each limit stops the machine, and nothing goes on by itself beside a person."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cablewright.control import supervisor
+from cablewright.control.guide import Target, Wish
+from cablewright.control.supervisor import Order, SupervisorSettings, SupervisorState, Verdict
+from cablewright.errors import InputError
+from cablewright.signals import (
+    Barrier,
+    Condition,
+    Encoders,
+    Estimate,
+    Notice,
+    PrintState,
+    Reading,
+    SensorFrame,
+    frozen,
+)
+
+LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, np.full(4, 1000.0), barrier=0.5)
+PLACE = np.array([0.1, 0.2, 1.0])
+DT = 0.1
+
+
+def believed(now: float, **changes: Any) -> Estimate:
+    zeros, lines = frozen(np.zeros(3)), frozen(np.zeros(4))
+    made = Estimate(now, frozen(PLACE), zeros, zeros, lines, lines, np.zeros(4, dtype=np.bool_), lines)
+    return replace(made, **changes)
+
+
+def aimed(position: np.ndarray = PLACE, pace: float = 0.03, *, there: bool = True, over: bool = False) -> Target:
+    return Target(position, np.array([pace, 0.0, 0.0]), 1.0, 0, pace, True, there, over)
+
+
+class Floor:
+    """A machine about which everything is well unless a step says otherwise."""
+
+    def __init__(self, settings: SupervisorSettings = LIMITS) -> None:
+        self.settings, self.state, self.now, self.broken = settings, SupervisorState(), 0.0, False
+        self.pace = 0.03
+
+    def go(self, steps: int = 1, *orders: Order, quiet: bool = False, dark: bool = False, **changes: Any) -> Verdict:
+        for _ in range(steps):
+            self.now += DT
+            readings: list[Reading] = [] if quiet else [Encoders(self.now, np.zeros(4, dtype=np.int64))]
+            readings += [] if dark else [Barrier(self.now, self.broken)]
+            notices = tuple(Notice(each) for each in changes.get("conditions", ()))
+            estimate = believed(self.now, **changes.get("estimate", {}))
+            given = {key: changes[key] for key in ("tensions", "powder") if key in changes}
+            given["target"] = changes.get("target", aimed(pace=self.pace))
+            frame = SensorFrame(self.now, tuple(readings), notices)
+            told = supervisor.step(self.settings, self.state, frame, estimate, orders=orders, **given)
+            orders = ()
+        return told
+
+
+@pytest.fixture
+def floor() -> Floor:
+    """One that prints."""
+    made = Floor()
+    made.go(1, Order.START)
+    assert made.go(40).state is PrintState.PRINTING
+    return made
+
+
+def test_it_begins_idle_and_moves_only_once_the_position_is_known() -> None:
+    made = Floor()
+    idle = made.go(50)
+    assert (idle.state, idle.wish) == (PrintState.IDLE, Wish.HOLD)
+    made = Floor()
+    lost = {"estimate": {"valid": False}}
+    waiting = made.go(20, Order.START, **lost)
+    assert (waiting.state, waiting.wish) == (PrintState.READY, Wish.HOLD)
+    assert made.go(20, target=aimed(there=False)).wish is Wish.HOLD
+    assert made.go(20, target=aimed(there=False)).wish is Wish.APPROACH
+    assert made.go().state is PrintState.PRINTING
+
+
+def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor: Floor) -> None:
+    floor.broken = True
+    paused = floor.go()
+    assert (paused.state, paused.wish, paused.freeze) == (PrintState.PAUSED, Wish.HOLD, False)
+    floor.pace = 0.0
+    assert floor.go(target=aimed(pace=0.0)).freeze
+    assert floor.go(1, Order.RESUME).state is PrintState.PAUSED
+    assert floor.go(10).state is PrintState.PAUSED
+    floor.broken = False
+    assert floor.go().state is PrintState.READY  # the order was given
+    assert floor.state.stops == 1
+    assert floor.go(2).state is PrintState.PRINTING
+
+
+def test_a_clear_barrier_alone_moves_nothing(floor: Floor) -> None:
+    floor.broken = True
+    floor.go()
+    floor.broken = False
+    assert floor.go(1000).state is PrintState.PAUSED
+
+
+def test_a_barrier_that_is_not_heard_pauses(floor: Floor) -> None:
+    told = floor.go(8, dark=True)
+    assert told.state is PrintState.PAUSED
+    assert "no word from the light barrier" in told.reason
+
+
+@pytest.mark.parametrize(("powder", "conditions"), [(0.1, ()), (5.0, (Condition.POWDER_OUT,))])
+def test_a_drum_that_is_empty_is_refilled(floor: Floor, powder: float, conditions: tuple[Condition, ...]) -> None:
+    assert floor.go(powder=powder, conditions=conditions).state is PrintState.REFILLING
+    floor.broken = True  # who refills it is in the way
+    assert floor.go(100, powder=powder).state is PrintState.REFILLING
+    assert floor.go(1, Order.REFILLED).state is PrintState.REFILLING
+    floor.broken = False
+    assert floor.go().state is PrintState.READY
+    assert floor.state.refills == 1
+
+
+def test_a_position_that_is_lost_and_found_needs_no_order(floor: Floor) -> None:
+    lost = floor.go(20, estimate={"valid": False})
+    assert (lost.state, lost.reason) == (PrintState.PAUSED, "the position is not known")
+    assert floor.go(20).state is PrintState.PAUSED
+    assert floor.go(20).state in (PrintState.READY, PrintState.PRINTING)
+
+
+def test_a_position_that_stays_lost_is_a_fault(floor: Floor) -> None:
+    told = floor.go(700, estimate={"valid": False})
+    assert told.state is PrintState.FAULT
+    assert told.freeze
+
+
+HARD = {
+    "outside": {"estimate": {"position": frozen([1.5, 0.0, 1.0])}},
+    "moves at": {"estimate": {"velocity": frozen([0.0, 0.3, 0.0])}},
+    "pulls": {"tensions": np.array([0.0, 1200.0, 0.0, 0.0])},
+    "in no equilibrium": {"conditions": (Condition.NO_EQUILIBRIUM,)},
+}
+
+
+@pytest.mark.parametrize("says", HARD)
+def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
+    told = floor.go(**HARD[says])
+    assert told.state is PrintState.FAULT
+    assert told.freeze
+    assert not told.valve
+    assert says in told.reason
+    assert floor.go(50, Order.RESUME).state is PrintState.FAULT
+    assert floor.go(1, Order.RESET).state is PrintState.IDLE
+
+
+def test_encoders_that_fall_silent_are_a_fault(floor: Floor) -> None:
+    told = floor.go(8, quiet=True)
+    assert told.state is PrintState.FAULT
+    assert "encoders" in told.reason
+
+
+SOFT = {
+    "from where it should be": {"target": aimed(PLACE + np.array([0.2, 0.0, 0.0]))},
+    "too long": {"estimate": {"excess": frozen([0.0, 0.5, np.nan, 0.0])}},
+    "a winch drum is empty or full": {"conditions": (Condition.DRUM_END,)},
+}
+
+
+@pytest.mark.parametrize("says", SOFT)
+def test_a_soft_limit_is_a_controlled_stop(floor: Floor, says: str) -> None:
+    told = floor.go(**SOFT[says])
+    assert told.state is PrintState.STOPPED
+    assert told.wish is Wish.HOLD
+    assert not told.freeze
+    assert says in told.reason
+    assert floor.go(100).state is PrintState.STOPPED
+    assert floor.go(1, Order.RESUME).state is PrintState.READY
+
+
+def test_a_motor_may_stall_for_a_moment(floor: Floor) -> None:
+    assert floor.go(15, conditions=(Condition.STALLED,)).state is PrintState.PRINTING
+    assert floor.go().state is PrintState.PRINTING
+    assert floor.go(25, conditions=(Condition.STALLED,)).state is PrintState.STOPPED
+
+
+@pytest.mark.parametrize("state", [s for s in PrintState if s is not PrintState.FAULT])
+def test_an_emergency_stop_works_in_every_state(state: PrintState) -> None:
+    made = Floor()
+    made.state.state = state
+    told = made.go(1, Order.EMERGENCY)
+    assert (told.state, told.freeze, told.reason) == (PrintState.FAULT, True, "emergency stop")
+
+
+def test_orders_that_do_not_fit_do_nothing(floor: Floor) -> None:
+    for order in (Order.START, Order.RESUME, Order.REFILLED, Order.RESET):
+        assert floor.go(1, order).state is PrintState.PRINTING
+    assert floor.go(1, Order.PAUSE).reason == "paused by order"
+    assert floor.go(1, Order.STOP).reason == "stopped by order"
+
+
+def test_the_end_of_the_path_is_the_end(floor: Floor) -> None:
+    told = floor.go(target=aimed(over=True))
+    assert (told.state, told.reason) == (PrintState.IDLE, "finished")
+    assert floor.state.finished
+
+
+def test_limits_that_limit_nothing_are_refused() -> None:
+    with pytest.raises(InputError, match="speed = 0"):
+        replace(LIMITS, speed=0.0)
+    with pytest.raises(InputError, match="leaves no room"):
+        replace(LIMITS, high=(-1.0, 1.0, 1.0))
