@@ -86,7 +86,7 @@ def test_what_is_missing_is_left_out(missing: tuple[str, ...], tmp_path: Path) -
     page = write(found, tmp_path, "part").read_text()
     asks_nobody(page)
     assert not re.search(r"\bnan\b", page)
-    assert (tmp_path / "path.png").exists() == ("progress" not in missing)
+    assert (tmp_path / "path.png").exists() == (missing == ("truth",))
     assert (tmp_path / "drum.png").exists() == ("estimate" not in missing)
     assert (tmp_path / "structure.stl").exists() == ("estimate" not in missing)
 
