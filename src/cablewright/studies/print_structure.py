@@ -35,6 +35,7 @@ _CONE: Final = math.radians(70.0)  # to both sides of the drum's axis: beyond it
 _NOISE: Final = 0.05  # m below the floor, or off both neighbours, no ray goes that met something
 _KEPT: Final = 1000  # rows of where the drum was
 _MOST_POINTS: Final = 2_000_000  # of one layer
+_GAP: Final = 0.1  # m between two scans that is bridged: they are 6 cm apart at 3 cm/s
 _LATEST: Final = 8.0  # s: what is seen together, some scans
 _NOTHING: Final = 5e-3  # m: what is lower may be noise
 _CUT: Final = 0.5  # m to both sides of the path
@@ -80,7 +81,11 @@ class Scans:
     def field(self, like: HeightField) -> HeightField | None:
         """The structure over the cells of *like*; None where none was seen."""
         points = self._before + self._points
-        return rebuilt(_latest(np.concatenate(points), like), like) if points else None
+        if not points:
+            return None
+        field = rebuilt(_latest(np.concatenate(points), like), like)
+        most = round(_GAP / like.cell)
+        return HeightField(field.low, field.cell, _bridged(_bridged(field.heights, most).T, most).T.copy())
 
 
 def _latest(points: Array, like: HeightField) -> Array:
@@ -90,6 +95,17 @@ def _latest(points: Array, like: HeightField) -> Array:
     last = np.full(like.heights.size, -np.inf)
     np.maximum.at(last, cells, points[:, 3])
     return np.asarray(points[points[:, 3] >= last[cells] - _LATEST, :3])
+
+
+def _bridged(heights: Array, most: int) -> Array:
+    """*heights* (a, b) with gaps along the second axis of up to *most* cells between two known ones made straight."""
+    made = heights.copy()
+    for row in made:
+        known = np.flatnonzero(np.isfinite(row))
+        for k in np.flatnonzero((np.diff(known) > 1) & (np.diff(known) <= most + 1)):
+            first, last = known[k], known[k + 1]
+            row[first : last + 1] = np.linspace(row[first], row[last], last - first + 1)
+    return made
 
 
 def _hanging_together(ranges: Array) -> NDArray[np.bool_]:

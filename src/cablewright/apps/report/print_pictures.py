@@ -195,7 +195,7 @@ def speed_picture(found: PrintRecord) -> Figure | None:
     often.set_title("how often which speed")
     over.set(xlabel=f"time in {unit}", ylabel="cm/s along the path", title="over time, while printing")
     over.legend(loc="lower right", ncols=2)
-    over.set_ylim(0.0, 2.0 * middle)
+    over.set_ylim(0.0, max(1.3 * middle, 1.1e2 * near[1]))
     return drawn
 
 
