@@ -237,7 +237,9 @@ def _cuts(track: Track, distance: float, seen: HeightField | None, true: HeightF
     away = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
     remote = np.where(gap > _APART, away, np.inf).min(axis=1)
     finite = np.where(np.isfinite(remote), remote, -1.0)
-    heights = np.nan_to_num(best.at(places), nan=-np.inf)
+    laid = track.laying[track.pieces(along)]
+    finite = np.where(laid, finite, -1.0)
+    heights = np.where(laid, np.nan_to_num(best.at(places), nan=-1e9), -np.inf)
     chosen = {"where the path passes once": int(finite.argmax()), "where it is highest": int(heights.argmax())}
     return tuple(_cut(track, title, float(along[i]), seen, true) for title, i in chosen.items())
 

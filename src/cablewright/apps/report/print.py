@@ -218,7 +218,7 @@ _CAPTIONS = {
     ),
     "speed": (
         "Histogram of the speed along the path, and the speed over time",
-        "Dashed: what is wanted. At the beginning of a layer and of a print it speeds up from rest.",
+        "Dashed: the job's print speed; corners, and a G-code's own feeds, are slower.",
     ),
     "states": ("States over time, and distance along the path", "Very short states are drawn longer than they were."),
     "steps": (
@@ -240,7 +240,7 @@ _CAPTIONS = {
     ),
     "tensions": (
         "Tension of each line in the last whole layer",
-        "Believed: what the three tightest lines must pull to hold the drum; how four taut ones share it is not known.",
+        "Believed: what three lines must pull to hold the drum while no other is taut; else they share it unknown.",
     ),
     "coiling": (
         "Radius at which cable leaves each winch drum against the length paid out",

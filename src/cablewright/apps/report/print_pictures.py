@@ -114,7 +114,7 @@ def _signed_colours() -> Colormap:
 def errors_picture(found: PrintRecord) -> Figure | None:
     """How far beside the path, along some layers, and of each layer."""
     best, column = found.best, "offset" if found.has_truth else "seen_offset"
-    printed = np.flatnonzero(best.by_layer.mean == best.by_layer.mean)
+    printed = np.flatnonzero(np.isfinite(best.by_layer.mean) & (best.by_layer.number >= 0))
     if not len(printed):
         return None
     many = len(printed) > 1
