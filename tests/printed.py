@@ -56,7 +56,7 @@ def printed(
     track = rounds(seed, 3)
     twin = machine(settings, seed=seed, plant=plant, start=[*track.positions[0][:2], HEIGHT])
     if heap:
-        twin.rig.ground.pour(tuple(track.at(0.0).position[:2]), tuple(track.at(0.6).position[:2]), heap)
+        twin.rig.ground.lay(tuple(track.at(0.0).position[:2]), tuple(track.at(0.6).position[:2]), heap)
     drives = DriveSettings(valve=0.0 if heap else 1.0)
     pilot = Pilot(twin, track.positions[: len(track.positions) // 3, :2], drives, seed)
     known = observer_settings(twin_robot(), settings)
@@ -67,6 +67,12 @@ def printed(
         estimate = observer.step(known, state, frame)
         entries.append(Entry(frame, command, twin.truth, estimate, progress_at(track, pilot, frame.time)))
     return entries, track, twin
+
+
+@cache
+def standard() -> tuple[list[Entry], Track, SimulatedMachine]:
+    """26 s of a print, made once for all tests of a process."""
+    return printed(26.0, seed=5)
 
 
 def twin_robot() -> Robot:

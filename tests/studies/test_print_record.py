@@ -17,16 +17,16 @@ from cablewright.printing.track import Track
 from cablewright.signals import Estimate, LineAngles, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.studies.print_coil import Coils
 from cablewright.studies.print_metrics import metrics, metrics_text
-from cablewright.studies.print_record import record
+from cablewright.studies.print_record import UNUSED, record
 from cablewright.studies.print_rows import Columns
 from cablewright.studies.print_vibration import WINDOW, Vibration, peak_frequency
-from printed import SPEED, head, printed, rounds, without
+from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
 
 
 @pytest.fixture(scope="module")
 def made():
-    return printed(26.0, seed=5)
+    return standard()
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_a_log_gives_what_its_steps_give(made, found, tmp_path: Path) -> None:
         for each in entries:
             log.write(each.frame, each.command, each.truth, each.estimate, each.progress)
     with read_log(path) as log:
-        again = record(log.entries(), log.head, track, print_speed=SPEED)
+        again = record(log.entries(without=UNUSED), log.head, track, print_speed=SPEED)
     own = metrics(found)
     for key, value in metrics(again).items():
         if key not in ("structure", "lines"):

@@ -13,7 +13,7 @@ from cablewright.machine.log import read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
 from cablewright.studies.print_metrics import metrics_text
-from cablewright.studies.print_record import Recorder
+from cablewright.studies.print_record import UNUSED, Recorder
 from cablewright.studies.print_result import PrintRecord
 from cablewright.studies.print_run import Timing
 
@@ -36,7 +36,7 @@ def finish(
     joined = join_log(folder)
     with read_log(joined) as log:
         recorder = Recorder(log.head, track, print_speed)
-        for count, entry in enumerate(log.entries()):
+        for count, entry in enumerate(log.entries(without=UNUSED)):
             recorder.add(entry)
             if progress is not None and count % 1000 == 0:
                 progress("reading the log (bytes)", log.position, log.size)

@@ -37,15 +37,15 @@ class Believed:
         """All lines drawn straight to *position* (3,), m; None where nothing is known of them."""
         return taut_at(self._model, position) if self._model is not None and np.isfinite(position).all() else None
 
-    def tensions(self, taut: Taut | None, excess: Array, mass: float) -> Array:
-        """Tensions (m,), N, at the platform of the three lines with the least *excess* (m,), m; the others have none.
+    def tensions(self, taut: Taut | None, slack: Array, mass: float) -> Array:
+        """Tensions (m,), N, at the platform of the lines that are not *slack* (m,), of which there are three.
 
-        NaN where these three do not hold a drum of that *mass* (kg) there.
+        NaN where these do not hold a drum of that *mass* (kg) there, or are more: how they share it is not known.
         """
         nothing = np.full(self.robot.m, np.nan)
-        if taut is None or not np.isfinite(excess).all():
+        tight = np.flatnonzero(slack == 0.0)
+        if taut is None or len(tight) != self.robot.n:
             return nothing
-        tight = np.argsort(excess, kind="stable")[: self.robot.n]
         weight = mass * self.robot.scene.gravity
         try:
             found = np.linalg.solve(-taut.toward[tight].T, [0.0, 0.0, weight])
@@ -58,22 +58,19 @@ class Believed:
         return tensions
 
     def frequencies(self, estimate: Estimate, mass: float) -> Array:
-        """First frequencies (m,), Hz, of the lines that bear something; NaN of the others.
-
-        Of all where more lines are taut than the platform needs: how they share the load is not known.
-        """
+        """First frequencies (m,), Hz, of the lines that bear something; NaN of the others, as `tensions`."""
         taut = self.at(estimate.position)
-        if taut is None or self._weight is None or np.count_nonzero(~estimate.slack) != self.robot.n:
+        if taut is None or self._weight is None:
             return np.full(self.robot.m, np.nan)
-        tensions = self.tensions(taut, estimate.excess, mass)
+        tensions = self.tensions(taut, estimate.slack.astype(np.float64), mass)
         speed = np.sqrt(np.maximum(tensions, 0.0) * self.robot.scene.gravity / self._weight)
-        return np.where((tensions > 0.0) & ~estimate.slack, speed / (2.0 * taut.free), np.nan)
+        return np.where(tensions > 0.0, speed / (2.0 * taut.free), np.nan)
 
     def drawn(self, rows: Columns, masses: Array) -> tuple[Array, Array]:
         """Taut angles (k, m), rad, and tensions (k, m), N, of all *rows*, with the drum's *masses* (k,), kg."""
         angles, pulls = np.full((2, len(rows), self.robot.m), np.nan)
-        for k, (place, excess, mass) in enumerate(zip(rows["position"], rows["excess"], masses.tolist(), strict=True)):
+        for k, (place, slack, mass) in enumerate(zip(rows["position"], rows["slack"], masses.tolist(), strict=True)):
             taut = self.at(place)
             if taut is not None:
-                angles[k], pulls[k] = taut.angles, self.tensions(taut, excess, mass)
+                angles[k], pulls[k] = taut.angles, self.tensions(taut, slack, mass)
         return angles, pulls

@@ -77,7 +77,7 @@ class LineUse:
     true_taut: float
     mean_tension: float  # N at the sheave, true
     max_tension: float
-    believed_mean_tension: float  # N, of the three tightest lines that hold the drum where it is believed to be
+    believed_mean_tension: float  # N, while three lines alone hold the drum where it is believed to be
     believed_max_tension: float
     max_excess: float  # m, by the estimation
     hours: float  # h in which it was taut by the estimation, whatever the state

@@ -35,6 +35,7 @@ _CONE: Final = math.radians(70.0)  # to both sides of the drum's axis: beyond it
 _NOISE: Final = 0.05  # m below the floor, or off both neighbours, no ray goes that met something
 _KEPT: Final = 1000  # rows of where the drum was
 _MOST_POINTS: Final = 2_000_000  # of one layer
+_GAP: Final = 0.1  # m between two scans that is bridged: they are 6 cm apart at 3 cm/s
 _LATEST: Final = 8.0  # s: what is seen together, some scans
 _NOTHING: Final = 5e-3  # m: what is lower may be noise
 _CUT: Final = 0.5  # m to both sides of the path
@@ -80,7 +81,11 @@ class Scans:
     def field(self, like: HeightField) -> HeightField | None:
         """The structure over the cells of *like*; None where none was seen."""
         points = self._before + self._points
-        return rebuilt(_latest(np.concatenate(points), like), like) if points else None
+        if not points:
+            return None
+        field = rebuilt(_latest(np.concatenate(points), like), like)
+        most = round(_GAP / like.cell)
+        return HeightField(field.low, field.cell, _bridged(_bridged(field.heights, most).T, most).T.copy())
 
 
 def _latest(points: Array, like: HeightField) -> Array:
@@ -90,6 +95,17 @@ def _latest(points: Array, like: HeightField) -> Array:
     last = np.full(like.heights.size, -np.inf)
     np.maximum.at(last, cells, points[:, 3])
     return np.asarray(points[points[:, 3] >= last[cells] - _LATEST, :3])
+
+
+def _bridged(heights: Array, most: int) -> Array:
+    """*heights* (a, b) with gaps along the second axis of up to *most* cells between two known ones made straight."""
+    made = heights.copy()
+    for row in made:
+        known = np.flatnonzero(np.isfinite(row))
+        for k in np.flatnonzero((np.diff(known) > 1) & (np.diff(known) <= most + 1)):
+            first, last = known[k], known[k + 1]
+            row[first : last + 1] = np.linspace(row[first], row[last], last - first + 1)
+    return made
 
 
 def _hanging_together(ranges: Array) -> NDArray[np.bool_]:
@@ -221,7 +237,9 @@ def _cuts(track: Track, distance: float, seen: HeightField | None, true: HeightF
     away = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
     remote = np.where(gap > _APART, away, np.inf).min(axis=1)
     finite = np.where(np.isfinite(remote), remote, -1.0)
-    heights = np.nan_to_num(best.at(places), nan=-np.inf)
+    laid = track.laying[track.pieces(along)]
+    finite = np.where(laid, finite, -1.0)
+    heights = np.where(laid, np.nan_to_num(best.at(places), nan=-1e9), -np.inf)
     chosen = {"where the path passes once": int(finite.argmax()), "where it is highest": int(heights.argmax())}
     return tuple(_cut(track, title, float(along[i]), seen, true) for title, i in chosen.items())
 

@@ -24,7 +24,7 @@ WINDOW: Final = 20.0
 """s that are looked at together."""
 
 _MOST_READINGS: Final = 20_000  # in a window
-_AROUND: Final = 0.4  # share of the expected frequency within which the peak is looked for
+_AROUND: Final = 0.25  # share of the expected frequency within which the peak is looked for
 _HIGHEST: Final = 0.4  # share of the rate up to which a frequency is looked for
 _STANDS_OUT: Final = 12.0  # times the middle of the spectrum about it that a peak has to be
 _KNOWN: Final = 0.95  # share of a window's readings that a line must have

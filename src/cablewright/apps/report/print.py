@@ -49,6 +49,7 @@ Array = NDArray[np.float64]
 Pictures = dict[str, bytes]
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
+_PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 
 
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
@@ -71,12 +72,12 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
 
 
 def _mesh(field: HeightField, found: PrintRecord) -> Mesh:
-    """The structure about the path as a body; what no scan saw is floor."""
+    """The structure about the path as a body on a plate; what no scan saw is floor."""
     low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
     high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
     corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))
     part = np.nan_to_num(field.heights[low[0] : high[0], low[1] : high[1]], nan=0.0)
-    return Mesh(*HeightField(corner, field.cell, part).solid())
+    return Mesh(*HeightField(corner, field.cell, part).solid(-_PLATE))
 
 
 def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
@@ -217,7 +218,7 @@ _CAPTIONS = {
     ),
     "speed": (
         "Histogram of the speed along the path, and the speed over time",
-        "Dashed: what is wanted. At the beginning of a layer and of a print it speeds up from rest.",
+        "Dashed: the job's print speed; corners, and a G-code's own feeds, are slower.",
     ),
     "states": ("States over time, and distance along the path", "Very short states are drawn longer than they were."),
     "steps": (
@@ -226,7 +227,7 @@ _CAPTIONS = {
     ),
     "structure": (
         "Height maps from above: true, rebuilt from scans, and their difference",
-        "Rebuilt from vertical scans of the last layer, one each 2 s, in place by the estimation. White: never seen.",
+        "Rebuilt from vertical scans of the last two layers, one each 2 s. White: never seen.",
     ),
     "cuts": (
         "Heights across the path at two places",
@@ -239,7 +240,7 @@ _CAPTIONS = {
     ),
     "tensions": (
         "Tension of each line in the last whole layer",
-        "Believed: what the three tightest lines must pull to hold the drum; how four taut ones share it is not known.",
+        "Believed: what three lines must pull to hold the drum while no other is taut; else they share it unknown.",
     ),
     "coiling": (
         "Radius at which cable leaves each winch drum against the length paid out",

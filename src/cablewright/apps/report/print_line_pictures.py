@@ -132,7 +132,7 @@ def ringing_picture(found: PrintRecord) -> Figure | None:
         if not known.any():
             continue
         own, colour = ringing.frequencies[known, i], _COLOURS[i]
-        over.plot(ringing.times[known] / size, ringing.expected[known, i], color=colour, linewidth=0.8, alpha=0.5)
+        over.plot(ringing.times / size, ringing.expected[:, i], color=colour, linewidth=0.8, alpha=0.5)
         over.plot(ringing.times[known] / size, own, ".", color=colour, markersize=4, label=style.label(line.name))
         off = 1e2 * (own / ringing.expected[known, i] - 1.0)
         warm.plot(ringing.temperatures[known], off, ".", color=colour, markersize=4)

@@ -75,7 +75,7 @@ def path_picture(found: PrintRecord) -> Figure | None:
         worst = found.true.worst if place == "true_position" else found.seen.worst
         if worst is not None:
             most = f"{1e3 * worst.value:+.1f}".replace("-", "\N{MINUS SIGN}")
-            title += f"; ring: {most} mm"
+            title += f"; largest, in the ring: {most} mm"
             each.plot(*worst.place, "o", markersize=11, markerfacecolor="none", markeredgecolor=style.INK, zorder=5)
         each.set(title=title, xlabel="x in m", aspect="equal")
         each.margins(0.07)
@@ -114,7 +114,7 @@ def _signed_colours() -> Colormap:
 def errors_picture(found: PrintRecord) -> Figure | None:
     """How far beside the path, along some layers, and of each layer."""
     best, column = found.best, "offset" if found.has_truth else "seen_offset"
-    printed = np.flatnonzero(best.by_layer.mean == best.by_layer.mean)
+    printed = np.flatnonzero(np.isfinite(best.by_layer.mean) & (best.by_layer.number >= 0))
     if not len(printed):
         return None
     many = len(printed) > 1
@@ -195,7 +195,7 @@ def speed_picture(found: PrintRecord) -> Figure | None:
     often.set_title("how often which speed")
     over.set(xlabel=f"time in {unit}", ylabel="cm/s along the path", title="over time, while printing")
     over.legend(loc="lower right", ncols=2)
-    over.set_ylim(0.0, 2.0 * middle)
+    over.set_ylim(0.0, max(1.3 * middle, 1.1e2 * near[1]))
     return drawn
 
 

@@ -1,0 +1,112 @@
+"""The report of a print: whole in itself, honest about what is missing, with the structure as meshes."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.apps.report.print import write
+from cablewright.printing.stl import read_stl
+from cablewright.studies.print_metrics import metrics_text
+from cablewright.studies.print_record import record
+from cablewright.studies.print_result import PrintRecord
+from printed import SPEED, head, printed, standard, without
+from twins import SETTINGS
+
+
+@pytest.fixture(scope="module")
+def found() -> PrintRecord:
+    entries, track, twin = standard()
+    return record(entries, head(), track, print_speed=SPEED, true_structure=twin.rig.ground.field)
+
+
+@pytest.fixture(scope="module")
+def folder(found: PrintRecord, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("print")
+    report = write(found, made, "three <b>rounds</b>", np.geomspace(1e-4, 3e-3, 1000))
+    assert report == made / "report.html"
+    return made
+
+
+def asks_nobody(page: str) -> None:
+    assert "http://" not in page
+    assert "https://" not in page
+    assert "default-src 'none'" in page
+    assert "<link" not in page
+    for source in re.findall(r'src="([^"]{0,20})', page):
+        assert source.startswith("data:image/png")
+
+
+def test_the_page_is_whole_in_itself(folder: Path) -> None:
+    page = (folder / "report.html").read_text()
+    asks_nobody(page)
+    assert "<b>rounds" not in page
+    assert "three &lt;b&gt;rounds" in page
+    assert page.count("<img") == len(list(folder.glob("*.png"))) >= 11
+    assert not re.search(r"\bnan\b", page)
+    assert "Not finished" in page
+    assert "0 of 3 layers" in page
+    assert "the light barrier is broken" in page
+    assert "Beside the paper" in page
+    assert {f.name for f in folder.iterdir() if f.suffix != ".png"} == {"report.html", "structure.stl", "structure.glb"}
+
+
+def test_figures_of_the_page_are_those_of_the_metrics(found: PrintRecord, folder: Path) -> None:
+    page, told = (folder / "report.html").read_text(), json.loads(metrics_text(found))
+    assert f"{1e4 * told['path_error_variance']:.4g}" in page
+    assert f"{1e2 * told['mean_speed']:.4g}" in page
+    assert f"{told['structure']['mass']:.4g}" in page
+    for line in told["lines"]:
+        assert f"{1e2 * line['taut']:.0f} ({1e2 * line['true_taut']:.0f})" in page
+
+
+def test_the_structure_is_a_closed_body_of_its_volume(found: PrintRecord, folder: Path) -> None:
+    mesh = read_stl(folder / "structure.stl")
+    assert mesh.closed
+    a, b, c = mesh.triangles.transpose(1, 0, 2)
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+    wide, deep, _ = np.ptp(mesh.triangles.reshape(-1, 3), axis=0)
+    assert found.structure is not None
+    assert found.structure.true is not None
+    assert volume - 0.01 * wide * deep == pytest.approx(found.structure.true.volume, rel=1e-3)
+    magic, version, length = struct.unpack("<4sII", (folder / "structure.glb").read_bytes()[:12])
+    assert (magic, version, length) == (b"glTF", 2, (folder / "structure.glb").stat().st_size)
+
+
+@pytest.mark.parametrize("missing", [("truth",), ("estimate", "truth"), ("progress",)])
+def test_what_is_missing_is_left_out(missing: tuple[str, ...], tmp_path: Path) -> None:
+    entries, track, _ = standard()
+    found = record(without(entries[:1200], *missing), head(), track, print_speed=SPEED)
+    page = write(found, tmp_path, "part").read_text()
+    asks_nobody(page)
+    assert not re.search(r"\bnan\b", page)
+    assert (tmp_path / "path.png").exists() == (missing == ("truth",))
+    assert (tmp_path / "drum.png").exists() == ("estimate" not in missing)
+    assert (tmp_path / "structure.stl").exists() == ("estimate" not in missing)
+
+
+def test_a_machine_without_lidars_and_radii_is_recorded() -> None:
+    entries, track, _ = standard()
+    bare = SETTINGS.model_copy(update={"lidars": {}, "line_angles": None})
+    robot = head().robot
+    lines = tuple(
+        line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": None})}) for line in robot.lines
+    )
+    poor = replace(head(bare), robot=robot.model_copy(update={"lines": lines, "name": "poor"}))
+    found = record(entries[:1200], poor, track, print_speed=SPEED)
+    assert found.structure is None
+    assert all(np.isnan(line.irregularity) for line in found.lines)
+
+
+def test_a_quasi_static_print_has_no_frequencies() -> None:
+    entries, track, _ = printed(40.0, seed=5, plant="quasi-static")
+    found = record(entries, head(plant="quasi-static"), track, print_speed=SPEED)
+    assert np.isnan(found.ringing.frequencies).all()
+    assert found.true.error.size < 0.05
+    assert found.distance == pytest.approx(SPEED * 39.0, abs=0.1)
