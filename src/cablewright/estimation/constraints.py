@@ -13,12 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.room import Laser, Room
-from cablewright.estimation.scan import Lidar
 from cablewright.estimation.wall_lines import WallLine
+from cablewright.kernels.lines_of_scan import explain
 
-__all__ = ["Candidate", "Constraint", "SeenLine", "candidates_of", "constraints_of", "judged", "wrapped"]
+__all__ = [
+    "Candidate",
+    "Candidates",
+    "Constraint",
+    "SeenLine",
+    "candidates_of",
+    "constraints_of",
+    "judged",
+    "turns",
+    "wrapped",
+]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Bools = NDArray[np.bool_]
 
 _LEAST_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
 _MOST_CANDIDATES: Final = 40
@@ -73,26 +85,54 @@ def wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
-def constraints_of(
-    seen: Sequence[SeenLine], lidars: Sequence[Lidar], room: Room, yaws: tuple[float, float]
-) -> list[Constraint]:
-    """Take each line for each wall that it can be with a yaw from ``yaws[0]`` to ``yaws[1]``, rad."""
+def turns(angles: Array) -> Array:
+    """Return the angles within half a turn of 0."""
+    return np.asarray(np.remainder(angles + math.pi, math.tau) - math.pi)
+
+
+class Candidates(NamedTuple):
+    """k candidates as arrays; `told` makes `Candidate`s of them."""
+
+    position: Array  # (k, 2) m
+    yaw: Array  # (k,) rad
+    constraints: Index  # (k, 2)
+    variance: Array  # (k,) m^2
+    explained: Array  # (k,); NaN if not looked at
+    laser_misfit: Array  # (k,) sigmas; 0 without any
+
+    def chosen(self, which: Index) -> Candidates:
+        """Return those of them, in that order."""
+        first = self.position[which], self.yaw[which], self.constraints[which]
+        return Candidates(*first, self.variance[which], self.explained[which], self.laser_misfit[which])
+
+    def told(self) -> tuple[Candidate, ...]:
+        """Return them one by one."""
+        position, yaw, constraints, *rest = (column.tolist() for column in self)
+        return tuple(map(Candidate, map(tuple, position), yaw, map(tuple, constraints), *rest))
+
+
+def constraints_of(seen: Sequence[SeenLine], sees: Bools, room: Room, yaws: tuple[float, float]) -> list[Constraint]:
+    """Take each line for each wall that it can be with a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
+
+    ``sees``: (l, w), which walls each lidar can see.
+    """
     found = []
     middle, half = 0.5 * (yaws[0] + yaws[1]), 0.5 * (yaws[1] - yaws[0])
+    walls, visible = list(zip(room.walls, room.azimuths.tolist(), strict=True)), sees.tolist()
     for i, one in enumerate(seen):
-        line, sees = one.line, lidars[one.lidar].sees
-        for j, wall in enumerate(room.walls):
-            yaw = middle + wrapped(wall.azimuth - line.angle - middle)
-            if abs(yaw - middle) > half or (sees is not None and wall.name not in sees):
+        line, lever, can = one.line, one.lever, visible[one.lidar]
+        line_sigma = math.sqrt(line.covariance[0, 0])
+        for j, (wall, azimuth) in enumerate(walls):
+            yaw = middle + wrapped(azimuth - line.angle - middle)
+            if abs(yaw - middle) > half or not can[j]:
                 continue
             # n (p + R mount) + distance = d, and R turns the line's own normal to the wall's
-            offset = wall.distance - line.distance - one.lever
-            sigma = math.hypot(math.sqrt(line.covariance[0, 0]), wall.angle_sigma)
+            offset, sigma = wall.distance - line.distance - lever, math.hypot(line_sigma, wall.angle_sigma)
             found.append(Constraint(wall.kind, j, i, wall.normal, offset, yaw, sigma, line.variance))
     return found
 
 
-def candidates_of(constraints: Sequence[Constraint], room: Room, agree: float, outside: float) -> list[Candidate]:
+def candidates_of(constraints: Sequence[Constraint], room: Room, agree: float, outside: float) -> Candidates:
     """Solve each C with each D whose yaws agree within ``agree`` (rad) and three sigma.
 
     Places more than ``outside`` (m) beyond a wall are left out. Of many, those with the least variance are kept.
@@ -100,67 +140,52 @@ def candidates_of(constraints: Sequence[Constraint], room: Room, agree: float, o
     c = [i for i, one in enumerate(constraints) if one.kind == "C"]
     d = [i for i, one in enumerate(constraints) if one.kind == "D"]
     if not c or not d:
-        return []
-    pairs = np.array([(i, j) for i in c for j in d])
-    normals = np.array([one.normal for one in constraints])
-    offsets = np.array([one.offset for one in constraints])
-    yaws = np.array([one.yaw for one in constraints])
-    sigmas = np.array([one.yaw_sigma for one in constraints])
-    variances = np.array([one.variance for one in constraints])
-    i, j = pairs.T
+        return Candidates(np.empty((0, 2)), np.empty(0), np.empty((0, 2), np.intp), *np.empty((3, 0)))
+    normals, offsets, yaws, sigmas, variances = map(np.array, list(zip(*constraints, strict=True))[3:])
+    i, j = np.repeat(c, len(d)), np.tile(d, len(c))
     det = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
-    turn = np.remainder(yaws[j] - yaws[i] + math.pi, math.tau) - math.pi
+    turn = turns(yaws[j] - yaws[i])
     good = (np.abs(det) > math.sin(_LEAST_ANGLE)) & (np.abs(turn) <= agree + 3.0 * np.hypot(sigmas[i], sigmas[j]))
     i, j, det, turn = i[good], j[good], det[good], turn[good]
     x = (offsets[i] * normals[j, 1] - offsets[j] * normals[i, 1]) / det
     y = (normals[i, 0] * offsets[j] - normals[j, 0] * offsets[i]) / det
     share = sigmas[i] ** 2 / np.maximum(sigmas[i] ** 2 + sigmas[j] ** 2, 1e-300)
-    yaw = yaws[i] + share * turn
-    place = np.stack([x, y], axis=1)
+    place, both = np.stack([x, y], axis=1), variances[i] + variances[j]
     within = np.all(place @ room.normals.T <= room.distances + outside, axis=1)
-    both = variances[i] + variances[j]
-    order = [k for k in np.argsort(both, kind="stable") if within[k]][:_MOST_CANDIDATES]
-    return [
-        Candidate((float(x[k]), float(y[k])), float(yaw[k]), (int(i[k]), int(j[k])), float(both[k]), math.nan, 0.0)
-        for k in order
-    ]
+    order = np.argsort(both, kind="stable")
+    order = order[within[order]][:_MOST_CANDIDATES]
+    unjudged = np.full(len(order), math.nan), np.zeros(len(order))
+    pairs = np.stack([i, j], axis=1)[order]
+    return Candidates(place[order], (yaws[i] + share * turn)[order], pairs, both[order], *unjudged)
 
 
 def judged(
-    candidates: Sequence[Candidate],
-    points: Sequence[tuple[Array, NDArray[np.bool_]]],
+    candidates: Candidates,
+    points: Sequence[tuple[Array, Bools]],
     room: Room,
     lasers: Sequence[Laser],
     near: float,
     recess: float,
-) -> list[Candidate]:
+) -> Candidates:
     """Say of each candidate what share of the points it explains, and how well it fits the operator's distances.
 
     ``points``: (n, 2) m in the platform's level frame, of each lidar, with the walls (w,) that it can see. A point
     counts if it is within ``near`` (m) of a wall, and against if it is more than ``recess`` (m) beyond one.
     """
-    if not candidates:
-        return []
-    place = np.array([one.position for one in candidates])  # (k, 2)
-    yaw = np.array([one.yaw for one in candidates])
-    c, s = np.cos(yaw), np.sin(yaw)
-    turn = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], axis=1)  # (k, 2, 2)
-    score, total = np.zeros(len(candidates)), 0
+    c, s = np.cos(candidates.yaw)[:, None], np.sin(candidates.yaw)[:, None]
+    x, y = room.normals.T
     # n (p + R q) - d for each candidate, point and wall: first what does not depend on the point
-    level = place @ room.normals.T - room.distances  # (k, w)
-    turned = np.einsum("wi,kij->kwj", room.normals, turn)  # (k, w, 2)
+    level = candidates.position @ room.normals.T - room.distances  # (k, w)
+    turned = np.stack([c * x + s * y, c * y - s * x], axis=-1)  # (k, w, 2)
+    score = np.zeros(len(level))
     for xy, sees in points:
-        off = turned @ xy.T + level[:, :, None]  # (k, w, n)
-        on = np.any(np.abs(off[:, sees]) <= near, axis=1)
-        beyond = np.any(off > recess, axis=1)
-        score += np.count_nonzero(on & ~beyond, axis=1) - np.count_nonzero(beyond, axis=1)
-        total += len(xy)
-    misfit = np.zeros(len(candidates))
+        explain(
+            turned, level, np.ascontiguousarray(xy.T), sees, float(near), float(recess), np.empty((2, len(xy))), score
+        )
+    misfit = candidates.laser_misfit
     for laser in lasers:
         j = room.index(laser.wall)
         sigma = math.hypot(laser.sigma, room.walls[j].distance_sigma)
         misfit = np.maximum(misfit, np.abs(level[:, j] + laser.distance) / sigma)
-    return [
-        one._replace(explained=float(score[k]) / max(total, 1), laser_misfit=float(misfit[k]))
-        for k, one in enumerate(candidates)
-    ]
+    total = sum(len(xy) for xy, _ in points)
+    return candidates._replace(explained=score / max(total, 1), laser_misfit=misfit)

@@ -61,12 +61,13 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray."""
     x, y = np.array(settings.axes)
     angles = scan.angles
-    rays = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y  # (n, 3), drum
-    good = np.isfinite(scan.ranges) & (-rays[:, 2] >= math.cos(settings.cone))
+    c, s = np.cos(angles), np.sin(angles)
+    good = np.isfinite(scan.ranges) & (-(c * x[2] + s * y[2]) >= math.cos(settings.cone))
     if np.count_nonzero(good) < 2 * settings.lowest:
         return Height(math.nan, math.nan, math.nan, int(np.count_nonzero(good)), "no floor in sight")
     lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
-    points = np.array(settings.place) + scan.ranges[good, None] * rays[good]
+    rays = c[good, None] * x + s[good, None] * y  # (k, 3), drum
+    points = np.array(settings.place) + scan.ranges[good, None] * rays
     level = _leaned(points, lean)
     depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
     near = np.abs(np.diff(depth)) <= settings.alone
@@ -111,6 +112,6 @@ def _heading(settings: HeightSettings) -> Array:
 
 def _leaned(points: Array, lean: Array) -> Array:
     """Points (n, 3) turned by small rotation vectors (n, 2), to second order."""
-    turn = np.column_stack([lean, np.zeros(len(lean))])
-    once = np.cross(turn, points)
-    return np.asarray(points + once + 0.5 * np.cross(turn, once))
+    (x, y, z), (rx, ry) = points.T, lean.T
+    ux, uy, uz = ry * z, -rx * z, rx * y - ry * x  # turn x point
+    return np.stack([x + ux + 0.5 * ry * uz, y + uy - 0.5 * rx * uz, z + uz + 0.5 * (rx * uy - ry * ux)], axis=1)

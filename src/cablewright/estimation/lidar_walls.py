@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -16,16 +17,19 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.estimation.constraints import (
     Candidate,
+    Candidates,
     Constraint,
     SeenLine,
     candidates_of,
     constraints_of,
     judged,
+    turns,
     wrapped,
 )
 from cablewright.estimation.room import Laser, Room
 from cablewright.estimation.scan import Lidar, level_mount, points_of
 from cablewright.estimation.wall_lines import LineSearch, lines_of
+from cablewright.kernels.lines_of_scan import settle
 
 __all__ = [
     "KeptTurn",
@@ -93,6 +97,13 @@ class WallSettings:
             raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
         if self.keep < 1 or not self.lidars:
             raise InputError("one lidar and one turn to keep at least are wanted")
+
+    @cached_property
+    def sees(self) -> NDArray[np.bool_]:
+        """(l, w): which walls each lidar can see."""
+        return np.array(
+            [[one.sees is None or wall.name in one.sees for wall in self.room.walls] for one in self.lidars]
+        )
 
 
 class LidarTurn(NamedTuple):
@@ -202,7 +213,7 @@ def step(
     if state.yaw is not None:
         centre = state.yaw + moved[2]
         yaws = centre - settings.yaw_step, centre + settings.yaw_step
-    constraints = constraints_of(seen, settings.lidars, room, yaws)
+    constraints = constraints_of(seen, settings.sees, room, yaws)
     found = candidates_of(constraints, room, settings.agree, settings.recess)
     found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
     expected = None if state.position is None or not known else np.add(state.position, moved[:2])
@@ -245,10 +256,10 @@ def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[KeptT
 
     def shifted(one: SeenLine) -> SeenLine:
         angle = one.line.angle - moved[2]
-        n = np.array([math.cos(angle), math.sin(angle)])
+        across = math.cos(angle) * back[0] + math.sin(angle) * back[1]
         mount = turn @ one.mount  # stays with the line: where the lidar was, but for the shift
         line = one.line._replace(
-            angle=angle, distance=one.line.distance - float(n @ back), ends=one.line.ends @ turn.T - back
+            angle=angle, distance=one.line.distance - float(across), ends=one.line.ends @ turn.T - back
         )
         return SeenLine(one.lidar, mount, line)
 
@@ -266,60 +277,52 @@ def _kept(settings: WallSettings, older: tuple[KeptTurn, ...], newest: KeptTurn)
 def _newest(turns: Sequence[KeptTurn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
     """Return the points of each lidar's last turn, and which walls they may be on."""
     last = {turn.lidar: turn.xy for turn in turns}
-    names = [wall.name for wall in settings.room.walls]
-    sees = {i: settings.lidars[i].sees for i in last}
-    masks = {i: np.array([only is None or name in only for name in names]) for i, only in sees.items()}
-    return [(xy[:: 1 + len(xy) // _MOST_JUDGED], masks[i]) for i, xy in last.items()]
+    return [(xy[:: 1 + len(xy) // _MOST_JUDGED], settings.sees[i]) for i, xy in last.items()]
 
 
-def _fresh(turns: Sequence[KeptTurn]) -> frozenset[int]:
+def _fresh(turns: Sequence[KeptTurn]) -> NDArray[np.bool_]:
     """Return which of all lines are of the last turn of their lidar."""
     last = {turn.lidar: i for i, turn in enumerate(turns)}
-    of_turn = [i for i, turn in enumerate(turns) for _ in turn.seen]
-    return frozenset(line for line, i in enumerate(of_turn) if last[turns[i].lidar] == i)
+    return np.array([last[turn.lidar] == i for i, turn in enumerate(turns) for _ in turn.seen], np.bool_)
 
 
-def _ranked(found: Sequence[Candidate], settings: WallSettings, expected: Array | None) -> list[Candidate]:
+def _ranked(found: Candidates, settings: WallSettings, expected: Array | None) -> Candidates:
     """Put those that fit the operator's distances first, then those where the platform can be, then by the rank."""
-
-    def key(one: Candidate) -> tuple[float, float, float]:
-        misfit = max(0.0, one.laser_misfit - _LASER_FITS)
-        return misfit, _beyond(one, settings, expected), one.variance if by_variance else -one.explained
-
-    by_variance = settings.rank == "variance"
-    return sorted(found, key=key)
+    misfit = np.maximum(0.0, found.laser_misfit - _LASER_FITS)
+    rank = found.variance if settings.rank == "variance" else -found.explained
+    return found.chosen(np.lexsort((rank, _beyond(found, settings, expected), misfit)))
 
 
-def _beyond(one: Candidate, settings: WallSettings, expected: Array | None) -> float:
-    """By how much a candidate is farther from where the platform should be than allowed, m."""
-    return 0.0 if expected is None else max(0.0, math.dist(one.position, expected) - settings.stray)
+def _beyond(found: Candidates, settings: WallSettings, expected: Array | None) -> Array:
+    """By how much candidates are farther from where the platform should be than allowed, (k,) m."""
+    if expected is None:
+        return np.zeros(len(found.yaw))
+    return np.asarray(np.maximum(0.0, np.hypot(*(found.position - expected).T) - settings.stray))
 
 
 def _answer(
     settings: WallSettings,
     constraints: Sequence[Constraint],
-    found: Sequence[Candidate],
+    found: Candidates,
     seen: Sequence[SeenLine],
-    fresh: frozenset[int],
+    fresh: NDArray[np.bool_],
     expected: Array | None,
 ) -> WallPose:
     """Fit the first candidate, and say how sure it is."""
-    biases = np.zeros(len(settings.lidars))
+    biases, candidates = np.zeros(len(settings.lidars)), found.told()
     nothing = WallPose(
-        "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), tuple(found), tuple(constraints),
+        "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), candidates, tuple(constraints),
         tuple(seen), used=(), bias=biases, confidence=0.0, note="",
     )  # fmt: skip
     if not constraints:
         lines = f"{len(seen)} straight lines, none at a yaw that is allowed" if seen else "no straight line long enough"
         return replace(nothing, note=f"{_SAID['no-wall']}: {lines}")
-    if not found:
+    if not candidates:
         return _half(nothing)
-    best = found[0]
+    best, beyond = candidates[0], _beyond(found, settings, expected)
     x, covariance, bias, used = _fit(settings, constraints, seen, best)
-    fits = [one for one in found if one.laser_misfit <= _LASER_FITS] or found
-    likely = [one for one in fits if not _beyond(one, settings, expected)] or fits
-    now = [all(constraints[i].seen in fresh for i in one.constraints) for one in likely]
-    rivals = [one.explained for one, new in zip(likely, now, strict=True) if _apart(one, best, settings, new)]
+    now = fresh[np.array([one.seen for one in constraints])[found.constraints]].all(axis=1)
+    rivals = found.explained[_likely(found, beyond) & _apart(found, settings, now)].tolist()
     status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
     note = _SAID[status]
     if best.laser_misfit > _LASER_FITS:
@@ -329,13 +332,22 @@ def _answer(
         wanted = f"{100 * settings.least:.0f} % is wanted"
         note = f"the best place explains {100 * best.explained:.0f} % of the points, {wanted}"
         status = "ambiguous"
-    elif far := _beyond(best, settings, expected):
-        note = f"the place jumps: the nearest that fits is {far + settings.stray:.2f} m from where it should be"
+    elif beyond[0]:
+        far = beyond[0] + settings.stray
+        note = f"the place jumps: the nearest that fits is {far:.2f} m from where it should be"
         status = "ambiguous"
     return replace(
         nothing, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
         confidence=best.explained - max(rivals, default=0.0), note=note,
     )  # fmt: skip
+
+
+def _likely(found: Candidates, beyond: Array) -> NDArray[np.bool_]:
+    """Say which candidates fit the operator's distances, and of these which are where the platform can be, if any."""
+    fits = found.laser_misfit <= _LASER_FITS
+    fits |= not fits.any()
+    there = fits & (beyond == 0.0)
+    return there if there.any() else fits
 
 
 def _half(nothing: WallPose) -> WallPose:
@@ -348,10 +360,14 @@ def _half(nothing: WallPose) -> WallPose:
     return replace(nothing, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 
 
-def _apart(one: Candidate, other: Candidate, settings: WallSettings, new: bool) -> bool:
-    """Say whether two candidates are different places or yaws; one of older turns may be so far away by motion."""
-    far = math.dist(one.position, other.position) > (settings.distinct if new else settings.stray)
-    return far or abs(wrapped(one.yaw - other.yaw)) > (3.0 * settings.agree if new else settings.yaw_step)
+def _apart(found: Candidates, settings: WallSettings, new: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Say which candidates are other places or yaws than the first; those of older turns may be so far away by motion.
+
+    ``new``: (k,), which are of new turns alone.
+    """
+    far = np.hypot(*(found.position - found.position[0]).T) > np.where(new, settings.distinct, settings.stray)
+    turned = np.abs(turns(found.yaw - found.yaw[0])) > np.where(new, 3.0 * settings.agree, settings.yaw_step)
+    return np.asarray(far | turned)
 
 
 def _fit(
@@ -362,42 +378,30 @@ def _fit(
     Each lidar's bias and each wall's surveyed distance are unknown too, as far as their sigmas let them be. Returns
     x, y, yaw (3,), their covariance (3, 3), the biases (l,) m, and which constraints are used.
     """
-    room, lidars = settings.room, settings.lidars
-    prior = [0.0] * 3 + [max(one.bias_sigma, _LEAST_SIGMA) ** -2 for one in lidars]
-    prior += [max(wall.distance_sigma, _LEAST_SIGMA) ** -2 for wall in room.walls]
-    k, rows = len(constraints), np.arange(len(constraints))
-    lines = [seen[one.seen].line for one in constraints]
-    walls = np.array([one.wall for one in constraints])
+    room, lidars, k = settings.room, settings.lidars, len(constraints)
+    prior = np.concatenate([np.zeros(3), [one.bias_sigma for one in lidars], room.distance_sigmas])
+    prior[3:] = np.maximum(prior[3:], _LEAST_SIGMA) ** -2.0
+    lines, walls = [seen[one.seen].line for one in constraints], np.array([one.wall for one in constraints])
     spread = np.array([line.covariance for line in lines])
-    spread[:, 0, 0] += np.array([wall.angle_sigma**2 for wall in room.walls])[walls]
+    spread[:, 0, 0] += room.angle_sigmas[walls] ** 2
     weights = np.linalg.inv(spread)
-    surveyed = np.array([wall.distance_sigma for wall in room.walls])[walls]
-    turn_gate = settings.agree + 3.0 * np.sqrt(spread[:, 0, 0])
-    off_gate = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + surveyed**2)
-    n, yaws = room.normals[walls], np.array([one.yaw for one in constraints])
+    known, gates = np.empty((k, 2)), np.empty((k, 2))
+    gates[:, 0] = settings.agree + 3.0 * np.sqrt(spread[:, 0, 0])
+    gates[:, 1] = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + room.distance_sigmas[walls] ** 2)
+    known[:, 0] = [one.yaw for one in constraints]
+    known[:, 1] = [line.distance for line in lines]
+    known[:, 1] -= room.distances[walls]
     mounts = np.array([seen[one.seen].mount for one in constraints])
-    distances = np.array([line.distance for line in lines]) - room.distances[walls]
-    # Residuals are (yaw, place along the normal); their parts that do not depend on the yaw:
-    J = np.zeros((k, 2, len(prior)))
-    J[:, 0, 2] = 1.0
-    J[:, 1, :2] = n
-    J[rows, :, 3 + np.array([seen[one.seen].lidar for one in constraints])] = [-line.per_bias for line in lines]
-    J[rows, 1, 3 + len(lidars) + walls] = -1.0
-    q = np.zeros(len(prior))
+    # Residuals are (yaw, place along the normal), with slopes by x, y, yaw, the lidar's bias and the wall's offset.
+    slots, slopes = np.tile(np.arange(5), (k, 1)), np.zeros((k, 2, 5))
+    slots[:, 3], slots[:, 4] = [3 + seen[one.seen].lidar for one in constraints], 3 + len(lidars) + walls
+    slopes[:, 0, 2], slopes[:, 1, :2], slopes[:, 1, 4] = 1.0, room.normals[walls], -1.0
+    slopes[:, :, 3] = [-line.per_bias for line in lines]
+    used = np.zeros(k, np.bool_)
+    used[list(best.constraints)] = True  # always its own two lines
+    q, solved = np.zeros(len(prior)), np.empty((len(prior), 4))
     q[:3] = *best.position, best.yaw
-    used = np.zeros(k, dtype=np.bool_)
-    for _ in range(2):
-        c, s = math.cos(q[2]), math.sin(q[2])
-        lever = mounts @ np.array([[c, s], [-s, c]])
-        J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
-        off = np.einsum("ki,ki->k", n, lever) + distances + J[:, 1, :2] @ q[:2] + J[:, 1, 3:] @ q[3:]
-        turn = np.remainder(q[2] - yaws + math.pi, math.tau) - math.pi + J[:, 0, 3:] @ q[3:]
-        if not used.any():  # what fits the candidate, and always its own two lines
-            used = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
-            used[list(best.constraints)] = True
-        weighted = np.einsum("kip,kij->kpj", J[used], weights[used])
-        normal_matrix = np.diag(prior) + np.einsum("kpj,kjq->pq", weighted, J[used])
-        right = np.einsum("kpj,kj->p", weighted, np.stack([turn[used], off[used]], axis=1)) + np.array(prior) * q
-        q = q - np.linalg.solve(normal_matrix, right)
-    covariance = np.linalg.inv(normal_matrix)[:3, :3]
-    return q[:3], covariance, q[3 : 3 + len(lidars)], tuple(np.flatnonzero(used).tolist())
+    matrix = np.empty((len(prior), len(prior)))
+    if not settle(slopes, slots, weights, known, mounts, gates, prior, used, q, matrix, solved):
+        raise ArithmeticError("the place by walls is not determined, though two of them cross")
+    return q[:3], solved[:3, 1:], q[3 : 3 + len(lidars)], tuple(np.flatnonzero(used).tolist())

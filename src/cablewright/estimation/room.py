@@ -91,6 +91,16 @@ class Room:
         """(w,) rad."""
         return np.array([wall.azimuth for wall in self.walls])
 
+    @cached_property
+    def angle_sigmas(self) -> Array:
+        """(w,) rad."""
+        return np.array([wall.angle_sigma for wall in self.walls])
+
+    @cached_property
+    def distance_sigmas(self) -> Array:
+        """(w,) m."""
+        return np.array([wall.distance_sigma for wall in self.walls])
+
     def index(self, name: str) -> int:
         """Return which wall has that name. Raises `InputError`."""
         for i, wall in enumerate(self.walls):

@@ -79,23 +79,23 @@ def points_of(
     if leaning.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
         shapes = f"{leaning.shape} and {None if moved is None else moved.shape}"
         raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are wanted, not {shapes}")
-    with np.errstate(invalid="ignore"):
-        good = np.isfinite(a) & (r >= lidar.least) & (r <= lidar.most)
-        for each in (leaning, moved):
-            if each is not None and each.ndim == 2:
-                good &= np.isfinite(each).all(axis=1)
-        for begin, end in lidar.masked:
-            good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
-    bearing = a[good] % math.tau
-    order = np.argsort(bearing, kind="stable")
-    step = np.diff(bearing[order], append=bearing[order][:1] + math.tau)
-    if len(order):
-        first = int(step.argmax()) + 1
-        order, step = np.roll(order, -first), np.roll(step, -first)
+    good = np.isfinite(a) & (r >= lidar.least) & (r <= lidar.most)
+    for each in (leaning, moved):
+        if each is not None and each.ndim == 2 and not np.isfinite(each).all():
+            good &= np.isfinite(each).all(axis=1)
+    for begin, end in lidar.masked:
+        good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
     if not np.isfinite(leaning.reshape(-1, 2)[-1:]).all():
-        order, step = order[:0], step[:0]  # which way the lidar leans at the end is not known
-    chosen = np.flatnonzero(good)[order]
-    ray, far = np.stack([np.cos(bearing[order]), np.sin(bearing[order])], axis=1), r[chosen]
+        good[:] = False  # which way the lidar leans at the end is not known
+    chosen = np.flatnonzero(good)
+    bearing = a[chosen] % math.tau
+    order = np.argsort(bearing, kind="stable")
+    chosen, bearing = chosen[order], bearing[order]
+    step = np.append(bearing[1:], bearing[:1] + math.tau) - bearing
+    if len(step):
+        first = int(step.argmax()) + 1
+        chosen, bearing, step = (np.concatenate([each[first:], each[:first]]) for each in (chosen, bearing, step))
+    ray, far = _columns(np.cos(bearing), np.sin(bearing)), r[chosen]
     xy = far[:, None] * ray
     if moved is None and not leaning.any():
         return Points(xy, ray, far, step)
@@ -103,20 +103,26 @@ def points_of(
         lidar, xy, leaning[chosen] if leaning.ndim == 2 else leaning, None if moved is None else moved[chosen],
         leaning[-1] if leaning.ndim == 2 and len(leaning) else leaning,
     )  # fmt: skip
-    far = np.hypot(*xy.T)
+    far = np.hypot(xy[:, 0], xy[:, 1])
     return Points(xy, xy / np.maximum(far, 1e-12)[:, None], far, step)
+
+
+def _columns(x: Array, y: Array) -> Array:
+    """Put two columns side by side."""
+    both = np.empty((len(x), 2))
+    both[:, 0], both[:, 1] = x, y
+    return both
 
 
 def _at_the_end(lidar: Lidar, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
     """Bring points (n, 2) of the lidar's plane to where its centre is at the end, level, along its level axes."""
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
     turn = np.array([[c, -s], [s, c]])
-    on_platform = np.column_stack([xy @ turn.T, np.zeros(len(xy))]) + np.array(lidar.mount)
-    level = _tilted(on_platform, np.broadcast_to(tilt, (len(xy), 2)))[:, :2]
+    level = _tilted(xy @ turn.T + lidar.mount[:2], lidar.mount[2], np.broadcast_to(tilt, (len(xy), 2)))
     if drift is not None:
         c_, s_ = np.cos(drift[:, 2]), np.sin(drift[:, 2])
         x, y = level.T
-        level = np.stack([c_ * x - s_ * y, s_ * x + c_ * y], axis=1) + drift[:, :2]
+        level = _columns(c_ * x - s_ * y, s_ * x + c_ * y) + drift[:, :2]
     there: Array = (level - level_mount(lidar, last)) @ turn
     return there
 
@@ -136,14 +142,16 @@ def noise_of(points: Points, least: float = 5e-4, most: float = 0.05) -> float:
 def level_mount(lidar: Lidar, tilt: ArrayLike = (0.0, 0.0)) -> Array:
     """(2,) m: where the lidar's centre is from the platform point, seen from above, platform frame without its tilt."""
     leaning = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
-    return _tilted(np.array([lidar.mount]), leaning)[0, :2]
+    there: Array = _tilted(np.array([lidar.mount[:2]]), lidar.mount[2], leaning)[0]
+    return there
 
 
-def _tilted(points: Array, tilt: Array) -> Array:
-    """Turn each point (n, 3) by its level rotation vector (n, 2): Rodrigues' formula."""
-    angle = np.hypot(*tilt.T)
-    axis = np.column_stack([tilt, np.zeros(len(tilt))]) / np.maximum(angle, 1e-300)[:, None]
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    along = np.einsum("ni,ni->n", axis, points)[:, None]
-    turned: Array = c * points + s * np.cross(axis, points) + (1 - c) * along * axis
-    return turned
+def _tilted(xy: Array, z: float, tilt: Array) -> Array:
+    """Turn each point (n, 2), at height z, by its level rotation vector (n, 2): Rodrigues' formula, seen from above."""
+    (x, y), (tx, ty) = xy.T, tilt.T
+    angle = np.hypot(tx, ty)
+    size = np.maximum(angle, 1e-300)
+    ax, ay = tx / size, ty / size
+    c, s = np.cos(angle), np.sin(angle)
+    along = (1.0 - c) * (ax * x + ay * y)
+    return _columns(c * x + s * (ay * z) + along * ax, c * y - s * (ax * z) + along * ay)

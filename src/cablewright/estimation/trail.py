@@ -42,11 +42,8 @@ class Trail:
     def at(self, times: ArrayLike) -> Array:
         """Rows at *times* (k,): (k, width); zeros where nothing was added yet."""
         wanted = np.asarray(times, dtype=np.float64)
-        if not self._count:
-            return np.zeros((len(wanted), self._rows.shape[1]))
-        known = self._times[: self._count]
-        after = np.clip(np.searchsorted(known, wanted), 1, max(self._count - 1, 1))
-        if self._count == 1:
-            return np.repeat(self._rows[:1], len(wanted), axis=0)
-        share = np.clip((wanted - known[after - 1]) / (known[after] - known[after - 1]), 0.0, 1.0)[:, None]
-        return np.asarray((1.0 - share) * self._rows[after - 1] + share * self._rows[after])
+        found = np.zeros((len(wanted), self._rows.shape[1]))
+        if self._count:
+            for j, column in enumerate(self._rows[: self._count].T):
+                found[:, j] = np.interp(wanted, self._times[: self._count], column)
+        return found

@@ -1,0 +1,429 @@
+"""One turn of a planar lidar: its points cut into clusters, straight lines through these, and places by the lines.
+
+`Clustering`, `LineSearch` and `WallSettings` in cablewright.estimation say what the rules mean.
+"""
+
+from math import atan2, ceil, cos, floor, hypot, inf, pi, sin, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.newton import solve
+
+# Rules of `cut`.
+SIGMA, GRAZING, SKIP, REACH, ALIGNMENT, LEAST = 0, 1, 2, 3, 4, 5
+# Rules of `draw`.
+NOISE, BEARING_NOISE, BEYOND, MERGE, OUTLIER, LEAST_POINTS, LEAST_LENGTH = 0, 1, 2, 3, 4, 5, 6
+# Columns of a cluster: mean and ends, m; sums of xx, xy, yy about the mean, m^2.
+MEAN, SCATTER, ENDS, SUMS = 0, 2, 5, 9
+# Columns of a line; its covariance (2, 2), ends (2, 2) and per_bias (2,) in a row, as a WallLine has them.
+ANGLE, DISTANCE, VARIANCE, POINTS, COVARIANCE, LINE_ENDS, PER_BIAS, COLUMNS = 0, 1, 2, 3, 4, 8, 12, 14
+
+# Rows of what `draw` keeps of the points near a line: the point, the ray to it, how far that goes, and its weight.
+X, Y, U, V, FAR, WEIGHT = 0, 1, 2, 3, 4, 5
+
+CLEAR_OF_NOISE = 5.0  # sigmas apart from which points tell how far it is from one to the next
+ROUNDS = 3  # of putting clusters together, and of a line's fit
+LEAST_STEEPNESS = 0.3  # of a ray on a line: a flatter one is not trusted more
+
+
+@jit
+def cut(xy, distance, step, rules, work, marks, members, first, size, sums):
+    """Cut the points *xy* (n, 2), m, of a turn into clusters, in their order; returns how many there are.
+
+    *distance* (n,), m, and *step* (n,), rad to the next, as `Points` has them. Points of cluster i are
+    ``members[first[i]:first[i] + size[i]]``; *sums* (n // 2, SUMS). Scratch: *work* (4, n), *marks* (2, n).
+    """
+    n, count = xy.shape[0], 0
+    if n < max(rules[LEAST], 2.0):
+        return 0
+    way, x, y, far = work[0], work[1], work[2], work[3]
+    near, aligned = marks[0], marks[1]
+    usual = median(step, n, way)
+    for i in range(n):
+        if not 0 < i < n - 1 or not _strays(xy, distance, step, i, usual, rules):
+            members[count], x[count], y[count], far[count] = i, xy[i, 0], xy[i, 1], distance[i]
+            count += 1
+    if count < rules[LEAST]:
+        return 0
+    bearing, at = 0.0, 0
+    for i in range(count - 1):
+        before = bearing
+        while at < members[i + 1]:
+            bearing += step[at]
+            at += 1
+        apart = hypot(x[i + 1] - x[i], y[i + 1] - y[i])
+        near[i] = _near(apart, far[i], far[i + 1], bearing - before, usual, rules)
+    near[count - 1] = False
+    few = CLEAR_OF_NOISE * rules[SIGMA] / max(usual * median(far, count, way), 1e-9)
+    _measure(x, y, count, max(ceil(min(few, float(count))), 1), way)
+    _align(x, y, count, way, near, rules, aligned)
+    k, begin = 0, 0
+    for i in range(count):
+        if near[i] and aligned[i] and aligned[i + 1]:
+            continue
+        if i > begin and i - begin + 1 >= rules[LEAST]:
+            first[k], size[k] = begin, i - begin + 1
+            _sum(x, y, begin, i + 1, sums[k])
+            k += 1
+        begin = i + 1
+    return k
+
+
+@jit
+def median(values, n, scratch):
+    """Median of values[:n], n over 0, by Hoare's selection; *scratch* (n,) is overwritten."""
+    for i in range(n):
+        scratch[i] = values[i]
+    middle, low, high = n // 2, 0, n - 1
+    while low < high:
+        pivot, i, j = scratch[middle], low, high
+        while i <= j:
+            while scratch[i] < pivot:
+                i += 1
+            while scratch[j] > pivot:
+                j -= 1
+            if i <= j:
+                scratch[i], scratch[j] = scratch[j], scratch[i]
+                i += 1
+                j -= 1
+        if j < middle:
+            low = i
+        if i > middle:
+            high = j
+    if n % 2 == 1:
+        return scratch[middle]
+    below = scratch[0]
+    for i in range(1, middle):
+        if scratch[i] > below:
+            below = scratch[i]
+    return 0.5 * (below + scratch[middle])
+
+
+@jit
+def _reached(apart, one, other, turn, rules):
+    """Whether two points *apart* (m) may be of one wall, seen as flatly as allowed: by the law of sines.
+
+    *one* and *other*: m, how far they are; *turn*: rad, from one to the other.
+    """
+    turned = min(turn, 0.5 * rules[GRAZING])
+    return apart <= min(one, other) * sin(turned) / sin(rules[GRAZING] - turned) + 6.0 * rules[SIGMA]
+
+
+@jit
+def _near(apart, one, other, turn, usual, rules):
+    """Whether two points are near enough for successive ones of a wall.
+
+    Half a degree more than the *usual* turn, rad: rays of several turns do not lie evenly.
+    """
+    return turn <= (rules[SKIP] + 1.0) * usual + 0.01 and _reached(apart, one, other, turn, rules)
+
+
+@jit
+def _strays(xy, distance, step, i, usual, rules):
+    """Whether point i is far from both its neighbours while these are near each other."""
+    x0, y0, x1, y1, x2, y2 = xy[i - 1, 0], xy[i - 1, 1], xy[i, 0], xy[i, 1], xy[i + 1, 0], xy[i + 1, 1]
+    before, own, after = distance[i - 1], distance[i], distance[i + 1]
+    if _near(hypot(x2 - x1, y2 - y1), own, after, step[i], usual, rules):
+        return False
+    if _near(hypot(x1 - x0, y1 - y0), before, own, step[i - 1], usual, rules):
+        return False
+    return _reached(hypot(x2 - x0, y2 - y0), before, after, step[i] + step[i - 1], rules)
+
+
+@jit
+def _measure(x, y, count, few, way):
+    """The *way* along the points, m. Where they are nearer than their noise, every so *few* of them tell it."""
+    way[0] = 0.0
+    at = 0
+    while at < count - 1:
+        node = min(at + few, count - 1)
+        here = way[at]
+        there = here + hypot(x[node] - x[at], y[node] - y[at])
+        slope = (there - here) / (node - at)
+        for j in range(at + 1, node):
+            way[j] = slope * (j - at) + here
+        way[node] = there
+        at = node
+
+
+@jit
+def _align(x, y, count, way, near, rules, aligned):
+    """Say which points lie on the line of two others, one before and one after, REACH away along the points."""
+    tolerance = 3.0 * sqrt(1.5) * rules[SIGMA] + rules[ALIGNMENT]
+    begin, end, back, ahead = 0, -1, 0, 0
+    for i in range(count):
+        if i > end:  # a run of successive points that are near each other
+            begin = end = i
+            while near[end]:
+                end += 1
+        while back < i and way[back + 1] <= way[i] - rules[REACH]:
+            back += 1
+        while ahead < count and way[ahead] < way[i] + rules[REACH]:
+            ahead += 1
+        before, after = max(back, begin), min(ahead, end)
+        aligned[i] = True
+        if before < i < after:
+            fx, fy = x[before], y[before]
+            cx, cy = x[after] - fx, y[after] - fy
+            beside = abs(cx * (y[i] - fy) - cy * (x[i] - fx))
+            aligned[i] = beside <= tolerance * max(hypot(cx, cy), 1e-12)
+
+
+@jit
+def _sum(x, y, begin, end, row):
+    """Add up the points of a cluster, about their mean; its ends are those of evenly spread points."""
+    mx, my, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(begin, end):
+        mx += x[j]
+        my += y[j]
+    mx /= end - begin
+    my /= end - begin
+    for j in range(begin, end):
+        dx, dy = x[j] - mx, y[j] - my
+        xx += dx * dx
+        xy += dx * dy
+        yy += dy * dy
+    angle, larger = axis(xx, xy, yy)
+    half = sqrt(3.0 * larger / (end - begin))
+    dx, dy = half * cos(angle), half * sin(angle)
+    row[MEAN], row[MEAN + 1] = mx, my
+    row[SCATTER], row[SCATTER + 1], row[SCATTER + 2] = xx, xy, yy
+    row[ENDS], row[ENDS + 1], row[ENDS + 2], row[ENDS + 3] = mx - dx, my - dy, mx + dx, my + dy
+
+
+@jit
+def axis(xx, xy, yy):
+    """Total least squares from sums about the mean: angle of the larger axis, rad, and the scatter along it, m^2."""
+    return 0.5 * atan2(2.0 * xy, xx - yy), 0.5 * (xx + yy + hypot(xx - yy, 2.0 * xy))
+
+
+@jit
+def draw(xy, ray, distance, members, first, size, sums, rules, work, marks, found):
+    """Straight lines through k clusters, as `cut` leaves them, and the points near; returns how many are found.
+
+    The largest cluster is first to take those on its line. *ray* (n, 2): unit vectors to the points. *found*: (most
+    lines, COLUMNS). Scratch: *work* (6, n), *marks* (2, n).
+    """
+    k, lines = size.shape[0], 0
+    free, group = marks[0], marks[1]
+    for c in range(k):
+        free[c] = 1
+    for _ in range(found.shape[0]):
+        seed = -1
+        for c in range(k):
+            if free[c] and (seed < 0 or size[c] > size[seed]):
+                seed = c
+        if seed < 0:
+            break
+        total, mx, my, angle = _gather(seed, size, sums, rules[MERGE], free, group)
+        ax, ay = cos(angle), sin(angle)
+        low, high = inf, -inf
+        for c in range(k):
+            if group[c]:
+                free[c] = 0
+                for j in range(first[c], first[c] + size[c]):
+                    i = members[j]
+                    place = ax * xy[i, 0] + ay * xy[i, 1]
+                    low, high = min(low, place), max(high, place)
+        if total < rules[LEAST_POINTS] // 2 or high - low < 0.5 * rules[LEAST_LENGTH]:
+            continue
+        low, high = low - rules[BEYOND], high + rules[BEYOND]
+        near = 0
+        for i in range(xy.shape[0]):
+            x, y = xy[i, 0], xy[i, 1]
+            if low <= ax * x + ay * y <= high:
+                work[X, near], work[Y, near], work[U, near], work[V, near] = x, y, ray[i, 0], ray[i, 1]
+                work[FAR, near] = distance[i]
+                near += 1
+        lines += _fit(work, near, mx, my, ax, ay, rules, found[lines])
+    return lines
+
+
+@jit
+def _gather(seed, size, sums, merge, free, group):
+    """Mark the free clusters whose ends are within *merge* (m) of the line of them all, beginning with *seed*.
+
+    Returns number, mean (m) and angle (rad) of their points.
+    """
+    k = size.shape[0]
+    for c in range(k):
+        group[c] = 0
+    group[seed] = 1
+    for _ in range(ROUNDS):
+        _, mx, my, angle = _pool(size, sums, group)
+        nx, ny = -sin(angle), cos(angle)
+        changed = False
+        for c in range(k):
+            one = abs((sums[c, ENDS] - mx) * nx + (sums[c, ENDS + 1] - my) * ny)
+            other = abs((sums[c, ENDS + 2] - mx) * nx + (sums[c, ENDS + 3] - my) * ny)
+            joined = 1 if c == seed or (free[c] and one <= merge and other <= merge) else 0
+            if joined != group[c]:
+                group[c] = joined
+                changed = True
+        if not changed:
+            break
+    return _pool(size, sums, group)
+
+
+@jit
+def _pool(size, sums, group):
+    """Number, mean (m) and angle (rad) of the points of the marked clusters."""
+    total, mx, my, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for c in range(size.shape[0]):
+        if group[c]:
+            total += size[c]
+            mx += size[c] * sums[c, MEAN]
+            my += size[c] * sums[c, MEAN + 1]
+    mx /= total
+    my /= total
+    for c in range(size.shape[0]):
+        if group[c]:
+            dx, dy = sums[c, MEAN] - mx, sums[c, MEAN + 1] - my
+            xx += sums[c, SCATTER] + size[c] * dx * dx
+            xy += sums[c, SCATTER + 1] + size[c] * dx * dy
+            yy += sums[c, SCATTER + 2] + size[c] * dy * dy
+    return total, mx, my, axis(xx, xy, yy)[0]
+
+
+@jit
+def _fit(work, n, mx, my, ax, ay, rules, row):
+    """Fit a line to n points in *work*, into *row*; False if it is no wall. It begins through (mx, my) along (ax, ay).
+
+    Total least squares, weighted: a range's noise counts by how steeply its ray meets the line.
+    """
+    x, y, u, v, far, weight = work[X], work[Y], work[U], work[V], work[FAR], work[WEIGHT]
+    offset, count, total, larger = ax * my - ay * mx, 0, 0.0, 0.0
+    most, scale = max(rules[MERGE], rules[OUTLIER] * rules[NOISE]), inf  # the first line is rough
+    for _ in range(ROUNDS):
+        count, total, mx, my = 0, 0.0, 0.0, 0.0
+        for j in range(n):
+            steep = max(abs(ax * v[j] - ay * u[j]), LEAST_STEEPNESS) * rules[NOISE]
+            across = far[j] * rules[BEARING_NOISE] * (ax * u[j] + ay * v[j])
+            variance = steep * steep + across * across
+            weight[j] = 0.0
+            if abs(ax * y[j] - ay * x[j] - offset) <= min(rules[OUTLIER] * scale * sqrt(variance), most):
+                count += 1
+                weight[j] = 1.0 / variance
+                total += weight[j]
+                mx += weight[j] * x[j]
+                my += weight[j] * y[j]
+        if count < rules[LEAST_POINTS]:
+            return False
+        mx /= total
+        my /= total
+        xx, xy, yy = 0.0, 0.0, 0.0
+        for j in range(n):
+            dx, dy = x[j] - mx, y[j] - my
+            xx += weight[j] * dx * dx
+            xy += weight[j] * dx * dy
+            yy += weight[j] * dy * dy
+        angle, larger = axis(xx, xy, yy)
+        side = 1.0 if cos(angle) * ax + sin(angle) * ay >= 0.0 else -1.0
+        ax, ay = side * cos(angle), side * sin(angle)
+        offset = ax * my - ay * mx
+        squares = 0.0
+        for j in range(n):
+            off = ax * y[j] - ay * x[j] - offset
+            squares += weight[j] * off * off
+        scale = max(1.0, sqrt(squares / max(count - 2, 1)))
+    low, high, squares, steep, turned = inf, -inf, 0.0, 0.0, 0.0
+    lever = -(ax * mx + ay * my)  # n(angle) p = offset holds at the mean: the offset turns by where that is
+    for j in range(n):
+        if weight[j] > 0.0:
+            place = ax * x[j] + ay * y[j]
+            low, high = min(low, place), max(high, place)
+            off = ax * y[j] - ay * x[j] - offset
+            squares += off * off
+            # A bias moves each point by how steeply it is seen, which differs along the line.
+            moved = weight[j] * (ax * v[j] - ay * u[j])
+            steep += moved
+            turned += moved * (place + lever)
+    if high - low < rules[LEAST_LENGTH]:
+        return False
+    turn = 1.0 / max(larger, 1e-300)  # rad^2, variance of the angle
+    turned *= turn
+    sign = -1.0 if offset < 0.0 else 1.0  # its normal is away from the lidar
+    row[ANGLE], row[DISTANCE] = atan2(sign * ax, -sign * ay), sign * offset
+    row[VARIANCE], row[POINTS] = squares / max(count - 2, 1), count
+    row[COVARIANCE] = scale * scale * turn
+    row[COVARIANCE + 1] = row[COVARIANCE + 2] = scale * scale * sign * lever * turn
+    row[COVARIANCE + 3] = scale * scale * (1.0 / total + lever * lever * turn)
+    row[LINE_ENDS], row[LINE_ENDS + 1] = low * ax - offset * ay, low * ay + offset * ax
+    row[LINE_ENDS + 2], row[LINE_ENDS + 3] = high * ax - offset * ay, high * ay + offset * ax
+    row[PER_BIAS], row[PER_BIAS + 1] = turned, sign * (steep / total + lever * turned)
+    return True
+
+
+@jit
+def explain(turned, level, xy, sees, near, recess, work, scores):
+    """Add to the *scores* (k,) of places how many of the points *xy* (2, n), m, each explains.
+
+    ``turned[k, w] . xy + level[k, w]``: how far a point is beyond wall w, m. A point counts if it is within *near* (m)
+    of a wall that is seen, *sees* (w,), and against if it is more than *recess* (m) beyond any. Scratch: *work* (2, n).
+    """
+    x, y, nearest, farthest = xy[0], xy[1], work[0], work[1]
+    for k in range(scores.shape[0]):
+        for i in range(x.shape[0]):
+            nearest[i], farthest[i] = inf, -inf
+        for w in range(sees.shape[0]):
+            nx, ny, here, hidden = turned[k, w, 0], turned[k, w, 1], level[k, w], 0.0 if sees[w] else inf
+            for i in range(x.shape[0]):
+                beyond = nx * x[i] + ny * y[i] + here
+                off = abs(beyond) + hidden
+                nearest[i] = off if off < nearest[i] else nearest[i]
+                farthest[i] = beyond if beyond > farthest[i] else farthest[i]
+        for i in range(x.shape[0]):
+            if farthest[i] > recess:
+                scores[k] -= 1.0
+            elif nearest[i] <= near:
+                scores[k] += 1.0
+
+
+@jit
+def _wrapped(angle):
+    """The angle within half a turn of 0, rad."""
+    return angle - 2.0 * pi * floor((angle + pi) / (2.0 * pi))
+
+
+@jit
+def settle(slopes, slots, weights, known, mounts, gates, prior, used, q, matrix, solved):
+    """Fit *q* (p,): x, y, yaw, what lidars and walls are off; m and rad; from where it begins. False if it cannot be.
+
+    Each of k lines taken for walls has two residuals, its yaw and its place: *slopes* (k, 2, 5) by the unknowns in its
+    *slots* (k, 5), x, y and yaw first; *weights* (k, 2, 2); *known* (k, 2), its yaw, rad, and its distance less the
+    wall's, m; *mounts* (k, 2), m, of its lidar. *prior* (p,): weights of the unknowns themselves. In the first of two
+    rounds lines within their *gates* (k, 2) join those that are *used* (k,). The last columns of *solved* (p, 4) are
+    the covariance of x, y and yaw. Scratch: *matrix* (p, p).
+    """
+    p = q.shape[0]
+    for again in range(2):
+        c, s = cos(q[2]), sin(q[2])
+        for i in range(p):
+            for j in range(p):
+                matrix[i, j] = prior[i] if i == j else 0.0
+            solved[i, 0] = prior[i] * q[i]
+            for j in range(3):
+                solved[i, 1 + j] = 1.0 if i == j else 0.0
+        for k in range(slots.shape[0]):
+            nx, ny = slopes[k, 1, 0], slopes[k, 1, 1]
+            x, y = c * mounts[k, 0] - s * mounts[k, 1], s * mounts[k, 0] + c * mounts[k, 1]
+            slopes[k, 1, 2] = ny * x - nx * y
+            turn = _wrapped(q[2] - known[k, 0])
+            off = nx * (x + q[0]) + ny * (y + q[1]) + known[k, 1]
+            for i in range(3, 5):
+                turn += slopes[k, 0, i] * q[slots[k, i]]
+                off += slopes[k, 1, i] * q[slots[k, i]]
+            if again == 0 and abs(turn) <= gates[k, 0] and abs(off) <= gates[k, 1]:
+                used[k] = True
+            if used[k]:
+                for i in range(5):
+                    one = slopes[k, 0, i] * weights[k, 0, 0] + slopes[k, 1, i] * weights[k, 1, 0]
+                    other = slopes[k, 0, i] * weights[k, 0, 1] + slopes[k, 1, i] * weights[k, 1, 1]
+                    at = slots[k, i]
+                    solved[at, 0] += one * turn + other * off
+                    for j in range(5):
+                        matrix[at, slots[k, j]] += one * slopes[k, 0, j] + other * slopes[k, 1, j]
+        if not solve(matrix, solved, p, 4):
+            return False
+        for i in range(p):
+            q[i] -= solved[i, 0]
+    return True
