@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.observability import information
 from cablewright.calibration.problem import Problem
-from cablewright.kernels import pose_schur
 from cablewright.kernels.pose_schur import Settings
 from cablewright.kernels.sensors import Rows
 
@@ -41,7 +40,10 @@ _ROUNDS: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where a fit ended: unknowns that are not held, poses (N, n), half the sum of squares, a code and steps taken."""
+    """Where a fit ended: unknowns that are not held, poses, half the sum of squares, a code and steps taken.
+
+    `poses` are (N, n), or what is kept of each pose where lines hang: see `hanging.Hanging`.
+    """
 
     theta: Array
     poses: Array
@@ -64,11 +66,8 @@ def fits(
     """Fit from each of B starts: *theta* (B, k) of the unknowns that are not held, *poses* (B, N, n)."""
     theta, poses = np.array(theta, order="C"), np.array(poses, order="C")
     used = problem.weights if weights is None else weights
-    runs = len(theta)
-    codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
-    values, weight = problem.values[None], np.ascontiguousarray(used)[None]
-    pose_schur.adjust_runs(rows or problem.rows, theta, poses, values, weight, settings, codes, steps, costs)
-    return [Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(runs)]
+    codes, steps, costs = problem.adjust(theta, poses, used, settings, rows)
+    return [Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(len(theta))]
 
 
 def fit(problem: Problem, theta: Array, poses: Array, weights: Array | None = None, settings: Settings = NEAR) -> Fit:
@@ -216,12 +215,7 @@ def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Arra
 
 def poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
     """The poses (N, n) that fit best with the unknowns as they are, from *poses* on."""
-    lines, target = problem.rows.lines.copy(), problem.rows.target
-    lines[target >= 0] = theta[target[target >= 0]]
-    alone = problem.rows._replace(
-        lines=lines, target=np.full_like(target, -1), linear=np.zeros((0, 0)), wanted=np.zeros(0)
-    )
-    return fits(problem, np.zeros((1, 0)), poses[None], settings=_ROUGHLY, rows=alone)[0].poses
+    return fits(problem.alone(theta), np.zeros((1, 0)), poses[None], settings=_ROUGHLY)[0].poses
 
 
 def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
@@ -247,7 +241,9 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
         derivatives = problem.derivatives(found.theta, found.poses, found.weights)
         change = np.einsum("nek,k->ne", derivatives.by_unknown, moved)
         follow = -np.einsum("nce,ne->nc", np.linalg.pinv(derivatives.by_pose), change)
-        again = fit(problem, found.theta + moved, found.poses + follow, found.weights)
+        poses = found.poses.copy()
+        poses[:, : problem.own] += follow
+        again = fit(problem, found.theta + moved, poses, found.weights)
         found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
     return found
 

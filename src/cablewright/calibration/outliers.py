@@ -118,7 +118,7 @@ def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> 
     Least trimmed squares (Rousseeuw, Van Driessen 2006): where few poses are left over, gross errors draw a plain fit
     so far that no weights bring it back, while a part without them has the right answer.
     """
-    count, surplus = problem.poses, int(_counts(problem).min()) - problem.robot.n
+    count, surplus = problem.poses, int(_counts(problem).min()) - problem.own
     decided = len(reweighted.theta) - gauge_size(problem)
     least = -(-(decided + _LEFT_OVER) // surplus)
     kept = max(-(-_KEPT * count // 100), least)
@@ -148,7 +148,7 @@ def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> 
 
 def _trimmed(problem: Problem, found: Fit, kept: int) -> tuple[float, NDArray[np.int64]]:
     """Sum of squares that the *kept* best poses leave unexplained, and poses in the order of theirs."""
-    if not np.isfinite(problem.lengths(found.theta, found.poses)).all():  # a pose that does not count is in a sheave
+    if not problem.reaches(found.theta, found.poses):  # a pose that does not count is in a sheave
         return np.inf, np.arange(problem.poses)
     off, _, _ = projected(problem.derivatives(found.theta, found.poses))
     sizes = np.sum(off * off, axis=1)

@@ -83,8 +83,8 @@ class Unknown:
 
     @property
     def column(self) -> int:
-        """Its column among the numbers of a line."""
-        return _COLUMNS[self.name] + (self.axis or 0)
+        """Its column among the numbers of a line, or -1: stiff lines have no modulus."""
+        return _COLUMNS[self.name] + (self.axis or 0) if self.name in _COLUMNS else -1
 
     @property
     def unit(self) -> str:
@@ -172,7 +172,7 @@ def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
     found = np.full((robot.m, sensors.COLUMNS), -1, dtype=np.int64)
     for at, unknown in enumerate(unknowns):
         for i, line in enumerate(robot.lines):
-            if unknown.line in (None, line.name):
+            if unknown.line in (None, line.name) and unknown.column >= 0:
                 found[i, unknown.column] = at
     return found
 

@@ -13,7 +13,7 @@ from cablewright.models.statics import Equilibrium, Model, rows_of
 from cablewright.robot import Robot
 from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
 
-__all__ = ["forward", "solve_again", "solve_forward"]
+__all__ = ["forward", "solve_again", "solve_forward", "solve_near"]
 
 
 def forward(
@@ -83,6 +83,13 @@ def solve_again(solved: Equilibrium, packed: Packed, lengths: NDArray[np.float64
         ):
             old[lost] = new
     return found
+
+
+def solve_near(
+    model: Model, packed: Packed, lengths: NDArray[np.float64], poses: NDArray[np.float64]
+) -> Equilibrium:
+    """A batch with its own numbers in *packed*, of *lengths* (N, m), each near one of *poses* (N, n)."""
+    return _solve(model, packed, lengths, poses.copy(), np.zeros((*lengths.shape, layout.STATE)), sweep.NEAR)
 
 
 def _solve(
