@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -13,10 +13,25 @@ from cablewright.calibration.observability import information
 from cablewright.calibration.problem import Problem
 from cablewright.kernels.pose_schur import Settings
 from cablewright.kernels.sensors import Rows
+from cablewright.solvers.batch import silent
 
-__all__ = ["NEAR", "QUICK", "Fit", "best_fit", "first_start", "fit", "fits", "poses_alone", "to_file_frame"]
+__all__ = [
+    "NEAR",
+    "QUICK",
+    "Fit",
+    "Progress",
+    "best_fit",
+    "first_start",
+    "fit",
+    "fits",
+    "poses_alone",
+    "quick_fit",
+    "to_file_frame",
+]
 
 Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+"""What is being done, how much of it, and how much there is at most."""
 
 NEAR: Final = Settings(1e-12, 0.0, 3000, 1e-6)
 QUICK: Final = Settings(1e-6, 1e-6, 60, 1e-4)
@@ -75,13 +90,19 @@ def fit(problem: Problem, theta: Array, poses: Array, weights: Array | None = No
     return fits(problem, theta[None], poses[None], weights, settings)[0]
 
 
+def quick_fit(problem: Problem, rough: float) -> Fit:
+    """The fit from the file and the guesses alone, as near as a start for other equations has to be."""
+    start = first_start(problem)
+    return _from_far(problem, start.theta, start.poses, rough)
+
+
 def first_start(problem: Problem) -> Fit:
     """Where the file's numbers and the guesses of the poses are, before any step."""
     theta, poses = next(_starts(problem, np.random.default_rng(0), 0.0, 1, first=True))
     return Fit(theta, poses, problem.weights, np.inf, 0, 0)
 
 
-def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
+def best_fit(problem: Problem, seed: int, rough: float, progress: Progress = silent) -> Fit:
     """The least cost found from the file's numbers and others up to *rough* (m) off, of equal ones the nearest to it.
 
     Ends where the least cost was found several times. Lengths over sheaves are the same in a mirror: of solutions that
@@ -94,7 +115,10 @@ def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
     for batch in range(_BATCHES):
         tried = _AGAIN if guessed else _BATCH
         starts = list(_starts(problem, rng, rough, tried, first=batch == 0))
-        found += [each for each in (_from_far(problem, *start, rough) for start in starts) if np.isfinite(each.cost)]
+        for at, start in enumerate(starts):
+            progress("starts, at most", batch * tried + at, _BATCHES * tried)
+            each = _from_far(problem, *start, rough)
+            found += [each] if np.isfinite(each.cost) else []
         if not found:
             continue
         found += _mirrored(problem, min(found, key=lambda each: each.cost))
@@ -241,8 +265,7 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
         derivatives = problem.derivatives(found.theta, found.poses, found.weights)
         change = np.einsum("nek,k->ne", derivatives.by_unknown, moved)
         follow = -np.einsum("nce,ne->nc", np.linalg.pinv(derivatives.by_pose), change)
-        poses = found.poses.copy()
-        poses[:, : problem.own] += follow
+        poses = problem.followed(found.theta, found.poses, moved, follow)
         again = fit(problem, found.theta + moved, poses, found.weights)
         found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
     return found

@@ -16,24 +16,27 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import Derivatives, Measured, Problem, equations
-from cablewright.kernels import sensors
+from cablewright.kernels import layout
 from cablewright.kernels.layout import Code
 from cablewright.kernels.pose_schur import FLOOR, LEAST_DAMPING, MOST_DAMPING, NO_BETTER, Settings
 from cablewright.kernels.sensors import Rows
-from cablewright.models.parameters import varied
+from cablewright.models.parameters import lines_of, varied
+from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.forward import solve_near
-from cablewright.solvers.linearise import linearise, tension_changes
+from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
 
-__all__ = ["Hanging"]
+__all__ = ["FREED", "Hanging"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
 _POSITIVE: Final = ("modulus", "sheave_radius")
+FREED: Final = (0, 1, 2, 5, 4, 3)
+"""Freedoms of a pose in the order in which lines hold them: gravity decides the last ones where lines are few."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,16 @@ class Hanging(Problem):
     def freed(self) -> Hanging:
         """The same without a datum."""
         return Hanging.under(self.model, self.measured, self.plan, hold=False)
+
+    @property
+    def hangs(self) -> bool:
+        """They do."""
+        return True
+
+    @property
+    def cable(self) -> str:
+        """The cable law: elastic or catenary."""
+        return self.model.fidelity.cable.value
 
     @property
     def own(self) -> int:
@@ -96,9 +109,12 @@ class Hanging(Problem):
         packed = self.model.rows()
         if possible:
             values = np.tile([value for _, value in given], (count, 1))
+            heights = packed.lines[..., layout.WINCH_Z]
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
+            packed.lines[..., layout.WINCH_Z] = heights  # winch exits follow in height too
         found = solve_near(self.model, packed, lengths, near)
-        return found if possible else replace(found, code=np.full(count, int(Code.NOT_FINITE)))
+        solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)  # a fit passes through those
+        return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
 
     def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
         """Residuals and derivatives at unknowns *theta* that are not held, and lengths and poses (N, m + n)."""
@@ -141,7 +157,18 @@ class Hanging(Problem):
             if parameter.kind == "modulus":  # the linearisation's is per share of what there is
                 motion[..., place] /= theta[at]
                 change[..., place] /= theta[at]
+            elif parameter.kind == "exit_point.z":
+                i = lines_of(self.robot, parameter)[0]
+                motion[..., place] = _raised(held, linear, i)
+                change[..., place] = direct.following(motion[..., place, None])[..., 0]
+                change[:, i, place] -= direct.by_point[:, i, 2]
         return motion, change
+
+    def followed(self, theta: Array, own: Array, change: Array, by: Array) -> Array:
+        """Lengths and poses: these follow both, to the first order."""
+        motion, _ = self._following(theta, self.equilibria(theta, own).checked())
+        all_changes = np.concatenate([by, np.broadcast_to(change, (len(own), len(change)))], axis=1)
+        return np.asarray(own + np.concatenate([by, np.einsum("nca,na->nc", motion, all_changes)], axis=1))
 
     def adjust(
         self, theta: Array, own: Array, weights: Array, settings: Settings, rows: Rows | None = None
@@ -187,6 +214,24 @@ class Hanging(Problem):
         return int(Code.NOT_CONVERGED), steps, now
 
 
+def _raised(held: Equilibrium, linear: Linearisation, i: int) -> Array:
+    """Motion (N, n) as exit point and winch exit of line *i* are raised together, m/m.
+
+    That is what its platform point would do to the span if it were lowered, without the moment that this point's force
+    takes along. So raising everything is a motion that no sensor of lengths and tensions sees.
+    """
+    up = np.eye(3)[2]
+    if held.model.n == 3:
+        return -linear.per_platform_point[:, :, i, 2]
+    turned = matrices(held.pose[:, 3:])
+    lowered = -np.einsum("nca,na->nc", linear.per_platform_point[:, :, i], turned[:, 2])
+    away = held.platform_points[:, i] - held.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))[:, i]
+    away[:, 2] = 0.0
+    pull = held.tensions[:, i] * np.cos(held.states[:, i, layout.PHI]) / np.linalg.norm(away, axis=1)
+    moment = np.cross(up, -pull[:, None] * away)
+    return np.asarray(lowered + np.einsum("nca,na->nc", linear.per_wrench[..., 3:], moment))
+
+
 def _cost(found: Derivatives) -> float:
     """Half the sum of squares; infinite where a reading has no value."""
     total = 0.5 * float(np.sum(found.residual**2) + np.sum(found.others**2))
@@ -198,7 +243,7 @@ def _step(found: Derivatives, damping: float) -> tuple[Array, Array, float]:
     H, G, r = found.by_pose, found.by_unknown, found.residual
     V, W = np.swapaxes(H, 1, 2) @ H, np.swapaxes(H, 1, 2) @ G
     h = -np.einsum("nea,ne->na", H, r)
-    flat, others = G.reshape(-1, G.shape[2]), found.others_by_unknown
+    flat, others = G.reshape(r.size, G.shape[2]), found.others_by_unknown
     U, g = flat.T @ flat + others.T @ others, -(flat.T @ r.ravel() + others.T @ found.others)
     m, k = V.shape[1], len(g)
     own, shared = damping * np.einsum("naa->na", V) + FLOOR, damping * np.diag(U) + FLOOR

@@ -107,6 +107,16 @@ class Problem:
         return len(self.measured.counted)
 
     @property
+    def hangs(self) -> bool:
+        """Whether lines stretch or sag, and so have their tensions from equilibria."""
+        return False
+
+    @property
+    def cable(self) -> str:
+        """The cable law."""
+        return "rigid"
+
+    @property
     def own(self) -> int:
         """How many numbers p of a pose are unknown beside what all poses share."""
         return self.robot.n
@@ -118,6 +128,11 @@ class Problem:
     def reaches(self, theta: Array, own: Array) -> bool:
         """Whether every sensor has a value there."""
         return bool(np.isfinite(self.lengths(theta, own)).all())
+
+    def followed(self, theta: Array, own: Array, change: Array, by: Array) -> Array:
+        """What is kept of each pose once unknowns *change* (k,) and those of each pose go *by* (N, p)."""
+        del theta, change
+        return own + by
 
     def adjust(
         self, theta: Array, own: Array, weights: Array, settings: Settings, rows: Rows | None = None

@@ -85,9 +85,7 @@ def solve_again(solved: Equilibrium, packed: Packed, lengths: NDArray[np.float64
     return found
 
 
-def solve_near(
-    model: Model, packed: Packed, lengths: NDArray[np.float64], poses: NDArray[np.float64]
-) -> Equilibrium:
+def solve_near(model: Model, packed: Packed, lengths: NDArray[np.float64], poses: NDArray[np.float64]) -> Equilibrium:
     """A batch with its own numbers in *packed*, of *lengths* (N, m), each near one of *poses* (N, n)."""
     return _solve(model, packed, lengths, poses.copy(), np.zeros((*lengths.shape, layout.STATE)), sweep.NEAR)
 

@@ -107,7 +107,7 @@ class TensionChanges:
         found = np.einsum("nmc,nck->nmk", self.by_point, motion[:, :3])
         if motion.shape[1] == 6:  # a turn w moves the point by w x arm
             found += np.einsum("nmc,nck->nmk", np.cross(self.arms, self.by_point), motion[:, 3:])
-        return found
+        return np.asarray(found)
 
 
 def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
