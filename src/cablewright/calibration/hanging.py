@@ -18,13 +18,13 @@ from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import Derivatives, Measured, Problem, equations
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Code
-from cablewright.kernels.pose_schur import FLOOR, LEAST_DAMPING, MOST_DAMPING, NO_BETTER, Settings
+from cablewright.kernels.pose_schur import FLOOR, MOST_DAMPING, NO_BETTER, Settings
 from cablewright.kernels.sensors import Rows
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.parameters import Parameter
-from cablewright.solvers.forward import solve_near
+from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
 
@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
+_MOST_STEPS: Final = 200
+_LEAST_DAMPING: Final = 1e-10  # what the data leave open stays where it was
 _POSITIVE: Final = ("modulus", "sheave_radius")
 FREED: Final = (0, 1, 2, 5, 4, 3)
 """Freedoms of a pose in the order in which lines hold them: gravity decides the last ones where lines are few."""
@@ -43,8 +45,8 @@ FREED: Final = (0, 1, 2, 5, 4, 3)
 class Hanging(Problem):
     """The equations of a calibration of lines under the cable law of `model`.
 
-    What is kept of each pose (N, m + n) are its lengths, which are unknown, and the pose that they led to: where the
-    next equilibrium is sought.
+    What is kept of each pose are its m lengths, which are unknown, then the pose (n) and the lines' states (6 m) that
+    they led to: from there the next equilibrium is sought.
     """
 
     model: Model
@@ -75,7 +77,11 @@ class Hanging(Problem):
 
     def poses_of(self, own: Array) -> Array:
         """The poses (N, n)."""
-        return own[:, self.robot.m :]
+        return own[:, self.robot.m : self.robot.m + self.robot.n]
+
+    def kept(self, held: Equilibrium) -> Array:
+        """What is kept of each pose (N, ..) of a batch of equilibria."""
+        return np.concatenate([held.lengths, held.pose, held.states.reshape(len(held.pose), -1)], axis=1)
 
     def reaches(self, theta: Array, own: Array) -> bool:
         """Whether the platform hangs at every pose."""
@@ -99,8 +105,9 @@ class Hanging(Problem):
 
     def equilibria(self, theta: Array, own: Array) -> Equilibrium:
         """Where the platform hangs with these numbers; rows that have no answer keep their pose and say so."""
-        m, count = self.robot.m, len(own)
-        lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m:])
+        m, n, count = self.robot.m, self.robot.n, len(own)
+        lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m : m + n])
+        states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, layout.STATE)
         named = [(each.parameter, value) for each, value in zip(self.unknowns, self.whole(theta), strict=True)]
         given = [(parameter, value) for parameter, value in named if parameter is not None]
         possible = (lengths > 0.0).all() and all(
@@ -112,7 +119,7 @@ class Hanging(Problem):
             heights = packed.lines[..., layout.WINCH_Z]
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
             packed.lines[..., layout.WINCH_Z] = heights  # winch exits follow in height too
-        found = solve_near(self.model, packed, lengths, near)
+        found = solve_from(self.model, packed, lengths, near, states, np.ones(count, dtype=bool))
         solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)  # a fit passes through those
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
 
@@ -151,16 +158,17 @@ class Hanging(Problem):
         motion[..., :m] = linear.per_length
         change[..., :m] = direct.following(linear.per_length)
         change[:, range(m), range(m)] += direct.per_length
-        motion[..., places] = response(held, parameters)
-        change[..., places] = tension_response(held, parameters, motion[..., places])
+        motion[..., places] = response(held, parameters, linear)
+        change[..., places] = tension_response(held, parameters, motion[..., places], direct)
+        raised = _raised(held, linear)
+        following = direct.following(raised)
         for place, (at, parameter) in zip(places, self._hardware, strict=True):
             if parameter.kind == "modulus":  # the linearisation's is per share of what there is
                 motion[..., place] /= theta[at]
                 change[..., place] /= theta[at]
             elif parameter.kind == "exit_point.z":
                 i = lines_of(self.robot, parameter)[0]
-                motion[..., place] = _raised(held, linear, i)
-                change[..., place] = direct.following(motion[..., place, None])[..., 0]
+                motion[..., place], change[..., place] = raised[..., i], following[..., i]
                 change[:, i, place] -= direct.by_point[:, i, 2]
         return motion, change
 
@@ -168,7 +176,10 @@ class Hanging(Problem):
         """Lengths and poses: these follow both, to the first order."""
         motion, _ = self._following(theta, self.equilibria(theta, own).checked())
         all_changes = np.concatenate([by, np.broadcast_to(change, (len(own), len(change)))], axis=1)
-        return np.asarray(own + np.concatenate([by, np.einsum("nca,na->nc", motion, all_changes)], axis=1))
+        moved = own.copy()
+        moved[:, : self.own] += by
+        moved[:, self.own : self.own + self.robot.n] += np.einsum("nca,na->nc", motion, all_changes)
+        return moved
 
     def adjust(
         self, theta: Array, own: Array, weights: Array, settings: Settings, rows: Rows | None = None
@@ -187,12 +198,13 @@ class Hanging(Problem):
         now, damping, steps = _cost(found), settings.damping, 0
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
-        for _ in range(settings.most):
+        for _ in range(min(settings.most, _MOST_STEPS)):
             change, lengths, promised = _step(found, damping)
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
-            trial = np.concatenate([own[:, :m] + lengths, own[:, m:]], axis=1)
+            trial = own.copy()
+            trial[:, :m] += lengths
             held = self.equilibria(theta + change, trial)
-            trial[held.ok, m:] = held.pose[held.ok]
+            trial[held.ok, m:] = self.kept(held)[held.ok, m:]
             there = self._rows(theta + change, trial, held, weights)
             then = _cost(there)
             if then <= now:
@@ -204,32 +216,31 @@ class Hanging(Problem):
                 if done:
                     return int(Code.OK), steps, now
                 gain = fell / promised if promised > 0.0 else 1.0
-                damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), LEAST_DAMPING)
+                damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), _LEAST_DAMPING)
             elif size < NO_BETTER:
                 return int(Code.OK), steps, now
             else:
-                damping = max(8.0 * damping, LEAST_DAMPING)
+                damping = max(8.0 * damping, _LEAST_DAMPING)
                 if damping > MOST_DAMPING:
                     break
         return int(Code.NOT_CONVERGED), steps, now
 
 
-def _raised(held: Equilibrium, linear: Linearisation, i: int) -> Array:
-    """Motion (N, n) as exit point and winch exit of line *i* are raised together, m/m.
+def _raised(held: Equilibrium, linear: Linearisation) -> Array:
+    """Motion (N, n, m) as exit point and winch exit of each line are raised together, m/m.
 
     That is what its platform point would do to the span if it were lowered, without the moment that this point's force
     takes along. So raising everything is a motion that no sensor of lengths and tensions sees.
     """
-    up = np.eye(3)[2]
     if held.model.n == 3:
-        return -linear.per_platform_point[:, :, i, 2]
+        return -linear.per_platform_point[..., 2]
     turned = matrices(held.pose[:, 3:])
-    lowered = -np.einsum("nca,na->nc", linear.per_platform_point[:, :, i], turned[:, 2])
-    away = held.platform_points[:, i] - held.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))[:, i]
-    away[:, 2] = 0.0
-    pull = held.tensions[:, i] * np.cos(held.states[:, i, layout.PHI]) / np.linalg.norm(away, axis=1)
-    moment = np.cross(up, -pull[:, None] * away)
-    return np.asarray(lowered + np.einsum("nca,na->nc", linear.per_wrench[..., 3:], moment))
+    lowered = -np.einsum("ncia,na->nci", linear.per_platform_point, turned[:, 2])
+    away = held.platform_points - held.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    away[..., 2] = 0.0
+    pull = held.tensions * np.cos(held.states[..., layout.PHI]) / np.linalg.norm(away, axis=2)
+    moment = np.cross(np.eye(3)[2], -pull[..., None] * away)
+    return np.asarray(lowered + np.einsum("nca,nia->nci", linear.per_wrench[..., 3:], moment))
 
 
 def _cost(found: Derivatives) -> float:
@@ -250,7 +261,7 @@ def _step(found: Derivatives, damping: float) -> tuple[Array, Array, float]:
     V[:, range(m), range(m)] += own
     inner = np.linalg.solve(V, np.concatenate([W, h[..., None]], axis=2))
     reduced = U + np.diag(shared) - np.einsum("nak,nal->kl", W, inner[..., :k])
-    change = np.linalg.lstsq(reduced, g - np.einsum("nak,na->k", W, inner[..., k]), rcond=1e-16)[0]
+    change = np.linalg.solve(reduced, g - np.einsum("nak,na->k", W, inner[..., k]))
     lengths = inner[..., k] - inner[..., :k] @ change
     promised = change @ (g + shared * change) + np.sum(lengths * (h + own * lengths))
     return np.asarray(change), np.asarray(lengths), 0.5 * float(promised)

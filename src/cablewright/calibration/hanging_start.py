@@ -87,7 +87,7 @@ def _let_go(problem: Hanging, straight: Problem, found: Fit) -> tuple[Array, Arr
     held = _hung(
         problem, Model(with_values(problem.robot, straight.unknowns, values * sizes, raised=True)), found.poses
     )
-    own = np.concatenate([held.lengths, held.pose], axis=1)
+    own = problem.kept(held)
     home = {each.line: at for at, each in enumerate(problem.unknowns) if each.name == "length_offset"}
     theta = whole[~problem.held]
     if home:

@@ -44,7 +44,7 @@ class Rejected:
     pose: int
     line: str | None
     size: float
-    sensor: str = "encoder"
+    sensor: str | None = "encoder"
 
     @property
     def unit(self) -> str:
@@ -241,7 +241,7 @@ def _told(problem: Problem, found: Fit, rows: Flags) -> list[Rejected]:
     off, _, _ = projected(problem.derivatives(found.theta, found.poses, everything))
     for j in np.flatnonzero(rows.any(axis=1)):
         if rows[j].all():
-            told.append(Rejected(int(j), None, float(np.linalg.norm(off[j])) * sigma))
+            told.append(Rejected(int(j), None, float(np.linalg.norm(off[j])) * sigma, None))
             continue
         i = int(np.flatnonzero(rows[j, : _named(problem)])[0])
         size, sensor = (sigma, "encoder") if i < m else (problem.plan.sigma.tension, "tension")

@@ -123,8 +123,8 @@ def _nothing_measured(model: Model, poses: Array, beside: Beside) -> tuple[Probl
         return Problem.of(robot, Measured(nothing, poses, None, None, swivel, tilt), hold=False), poses
     held = solve_inverse(model, _given(robot, poses)).checked()
     measured = Measured(nothing, poses, None, None if beside.tension is None else nothing, swivel, tilt)
-    own = np.concatenate([held.lengths, held.pose], axis=1)
-    return Hanging.under(model, measured, Plan(), hold=False), own
+    problem = Hanging.under(model, measured, Plan(), hold=False)
+    return problem, problem.kept(held)
 
 
 def _given(robot: Robot, poses: Array) -> Array:

@@ -13,20 +13,20 @@ from cablewright.models.parameters import lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.parameters import AXES, Parameter
-from cablewright.solvers.linearise import linearise, tension_changes
+from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise
 
 __all__ = ["at_nozzle", "departures", "nozzle_response", "response", "tension_response"]
 
 Array = NDArray[np.float64]
 
 
-def response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Array:
+def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: Linearisation | None = None) -> Array:
     """Motion (N, n, k) of the platform per each parameter at the N solved rows of a batch, with commands held.
 
-    Motions are m and rad per the parameter's unit; a rotation is in space. Raises `AnswerError` where a row was not
-    solved or is singular, `InputError` where cables are rigid.
+    Motions are m and rad per the parameter's unit; a rotation is in space. *linear* is its linearisation, where there
+    is one. Raises `AnswerError` where a row was not solved or is singular, `InputError` where cables are rigid.
     """
-    linear = linearise(equilibrium)
+    linear = linear or linearise(equilibrium)
     out = np.zeros((len(equilibrium.pose), equilibrium.model.n, len(parameters)))
     compliance = linear.per_wrench
     for k, parameter in enumerate(parameters):
@@ -62,9 +62,13 @@ def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -
     return np.where(modulus, 1.0 / nominal.clip(min=1e-300) - 1.0 / np.where(modulus, values, 1.0), values - nominal)
 
 
-def tension_response(equilibrium: Equilibrium, parameters: Sequence[Parameter], motion: Array) -> Array:
-    """Change (N, m, k) of tensions at the sheaves, N, per each parameter, whose *motion* (N, n, k) is `response`."""
-    changes = tension_changes(equilibrium)
+def tension_response(
+    equilibrium: Equilibrium, parameters: Sequence[Parameter], motion: Array, changes: TensionChanges
+) -> Array:
+    """Change (N, m, k) of tensions at the sheaves, N, per each parameter.
+
+    *motion* (N, n, k) is the `response`, *changes* the `tension_changes` of the same equilibrium.
+    """
     out = changes.following(motion)
     for k, parameter in enumerate(parameters):
         if _wrench(equilibrium, parameter) is None:
