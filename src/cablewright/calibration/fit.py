@@ -9,10 +9,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.observability import information
+from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.problem import Problem
 from cablewright.kernels.pose_schur import Settings
 from cablewright.kernels.sensors import Rows
+from cablewright.models.rotation import matrices, turn_between
 from cablewright.solvers.batch import silent
 
 __all__ = [
@@ -51,6 +52,8 @@ _SAME: Final = 1e-8  # m: rounding
 _FINE: Final = 5e-4  # m: from here on a fit without guesses of poses may be a wrong one found several times
 _ALIKE: Final = 1.01  # costs that differ by less are of one solution, or of its mirror image
 _ROUNDS: Final = 8
+_YAW: Final = 1e-3  # rad: up to here a yaw moves points along straight lines
+_YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,6 +260,7 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
 
     That is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file.
     """
+    found = _turned_back(problem, found)
     for _ in range(_ROUNDS):
         null = information(problem, found.theta, found.poses, found.weights, priors=True).null
         moved = -null @ (null.T @ _known(problem, found.theta))
@@ -269,6 +273,28 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
         again = fit(problem, found.theta + moved, poses, found.weights)
         found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
     return found
+
+
+def _turned_back(problem: Problem, found: Fit) -> Fit:
+    """The fit turned about the vertical towards the file, where nothing tells a yaw: that path is not straight."""
+    exits = np.array([each.name == "exit_point" for each in problem.unknowns])
+    if problem.held.any() or exits.sum() < 3 * problem.robot.m:
+        return found
+    points = problem.exit_points(found.theta)
+    arms, wanted = points - points.mean(axis=0), problem.exit_points(problem.free)
+    cross = arms.T @ (wanted - wanted.mean(axis=0))
+    angle = float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+    if abs(angle) < _YAW:
+        return found
+    if not set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True))) >= _YAWS:
+        return found
+    turn, theta = matrices([0.0, 0.0, angle]), found.theta.copy()
+    theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()
+    poses = problem.poses_of(found.poses).copy()
+    poses[:, :3] = (poses[:, :3] - points.mean(axis=0)) @ turn.T + points.mean(axis=0)
+    if problem.robot.n == 6:  # what takes the inverse of a rotation to a turn is the turn of that rotation
+        poses[:, 3:] = turn_between(-poses[:, 3:], np.tile([0.0, 0.0, angle], (len(poses), 1)))
+    return replace(found, theta=theta, poses=problem.with_poses(found.poses, poses))
 
 
 def _known(problem: Problem, theta: Array) -> Array:

@@ -79,6 +79,12 @@ class Hanging(Problem):
         """The poses (N, n)."""
         return own[:, self.robot.m : self.robot.m + self.robot.n]
 
+    def with_poses(self, own: Array, poses: Array) -> Array:
+        """The same lengths and states of lines, each in its own plane, at other poses (N, n)."""
+        moved = own.copy()
+        moved[:, self.robot.m : self.robot.m + self.robot.n] = poses
+        return moved
+
     def kept(self, held: Equilibrium) -> Array:
         """What is kept of each pose (N, ..) of a batch of equilibria."""
         return np.concatenate([held.lengths, held.pose, held.states.reshape(len(held.pose), -1)], axis=1)

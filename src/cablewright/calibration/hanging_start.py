@@ -35,7 +35,7 @@ _WIDER: Final = 10.0  # times: tensions may be further than those measured, whil
 def hanging_fit(problem: Hanging, seed: int, rough: float, progress: Progress = silent) -> Fit:
     """Fit from straight lines on; where those have nothing to spare, from the file and the guesses of the poses.
 
-    Raises `InputError` where there are neither, `AnswerError` where the platform does not hang near a pose.
+    Raises `InputError` where there are neither, `AnswerError` where the platform does not hang near any pose.
     """
     straight = Problem.of(problem.robot, problem.measured, _straight(problem), hold=False)
     guessed = problem.measured.guess is not None
@@ -98,7 +98,7 @@ def _let_go(problem: Hanging, straight: Problem, found: Fit) -> tuple[Array, Arr
 
 
 def _hung(problem: Hanging, found: Model, poses: Array) -> Equilibrium:
-    """Equilibria at *poses*, tensions near the measured ones. Raises `AnswerError` where there is none."""
+    """Equilibria at *poses*, tensions near the measured ones. Raises `AnswerError` where there are none."""
     robot, measured = problem.robot, problem.measured
     tensions, limits = measured.tensions, None
     if tensions is not None:
@@ -110,9 +110,10 @@ def _hung(problem: Hanging, found: Model, poses: Array) -> Equilibrium:
     model = Model(found.robot, problem.model.fidelity, limits)
     held = solve_inverse(model, given, preferred=tensions)
     lost = ~np.isfinite(held.lengths).all(axis=1) | ~np.isfinite(held.pose).all(axis=1)
-    if lost.any():
-        at = int(np.argmax(lost))
-        where = f"{measured.origin}, {measured.place(at)}"
-        place = ", ".join(f"{x:.3g}" for x in poses[at, :3])
-        raise AnswerError(f"not calibrated: {where}: the platform does not hang near ({place}): {held[at].sentence()}")
-    return held
+    if lost.all():
+        place = ", ".join(f"{x:.3g}" for x in poses[0, :3])
+        where = f"{measured.origin}, {measured.place(0)}"
+        raise AnswerError(f"not calibrated: {where}: the platform does not hang near ({place}): {held[0].sentence()}")
+    good = np.flatnonzero(~lost)  # where it does not hang, the nearest pose where it does will do to start from
+    apart = np.linalg.norm(poses[:, None, :3] - poses[good, :3], axis=2)
+    return held[np.where(lost, good[np.argmin(apart, axis=1)], np.arange(len(poses)))]

@@ -80,7 +80,7 @@ def without_outliers(
             break
         bad = judged
     if not rows.any():  # the same rows as before: the better of two fits of them
-        return (found if found.code == 0 and found.cost < plain.cost else plain), ()
+        return (found if found.cost < plain.cost else plain), ()
     return found, tuple(_told(problem, found, rows))
 
 

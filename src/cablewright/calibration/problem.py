@@ -125,6 +125,11 @@ class Problem:
         """The poses (N, n) among what is kept of each pose."""
         return own
 
+    def with_poses(self, own: Array, poses: Array) -> Array:
+        """What is kept of each pose, with other *poses* (N, n) in it."""
+        del own
+        return poses
+
     def reaches(self, theta: Array, own: Array) -> bool:
         """Whether every sensor has a value there."""
         return bool(np.isfinite(self.lengths(theta, own)).all())

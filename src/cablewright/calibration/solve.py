@@ -168,7 +168,7 @@ def calibrate(
 
     *cable* is "rigid", or "elastic" or "catenary": lines that stretch, or sag too. Raises `InputError` for data or a
     plan that cannot be used: too few poses, other units, a contradictory datum; `AnswerError` where lines that hang do
-    not hold the platform near a pose.
+    not hold the platform near any pose.
     """
     plan, law = plan or Plan(), Fidelity.of(cable)
     check_lengths(robot, measured)
