@@ -11,7 +11,7 @@ from cablewright.calibration.problem import Measured, Problem
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
-__all__ = ["check", "check_lengths", "gauge_size", "least_poses"]
+__all__ = ["check", "check_lengths", "gauge_size", "least_poses", "spare"]
 
 Array = NDArray[np.float64]
 
@@ -47,12 +47,18 @@ def _check_size(
 
 
 def gauge_size(problem: Problem) -> int:
-    """How many freedoms encoders alone leave open: those of the world's frame, and of the platform's."""
+    """How many freedoms the machine's own sensors leave open: those of the world's frame, and of the platform's."""
     names = {each.name for each in problem.unknowns}
-    if "exit_point" not in names:
+    if "exit_point" not in names or problem.measured.pose_sigma is not None:
         return 0
-    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines)
+    weighed = problem.measured.tensions is not None or problem.hangs  # gravity tells what is level
+    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines) and not weighed
     return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
+
+
+def spare(problem: Problem) -> int:
+    """How many numbers every pose tells beyond those that it asks for."""
+    return _told_by_each(problem) - problem.own
 
 
 def least_poses(problem: Problem) -> int:
@@ -60,15 +66,22 @@ def least_poses(problem: Problem) -> int:
 
     Raises `InputError` where no number of poses is enough.
     """
-    surplus = _told_by_each(problem) - problem.robot.n
+    surplus = spare(problem)
     if surplus < 1:
-        m, n = problem.robot.m, problem.robot.n
-        told = f"{m} lines tell {m} lengths of a pose that has {n} freedoms"
-        raise InputError(f"{problem.measured.origin}: {told}: nothing is left over to calibrate with; measure more")
+        raise InputError(f"{problem.measured.origin}: {_nothing_over(problem)}")
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
-    known = problem.measured.pose_sigma is not None
-    open_freedoms = 0 if known else gauge_size(problem)
-    return max(1, -(-(len(problem.unknowns) - open_freedoms - given) // surplus))
+    return max(1, -(-(len(problem.unknowns) - gauge_size(problem) - given) // surplus))
+
+
+def _nothing_over(problem: Problem) -> str:
+    """Why poses tell nothing of the unknowns, and what would."""
+    m, n = problem.robot.m, problem.robot.n
+    if not problem.hangs:
+        told = f"{m} lines tell {m} lengths of a pose that has {n} freedoms"
+        return f"{told}: nothing is left over to calibrate with; measure more"
+    told = f"of lines that stretch {m} lengths decide pose and tensions, and encoders tell those {m} lengths"
+    more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
+    return f"{told}: nothing is left over to calibrate with; {more}"
 
 
 def _told_by_each(problem: Problem) -> int:
@@ -79,11 +92,9 @@ def _told_by_each(problem: Problem) -> int:
 def check(problem: Problem) -> None:
     """Raise `InputError` where there are too few poses, or too few that differ."""
     measured, needed, count = problem.measured, least_poses(problem), problem.poses
-    k, n = len(problem.unknowns), problem.robot.n
-    open_freedoms = 0 if measured.pose_sigma is not None else gauge_size(problem)
     why = (
-        f"each pose tells {_told_by_each(problem)} numbers and asks for {n}, and {k} unknowns less {open_freedoms} "
-        "that stay open in any case are to be found"
+        f"each pose tells {_told_by_each(problem)} numbers and asks for {problem.own}, and {len(problem.unknowns)} "
+        f"unknowns less {gauge_size(problem)} that stay open in any case are to be found"
     )
     if count < needed:
         raise InputError(f"{measured.origin}: {count} poses; at least {needed} are needed: {why}")

@@ -158,11 +158,18 @@ def _check_groups(columns: dict[str, tuple[int, float]], place: str, robot: Robo
 
 
 def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = ()) -> str:
-    """Return the CSV of lengths and guesses, SI, to the last digit."""
-    names, columns = _numbered("dl", robot), [measured.counted]
-    if measured.guess is not None:
-        names += _POSE[: robot.n]
-        columns.append(measured.guess)
+    """Return the CSV of all that was measured, SI, to the last digit."""
+    pose = _POSE[: robot.n]
+    groups = (
+        (_numbered("dl", robot), measured.counted),
+        (pose, measured.guess),
+        ([f"sigma_{name}" for name in pose], measured.pose_sigma),
+        (_numbered("f", robot), measured.tensions),
+        (_numbered("swivel", robot), measured.swivel),
+        (["tilt_x", "tilt_y"], measured.tilt),
+    )
+    names = [name for group, values in groups if values is not None for name in group]
+    columns = [values for _, values in groups if values is not None]
     lines = [*(f"# {comment}" for comment in comments), ",".join(names)]
     lines += [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
     return "\n".join(lines) + "\n"

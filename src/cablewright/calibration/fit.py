@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.observability import information
+from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.problem import Problem
-from cablewright.kernels import pose_schur
 from cablewright.kernels.pose_schur import Settings
 from cablewright.kernels.sensors import Rows
+from cablewright.models.rotation import matrices, turn_between
+from cablewright.solvers.batch import silent
 
-__all__ = ["NEAR", "QUICK", "Fit", "best_fit", "first_start", "fit", "fits", "poses_alone", "to_file_frame"]
+__all__ = [
+    "NEAR",
+    "QUICK",
+    "Fit",
+    "Progress",
+    "best_fit",
+    "first_start",
+    "fit",
+    "fits",
+    "poses_alone",
+    "quick_fit",
+    "to_file_frame",
+]
 
 Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+"""What is being done, how much of it, and how much there is at most."""
 
 NEAR: Final = Settings(1e-12, 0.0, 3000, 1e-6)
 QUICK: Final = Settings(1e-6, 1e-6, 60, 1e-4)
@@ -37,11 +52,16 @@ _SAME: Final = 1e-8  # m: rounding
 _FINE: Final = 5e-4  # m: from here on a fit without guesses of poses may be a wrong one found several times
 _ALIKE: Final = 1.01  # costs that differ by less are of one solution, or of its mirror image
 _ROUNDS: Final = 8
+_YAW: Final = 1e-3  # rad: up to here a yaw moves points along straight lines
+_YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where a fit ended: unknowns that are not held, poses (N, n), half the sum of squares, a code and steps taken."""
+    """Where a fit ended: unknowns that are not held, poses, half the sum of squares, a code and steps taken.
+
+    `poses` are (N, n), or what is kept of each pose where lines hang: see `hanging.Hanging`.
+    """
 
     theta: Array
     poses: Array
@@ -64,16 +84,19 @@ def fits(
     """Fit from each of B starts: *theta* (B, k) of the unknowns that are not held, *poses* (B, N, n)."""
     theta, poses = np.array(theta, order="C"), np.array(poses, order="C")
     used = problem.weights if weights is None else weights
-    runs = len(theta)
-    codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
-    values, weight = problem.values[None], np.ascontiguousarray(used)[None]
-    pose_schur.adjust_runs(rows or problem.rows, theta, poses, values, weight, settings, codes, steps, costs)
-    return [Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(runs)]
+    codes, steps, costs = problem.adjust(theta, poses, used, settings, rows)
+    return [Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(len(theta))]
 
 
 def fit(problem: Problem, theta: Array, poses: Array, weights: Array | None = None, settings: Settings = NEAR) -> Fit:
     """Fit from one start near the solution."""
     return fits(problem, theta[None], poses[None], weights, settings)[0]
+
+
+def quick_fit(problem: Problem, rough: float) -> Fit:
+    """The fit from the file and the guesses alone, as near as a start for other equations has to be."""
+    start = first_start(problem)
+    return _from_far(problem, start.theta, start.poses, rough)
 
 
 def first_start(problem: Problem) -> Fit:
@@ -82,7 +105,7 @@ def first_start(problem: Problem) -> Fit:
     return Fit(theta, poses, problem.weights, np.inf, 0, 0)
 
 
-def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
+def best_fit(problem: Problem, seed: int, rough: float, progress: Progress = silent) -> Fit:
     """The least cost found from the file's numbers and others up to *rough* (m) off, of equal ones the nearest to it.
 
     Ends where the least cost was found several times. Lengths over sheaves are the same in a mirror: of solutions that
@@ -95,7 +118,10 @@ def best_fit(problem: Problem, seed: int, rough: float) -> Fit:
     for batch in range(_BATCHES):
         tried = _AGAIN if guessed else _BATCH
         starts = list(_starts(problem, rng, rough, tried, first=batch == 0))
-        found += [each for each in (_from_far(problem, *start, rough) for start in starts) if np.isfinite(each.cost)]
+        for at, start in enumerate(starts):
+            progress("starts, at most", batch * tried + at, _BATCHES * tried)
+            each = _from_far(problem, *start, rough)
+            found += [each] if np.isfinite(each.cost) else []
         if not found:
             continue
         found += _mirrored(problem, min(found, key=lambda each: each.cost))
@@ -216,12 +242,7 @@ def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Arra
 
 def poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
     """The poses (N, n) that fit best with the unknowns as they are, from *poses* on."""
-    lines, target = problem.rows.lines.copy(), problem.rows.target
-    lines[target >= 0] = theta[target[target >= 0]]
-    alone = problem.rows._replace(
-        lines=lines, target=np.full_like(target, -1), linear=np.zeros((0, 0)), wanted=np.zeros(0)
-    )
-    return fits(problem, np.zeros((1, 0)), poses[None], settings=_ROUGHLY, rows=alone)[0].poses
+    return fits(problem.alone(theta), np.zeros((1, 0)), poses[None], settings=_ROUGHLY)[0].poses
 
 
 def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
@@ -239,6 +260,7 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
 
     That is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file.
     """
+    found = _turned_back(problem, found)
     for _ in range(_ROUNDS):
         null = information(problem, found.theta, found.poses, found.weights, priors=True).null
         moved = -null @ (null.T @ _known(problem, found.theta))
@@ -247,9 +269,32 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
         derivatives = problem.derivatives(found.theta, found.poses, found.weights)
         change = np.einsum("nek,k->ne", derivatives.by_unknown, moved)
         follow = -np.einsum("nce,ne->nc", np.linalg.pinv(derivatives.by_pose), change)
-        again = fit(problem, found.theta + moved, found.poses + follow, found.weights)
+        poses = problem.followed(found.theta, found.poses, moved, follow)
+        again = fit(problem, found.theta + moved, poses, found.weights)
         found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
     return found
+
+
+def _turned_back(problem: Problem, found: Fit) -> Fit:
+    """The fit turned about the vertical towards the file, where nothing tells a yaw: that path is not straight."""
+    exits = np.array([each.name == "exit_point" for each in problem.unknowns])
+    if problem.held.any() or exits.sum() < 3 * problem.robot.m:
+        return found
+    points = problem.exit_points(found.theta)
+    arms, wanted = points - points.mean(axis=0), problem.exit_points(problem.free)
+    cross = arms.T @ (wanted - wanted.mean(axis=0))
+    angle = float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+    if abs(angle) < _YAW:
+        return found
+    if not set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True))) >= _YAWS:
+        return found
+    turn, theta = matrices([0.0, 0.0, angle]), found.theta.copy()
+    theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()
+    poses = problem.poses_of(found.poses).copy()
+    poses[:, :3] = (poses[:, :3] - points.mean(axis=0)) @ turn.T + points.mean(axis=0)
+    if problem.robot.n == 6:  # what takes the inverse of a rotation to a turn is the turn of that rotation
+        poses[:, 3:] = turn_between(-poses[:, 3:], np.tile([0.0, 0.0, angle], (len(poses), 1)))
+    return replace(found, theta=theta, poses=problem.with_poses(found.poses, poses))
 
 
 def _known(problem: Problem, theta: Array) -> Array:

@@ -47,7 +47,10 @@ _TILTS: Final = ("tilt about x", "tilt about y")
 
 @dataclass(frozen=True)
 class Direction:
-    """A combination of unknowns and how well it is known: `sigma` in m (of all exit points together) or as told."""
+    """A combination of unknowns and how well it is known: `sigma` in m (of all exit points together) or as told.
+
+    `unit` is that of the largest part, or rad.
+    """
 
     words: str
     sigma: float
@@ -210,7 +213,8 @@ def weakest(found: Information) -> tuple[Direction, ...]:
     directions = []
     for at in np.flatnonzero(_kept(values))[::-1][:_WEAKEST]:
         vector, sigma = right[at], 1.0 / float(values[at])
-        told = Direction(_combination(found.unknowns, vector), sigma, "m", tuple(map(float, vector)))
+        unit = found.unknowns[int(np.argmax(np.abs(vector)))].unit
+        told = Direction(_combination(found.unknowns, vector), sigma, unit, tuple(map(float, vector)))
         if len(tilts) == 2 and (sizes > 0.5 * np.linalg.norm(motions[_TILTS[0]])).all():
             turn = np.linalg.lstsq(tilts.T, vector, rcond=None)[0]
             if np.linalg.norm(turn @ tilts) > _ALIKE:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from cablewright.calibration.checks import gauge_size
-from cablewright.calibration.fit import QUICK, Fit, fit, poses_alone
+from cablewright.calibration.fit import QUICK, Fit, Progress, fit, poses_alone
 from cablewright.calibration.observability import projected
 from cablewright.calibration.problem import Problem
+from cablewright.solvers.batch import silent
 
 __all__ = ["Rejected", "without_outliers"]
 
@@ -35,21 +36,32 @@ _TOO_MANY: Final = 0.4  # share of poses beyond which it is the model that does 
 
 @dataclass(frozen=True)
 class Rejected:
-    """A pose (counted from 0) left out, or one line of it where the others tell which; `size`: how far off it is, m."""
+    """A pose (counted from 0) left out, or one line of it where the others tell which; `size`: how far off it is.
+
+    `sensor` is the line's that is off: "encoder" (m), or "tension" (N) where tensions stand by themselves.
+    """
 
     pose: int
     line: str | None
     size: float
+    sensor: str | None = "encoder"
+
+    @property
+    def unit(self) -> str:
+        """Of the size, SI."""
+        return "N" if self.sensor == "tension" else "m"
 
 
-def without_outliers(problem: Problem, plain: Fit, start: Fit, seed: int) -> tuple[Fit, tuple[Rejected, ...]]:
+def without_outliers(
+    problem: Problem, plain: Fit, start: Fit, seed: int, progress: Progress = silent
+) -> tuple[Fit, tuple[Rejected, ...]]:
     """Fit again without gross errors. *plain* is a fit of all rows, *start* where fits of a part of them may begin.
 
     A pose says of its own error no more than its surplus of rows: with one row more than freedoms, that something is
     wrong; with more, which line it is.
     """
     shape, counts = problem.of_poses(plain.weights).shape, _counts(problem)
-    robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed)
+    robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed, progress)
     off, ranks, _, _ = _surplus(problem, robust)
     spread = max(_spread(off, counts - ranks), _floor(problem))
     limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(counts - ranks, 1))
@@ -67,6 +79,8 @@ def without_outliers(problem: Problem, plain: Fit, start: Fit, seed: int) -> tup
         if np.array_equal(judged, bad):
             break
         bad = judged
+    if not rows.any():  # the same rows as before: the better of two fits of them
+        return (found if found.cost < plain.cost else plain), ()
     return found, tuple(_told(problem, found, rows))
 
 
@@ -112,13 +126,13 @@ def _reweighted(problem: Problem, plain: Fit) -> Fit:
     return replace(found, weights=plain.weights)
 
 
-def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> Fit:
+def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int, progress: Progress) -> Fit:
     """The fit whose better poses fit best, of *reweighted* and of fits of random parts of the poses.
 
     Least trimmed squares (Rousseeuw, Van Driessen 2006): where few poses are left over, gross errors draw a plain fit
     so far that no weights bring it back, while a part without them has the right answer.
     """
-    count, surplus = problem.poses, int(_counts(problem).min()) - problem.robot.n
+    count, surplus = problem.poses, int(_counts(problem).min()) - problem.own
     decided = len(reweighted.theta) - gauge_size(problem)
     least = -(-(decided + _LEFT_OVER) // surplus)
     kept = max(-(-_KEPT * count // 100), least)
@@ -126,7 +140,9 @@ def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> 
         return reweighted
     rng = np.random.default_rng(seed)
     best, size = reweighted, _trimmed(problem, reweighted, kept)[0]
-    for part in range(_PARTS[kept > _MANY * least]):
+    parts = _PARTS[kept > _MANY * least]
+    for part in range(parts):
+        progress("gross errors, parts of the poses", part, parts)
         found = (start, reweighted)[part % 2]
         chosen = rng.choice(count, min(least, kept), replace=False)
         trimmed = np.inf
@@ -148,7 +164,7 @@ def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int) -> 
 
 def _trimmed(problem: Problem, found: Fit, kept: int) -> tuple[float, NDArray[np.int64]]:
     """Sum of squares that the *kept* best poses leave unexplained, and poses in the order of theirs."""
-    if not np.isfinite(problem.lengths(found.theta, found.poses)).all():  # a pose that does not count is in a sheave
+    if not problem.reaches(found.theta, found.poses):  # a pose that does not count is in a sheave
         return np.inf, np.arange(problem.poses)
     off, _, _ = projected(problem.derivatives(found.theta, found.poses))
     sizes = np.sum(off * off, axis=1)
@@ -192,7 +208,7 @@ def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
     derivatives = problem.derivatives(found.theta, found.poses)
     _, _, ranks = projected(derivatives)
     left, _, _ = np.linalg.svd(derivatives.by_pose, full_matrices=True)
-    m, counts = problem.robot.m, _counts(problem)
+    named, counts = _named(problem), _counts(problem)
     for j in np.flatnonzero(bad):
         surplus = int(counts[j] - ranks[j])
         if surplus < 2:
@@ -200,7 +216,7 @@ def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
             continue
         free = left[j][:, ranks[j] :]
         rest = free.T @ derivatives.residual[j]
-        explained = (free[:m] @ rest) ** 2 / np.maximum(np.sum(free[:m] ** 2, axis=1), 1e-12)
+        explained = (free[:named] @ rest) ** 2 / np.maximum(np.sum(free[:named] ** 2, axis=1), 1e-12)
         remains = (rest @ rest - explained) / ((surplus - 1) * spread**2)
         order = np.argsort(remains)
         limit = stats.chi2.isf(_FALSE_ALARM / len(bad), surplus - 1) / (surplus - 1)
@@ -209,6 +225,11 @@ def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
         else:
             rows[j] = True
     return rows
+
+
+def _named(problem: Problem) -> int:
+    """How many of a pose's rows are of one line each: its encoder's, and its tension's where lines hang."""
+    return problem.robot.m * (2 if problem.hangs and problem.measured.tensions is not None else 1)
 
 
 def _told(problem: Problem, found: Fit, rows: Flags) -> list[Rejected]:
@@ -220,8 +241,9 @@ def _told(problem: Problem, found: Fit, rows: Flags) -> list[Rejected]:
     off, _, _ = projected(problem.derivatives(found.theta, found.poses, everything))
     for j in np.flatnonzero(rows.any(axis=1)):
         if rows[j].all():
-            told.append(Rejected(int(j), None, float(np.linalg.norm(off[j])) * sigma))
+            told.append(Rejected(int(j), None, float(np.linalg.norm(off[j])) * sigma, None))
             continue
-        i = int(np.flatnonzero(rows[j, :m])[0])
-        told.append(Rejected(int(j), problem.robot.lines[i].name, abs(float(residual[j, i])) * sigma))
+        i = int(np.flatnonzero(rows[j, : _named(problem)])[0])
+        size, sensor = (sigma, "encoder") if i < m else (problem.plan.sigma.tension, "tension")
+        told.append(Rejected(int(j), problem.robot.lines[i % m].name, abs(float(residual[j, i])) * size, sensor))
     return told

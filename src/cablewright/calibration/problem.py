@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from cablewright.calibration.plan import INNER, Plan
 from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels import sensors
+from cablewright.kernels import pose_schur, sensors
+from cablewright.kernels.pose_schur import Settings
 from cablewright.kernels.sensors import Rows
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.robot.parameters import AXES
 
-__all__ = ["ENCODER_SIGMA", "Derivatives", "Measured", "Problem", "tilt_rows"]
+__all__ = ["ENCODER_SIGMA", "Derivatives", "Measured", "Problem", "equations", "tilt_rows"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -48,10 +49,13 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """Weighted residuals and their derivatives, e rows for each of N poses and g of none."""
+    """Weighted residuals and their derivatives, e rows for each of N poses and g of none.
+
+    p are the unknowns of a pose by itself: the n of straight lines, or the m lengths of lines that hang.
+    """
 
     residual: Array  # (N, e)
-    by_pose: Array  # (N, e, n)
+    by_pose: Array  # (N, e, p)
     by_unknown: Array  # (N, e, k)
     others: Array  # (g,) residuals without a pose: distances, then linear rows
     others_by_unknown: Array  # (g, k)
@@ -61,7 +65,8 @@ class Derivatives:
 class Problem:
     """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
 
-    `held` says which of `unknowns` keep the value of `start`: the datum's. `rows` has the others alone.
+    `held` says which of `unknowns` keep the value of `start`: the datum's. `rows` has the others alone. Here lines are
+    straight and stiff, and what is unknown of a pose by itself is the pose; `hanging.Hanging` has lines that give.
     """
 
     robot: Robot
@@ -82,36 +87,67 @@ class Problem:
 
         Raises `InputError` for what the plan names and the robot or the data do not have, and a contradictory datum.
         """
-        plan = plan or Plan()
-        unknowns = unknowns_of(robot, plan.unknowns, plan.shared)
-        lines, target = numbers_of_lines(robot), targets(robot, unknowns)
-        start = _start(unknowns, lines, target)
-        held = _held(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
-        blocks = list(_blocks(robot, measured, plan))
-        per_pose = sum(block.values.shape[1] for block in blocks)
-        distances = _distances(robot, plan)
-        linear, wanted, prior = _linear(robot, unknowns, plan, start)
-        keep = ~held
-        place = np.where(keep, np.cumsum(keep) - 1, -1)
-        for i, c in np.argwhere(target >= 0):
-            if held[target[i, c]]:
-                lines[i, c] = start[target[i, c]]
-        rows = _rows(robot, measured, blocks, distances)._replace(
-            lines=lines,
-            target=np.where(target >= 0, place[target], -1),
-            linear=np.ascontiguousarray(linear[:, keep]),
-            wanted=wanted - linear[:, held] @ start[held],
-        )
-        values = np.append(np.concatenate([block.values for block in blocks], axis=1), [each[2] for each in distances])
-        weights = np.concatenate([block.weights for block in blocks], axis=1)
-        weights = np.append(weights, [1.0 / each[3] for each in distances])
-        is_prior = np.append(np.zeros(len(distances), dtype=bool), prior)
-        return cls(robot, measured, plan, unknowns, rows, values, weights, per_pose, start, held, is_prior)
+        return cls(robot, measured, plan or Plan(), *equations(robot, measured, plan or Plan(), hold, hangs=False))
+
+    def freed(self) -> Problem:
+        """The same without a datum."""
+        return Problem.of(self.robot, self.measured, self.plan, hold=False)
+
+    def alone(self, theta: Array) -> Problem:
+        """The same with all unknowns held at *theta*: what is left are the poses."""
+        lines, target = self.rows.lines.copy(), self.rows.target
+        lines[target >= 0] = theta[target[target >= 0]]
+        nothing = np.full_like(target, -1)
+        rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
+        return replace(self, rows=rows, start=self.whole(theta), held=np.ones_like(self.held))
 
     @property
     def poses(self) -> int:
         """The number N of poses."""
         return len(self.measured.counted)
+
+    @property
+    def hangs(self) -> bool:
+        """Whether lines stretch or sag, and so have their tensions from equilibria."""
+        return False
+
+    @property
+    def cable(self) -> str:
+        """The cable law."""
+        return "rigid"
+
+    @property
+    def own(self) -> int:
+        """How many numbers p of a pose are unknown beside what all poses share."""
+        return self.robot.n
+
+    def poses_of(self, own: Array) -> Array:
+        """The poses (N, n) among what is kept of each pose."""
+        return own
+
+    def with_poses(self, own: Array, poses: Array) -> Array:
+        """What is kept of each pose, with other *poses* (N, n) in it."""
+        del own
+        return poses
+
+    def reaches(self, theta: Array, own: Array) -> bool:
+        """Whether every sensor has a value there."""
+        return bool(np.isfinite(self.lengths(theta, own)).all())
+
+    def followed(self, theta: Array, own: Array, change: Array, by: Array) -> Array:
+        """What is kept of each pose once unknowns *change* (k,) and those of each pose go *by* (N, p)."""
+        del theta, change
+        return own + by
+
+    def adjust(
+        self, theta: Array, own: Array, weights: Array, settings: Settings, rows: Rows | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Move *theta* (B, k) and *own* (B, N, ..) in place to least costs; codes, steps and costs (B,)."""
+        runs = len(theta)
+        codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
+        values, weight = self.values[None], np.ascontiguousarray(weights)[None]
+        pose_schur.adjust_runs(rows or self.rows, theta, own, values, weight, settings, codes, steps, costs)
+        return codes, steps, costs
 
     @property
     def encoder_sigma(self) -> float:
@@ -170,14 +206,44 @@ class Problem:
             return self
         m = self.robot.m
         found = self.derivatives(theta, poses, np.ones(len(self.values)))
-        u = np.swapaxes(found.by_pose[:, :m, :3], 1, 2)  # (N, 3, m)
-        left = self.rows.load - np.einsum("nam,nm->na", u, self.rows.tensions)
+        u = np.swapaxes(found.by_pose[:, :m], 1, 2)  # (N, n, m): lengths change as forces and moments do
+        left = _loads(self.rows.load, poses) - np.einsum("nam,nm->na", u, self.rows.tensions)
         tensions = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left)
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(tensions)))
 
     def of_poses(self, weights: Array) -> Array:
         """The part (N, e) of row *weights* that belongs to poses; a view."""
         return weights[: self.poses * self.per_pose].reshape(self.poses, self.per_pose)
+
+
+def equations(
+    robot: Robot, measured: Measured, plan: Plan, hold: bool, hangs: bool
+) -> tuple[tuple[Unknown, ...], Rows, Array, Array, int, Array, Mask, Mask]:
+    """All of a `Problem` after its plan, from `unknowns` on; *hangs* says that lines stretch or sag."""
+    unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=hangs)
+    lines, target = numbers_of_lines(robot), targets(robot, unknowns)
+    start = _start(unknowns, lines, target)
+    held = _held(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
+    blocks = list(_blocks(robot, measured, plan, hangs))
+    per_pose = sum(block.values.shape[1] for block in blocks)
+    distances = _distances(robot, plan)
+    linear, wanted, prior = _linear(robot, unknowns, plan, start)
+    keep = ~held
+    place = np.where(keep, np.cumsum(keep) - 1, -1)
+    for i, c in np.argwhere(target >= 0):
+        if held[target[i, c]]:
+            lines[i, c] = start[target[i, c]]
+    rows = _rows(robot, measured, blocks, distances)._replace(
+        lines=lines,
+        target=np.where(target >= 0, place[target], -1),
+        linear=np.ascontiguousarray(linear[:, keep]),
+        wanted=wanted - linear[:, held] @ start[held],
+    )
+    values = np.append(np.concatenate([block.values for block in blocks], axis=1), [each[2] for each in distances])
+    weights = np.concatenate([block.weights for block in blocks], axis=1)
+    weights = np.append(weights, [1.0 / each[3] for each in distances])
+    is_prior = np.append(np.zeros(len(distances), dtype=bool), prior)
+    return unknowns, rows, values, weights, per_pose, start, held, is_prior
 
 
 @dataclass(frozen=True)
@@ -232,11 +298,14 @@ def _block(kind: int, values: Array, weights: Array, line: object = 0, other: ob
     )
 
 
-def _blocks(robot: Robot, measured: Measured, plan: Plan) -> Iterator[_Block]:
-    """Yield the rows of each sensor that there is."""
+def _blocks(robot: Robot, measured: Measured, plan: Plan, hangs: bool) -> Iterator[_Block]:
+    """Yield the rows of each sensor that there is: the encoders first, then tensions where they stand by themselves."""
     sigma, lines = plan.sigma, np.arange(robot.m)
     one = np.ones(1)
-    yield _block(sensors.ENCODER, measured.counted, one / (sigma.encoder or ENCODER_SIGMA), lines)
+    encoder = sensors.PAID_OUT if hangs else sensors.ENCODER
+    yield _block(encoder, measured.counted, one / (sigma.encoder or ENCODER_SIGMA), lines)
+    if hangs and measured.tensions is not None:
+        yield _block(sensors.TENSION, measured.tensions, one / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
         extra = np.zeros((*measured.guess.shape, 6))
@@ -252,7 +321,7 @@ def _blocks(robot: Robot, measured: Measured, plan: Plan) -> Iterator[_Block]:
                 f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
             )
         yield _block(sensors.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
-    if measured.tensions is not None:
+    if not hangs and measured.tensions is not None:
         yield _balance(robot, measured, sigma.tension)
     nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
     for index, plane in enumerate(plan.planes):
@@ -278,31 +347,46 @@ def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
 
 
 def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
-    """Rows for measured tensions: the force they leave unbalanced, along directions in which errors do not go together.
+    """Rows for measured tensions: what they leave unbalanced, along directions in which errors do not go together.
 
-    A tension's error goes along its line, so the force has the covariance sigma^2 sum u u^T. Directions of lines are
-    those from the file to the guess of the pose.
+    A tension's error goes along its line, so force and moment have the covariance sigma^2 sum w w^T, w = (u, r x u).
+    Directions of lines are those from the file to the guess of the pose.
     """
-    guess, count = measured.guess, len(measured.counted)
+    guess, count, n = measured.guess, len(measured.counted), robot.n
     if guess is None:
         raise InputError(f"{measured.origin}: tensions f_1.. need columns x,y,z, guesses of the poses, to be weighed")
     points = placed(guess, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
     u = away / np.linalg.norm(away, axis=2)[..., None]
-    spread = np.linalg.cholesky(np.einsum("nmi,nmj->nij", u, u) + 1e-6 * np.eye(3))
-    extra = np.zeros((count, 3, 6))
-    extra[:, :, :3] = np.linalg.inv(spread) / sigma
-    return _block(sensors.BALANCE, np.zeros((count, 3)), np.ones(1), extra=extra)
+    w = np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
+    spread = np.einsum("nmi,nmj->nij", w, w)
+    size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: what is next to nothing is so of its own row
+    extra = np.zeros((count, n, 6))
+    extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
+    return _block(sensors.BALANCE, np.zeros((count, n)), np.ones(1), extra=extra)
 
 
 def _load(robot: Robot) -> Array:
-    """Force on the platform besides the lines, N, world."""
-    weight = robot.platform.mass * robot.scene.gravity
-    return np.asarray(robot.platform.force, dtype=np.float64) - [0.0, 0.0, weight]
+    """Force and moment on the platform besides the lines and its weight, N and N m; the weight, and where it acts."""
+    platform, load = robot.platform, np.zeros(10)
+    load[:3], load[6] = platform.force, platform.mass * robot.scene.gravity
+    if isinstance(platform, RigidPlatform):
+        load[3:6], load[7:] = platform.moment, platform.centre_of_mass
+    return load
+
+
+def _loads(load: Array, poses: Array) -> Array:
+    """The same at *poses* (N, n) about the platform's origin, (N, n), N and N m."""
+    weight = np.array([0.0, 0.0, -load[6]])
+    found = np.tile(load[:6], (len(poses), 1))
+    found[:, :3] += weight
+    arms = placed(poses, [load[7:]])[:, 0] - poses[:, :3]
+    found[:, 3:] += np.cross(arms, weight)
+    return found[:, : poses.shape[1]]
 
 
 def _start(unknowns: Sequence[Unknown], lines: Array, target: NDArray[np.int64]) -> Array:
-    start = np.zeros(len(unknowns))
+    start = np.array([each.nominal or 0.0 for each in unknowns])
     for i, c in np.argwhere(target >= 0):
         start[target[i, c]] = lines[i, c]
     return start

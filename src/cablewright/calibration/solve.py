@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.checks import check, check_lengths
-from cablewright.calibration.fit import Fit, best_fit, first_start, fit, to_file_frame
+from cablewright.calibration.fit import Fit, Progress, best_fit, first_start, fit, to_file_frame
+from cablewright.calibration.hanging import Hanging
+from cablewright.calibration.hanging_start import hanging_fit
 from cablewright.calibration.observability import (
     Direction,
     Information,
@@ -31,7 +33,10 @@ from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.solvers.batch import silent
 
 __all__ = ["ROUGH", "Calibration", "calibrate"]
 
@@ -75,7 +80,7 @@ class Calibration:
     @property
     def poses(self) -> Array:
         """The poses (N, n), m and rad."""
-        return self.fit.poses
+        return self.problem.poses_of(self.fit.poses)
 
     @property
     def _sizes(self) -> Array:
@@ -132,7 +137,7 @@ class Calibration:
         if not math.isfinite(self.scale) or self.scale <= 0.0:
             return ()
         counted = information(
-            Problem.of(self.problem.robot, self.problem.measured, self.problem.plan, hold=False),
+            self.problem.freed(),
             self.problem.whole(self.fit.theta),
             self.fit.poses,
             self.fit.weights,
@@ -145,7 +150,7 @@ class Calibration:
         """The calibrated robot; the old one unless `status` is "ok"."""
         if self.status != "ok":
             return self.problem.robot
-        return with_values(self.problem.robot, self.unknowns, self.values)
+        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.hangs)
 
 
 def calibrate(
@@ -156,23 +161,34 @@ def calibrate(
     seed: int = 0,
     rough: float = ROUGH,
     outliers: bool = True,
+    cable: str = "rigid",
+    progress: Progress = silent,
 ) -> Calibration:
     """Calibrate *robot*, whose numbers are the first guess; exit points may be *rough* (m) off in each coordinate.
 
-    Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum.
+    *cable* is "rigid", or "elastic" or "catenary": lines that stretch, or sag too. Raises `InputError` for data or a
+    plan that cannot be used: too few poses, other units, a contradictory datum; `AnswerError` where lines that hang do
+    not hold the platform near any pose.
     """
-    plan = plan or Plan()
+    plan, law = plan or Plan(), Fidelity.of(cable)
     check_lengths(robot, measured)
-    free = Problem.of(robot, measured, plan, hold=False)
-    held = Problem.of(robot, measured, plan)
+    held: Problem
+    if law.cable is CableLaw.RIGID:
+        held = Problem.of(robot, measured, plan)
+    else:
+        held = Hanging.under(Model(robot, law), measured, plan)
+    free = held.freed()
     if not free.unknowns:
         raise InputError("unknowns: there is nothing to be found")
     check(free)
-    plain = best_fit(free, seed, rough)
+    if isinstance(free, Hanging):
+        plain = hanging_fit(free, seed, rough, progress)
+    else:
+        plain = best_fit(free, seed, rough, progress)
     found, rejected = plain, tuple[Rejected, ...]()
     if outliers and plain.code == 0:
-        start = plain if measured.guess is None else first_start(free)
-        found, rejected = without_outliers(free, plain, start, seed)
+        start = plain if measured.guess is None or free.hangs else first_start(free)
+        found, rejected = without_outliers(free, plain, start, seed, progress)
     found = to_file_frame(free, found)
     alone = information(free, found.theta, found.poses, found.weights)
     steps = plain.steps
@@ -181,7 +197,7 @@ def calibrate(
     posterior = information(held, found.theta, found.poses, found.weights, priors=True)
     scale, chi = _scale(held, found, posterior)
     rms = _rms(held, found)
-    status, reason = _verdict(held, plain, found, rms)
+    status, reason = _verdict(held, plain, found, rms, chi)
     notes = tuple(_notes(free, alone, scale, chi, rejected))
     return Calibration(status, reason, held, found, alone, posterior, rejected, scale, rms, steps, notes)
 
@@ -224,13 +240,16 @@ def _other_sensors(problem: Problem) -> bool:
     return problem.per_pose > problem.robot.m or len(problem.is_prior) > 0
 
 
-def _verdict(problem: Problem, plain: Fit, found: Fit, rms: float) -> tuple[str, str]:
+def _verdict(problem: Problem, plain: Fit, found: Fit, rms: float, chi: float) -> tuple[str, str]:
     """Status and reason."""
     if plain.code != 0 or found.code != 0 or not math.isfinite(found.cost):
         return "not-converged", f"no start of {plain.starts} led to a solution: are lines in the order of the file?"
     diagonal = math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)
     given = problem.plan.sigma.encoder
     limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
+    if problem.hangs and chi > _TOO_LARGE:
+        told = f"what is left is {chi:.3g} times what the sigmas let expect"
+        return "inconsistent", f"{told}: are sigma.tension and sigma.encoder those of the sensors, lines in order?"
     if rms > limit:
         told = f"lengths fit to {rms * 1e3:.3g} mm only, {limit * 1e3:.3g} mm is the most that is believed"
         return "inconsistent", f"{told}: look at the order of the lines, wrap sides, signs and units"
@@ -242,7 +261,7 @@ def _notes(
 ) -> Iterator[str]:
     """Yield what a careful person would ask."""
     given, robot = problem.plan.sigma.encoder, problem.robot
-    if any(line.sheave.kind == "universal-joint" for line in robot.lines):
+    if not problem.hangs and any(line.sheave.kind == "universal-joint" for line in robot.lines):
         yield "sheaves on universal joints are taken as if they swivelled about a vertical axis"
     if math.isnan(scale):
         yield "no measurement is left over: nothing tells how exact the encoders are, and so no sigma can be given"
@@ -250,7 +269,7 @@ def _notes(
         yield f"only {alone.redundancy} measurements are left over: the encoders' sigma, and so every sigma, is vague"
     elif given is None and _other_sensors(problem):
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is taken"
-    if given is not None and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
+    if (given is not None or problem.hangs) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"what is left is {chi:.3g} times what the given sigmas let expect"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"

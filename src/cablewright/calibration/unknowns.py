@@ -83,8 +83,8 @@ class Unknown:
 
     @property
     def column(self) -> int:
-        """Its column among the numbers of a line."""
-        return _COLUMNS[self.name] + (self.axis or 0)
+        """Its column among the numbers of a line, or -1: stiff lines have no modulus."""
+        return _COLUMNS[self.name] + (self.axis or 0) if self.name in _COLUMNS else -1
 
     @property
     def unit(self) -> str:
@@ -172,23 +172,26 @@ def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
     found = np.full((robot.m, sensors.COLUMNS), -1, dtype=np.int64)
     for at, unknown in enumerate(unknowns):
         for i, line in enumerate(robot.lines):
-            if unknown.line in (None, line.name):
+            if unknown.line in (None, line.name) and unknown.column >= 0:
                 found[i, unknown.column] = at
     return found
 
 
-def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array) -> Robot:
-    """The robot with the values in their places. A modelled winch exit follows its exit point sideways."""
+def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:
+    """The robot with the values in their places.
+
+    A modelled winch exit follows its exit point sideways, and in height too where both are *raised*.
+    """
     document: dict[str, Any] = robot.model_dump()
     lines = [dict(line) for line in document["lines"]]
     names = [line.name for line in robot.lines]
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
         for i in range(robot.m) if unknown.line is None else [names.index(unknown.line)]:
-            _put(lines[i], unknown, round(value, _DIGITS))
+            _put(lines[i], unknown, round(value, _DIGITS), 3 if raised else 2)
     return Robot.model_validate(document | {"lines": lines})
 
 
-def _put(line: dict[str, Any], unknown: Unknown, value: float) -> None:
+def _put(line: dict[str, Any], unknown: Unknown, value: float, axes: int) -> None:
     if unknown.name == "modulus":
         key = "axial_stiffness" if line["cable"].get("axial_stiffness") is not None else "young_modulus"
         line["cable"] = line["cable"] | {key: line["cable"][key] * value}
@@ -201,7 +204,7 @@ def _put(line: dict[str, Any], unknown: Unknown, value: float) -> None:
         point = list(line[unknown.name])
         change, point[unknown.axis] = value - point[unknown.axis], value
         line[unknown.name] = tuple(point)
-        if unknown.name == "exit_point" and line.get("winch_exit") is not None and unknown.axis < 2:
+        if unknown.name == "exit_point" and line.get("winch_exit") is not None and unknown.axis < axes:
             winch = list(line["winch_exit"])
             winch[unknown.axis] = round(winch[unknown.axis] + change, _DIGITS)
             line["winch_exit"] = tuple(winch)

@@ -61,14 +61,52 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
     return OK if solve(work.stiffness, right, n, m * PARAMETERS) else SINGULAR
 
 
+@jit(allocates=True)
+def tension_changes(packed, lengths, pose, states, work, own, by_point):
+    """Write how the logarithm of each line's tension at the sheave changes: with line and platform, one by one.
+
+    *own* (m, 10) is per parameter of the line itself, see `linearise`, while the platform stays; *by_point* (m, 3) per
+    motion of the point that it is tied to, 1/m. A slack line's are zero. Returns a code.
+    """
+    evaluate(packed, lengths, pose, states, work)
+    if not condense(packed, states, work):
+        return SINGULAR
+    changes = np.zeros((STATE, len(OWN)))
+    for i in range(packed.lines.shape[0]):
+        row, y, plane, steps = packed.lines[i], states[i], work.planes[i], work.steps[i]
+        own[i, :], by_point[i, :] = 0.0, 0.0
+        if is_slack(row, y):
+            continue
+        if not _own_changes(row, y, lengths[i], i, work, changes):
+            return SINGULAR
+        for k in range(len(OWN)):
+            own[i, OWN[k]] = -changes[TAU, k]
+        for k in range(2):
+            by_point[i, k] = steps[TAU, 1] * plane[k]
+            own[i, EXIT + k] = -by_point[i, k]
+        by_point[i, 2] = steps[TAU, 2]
+        for axis in range(3):
+            for k in range(3):
+                own[i, POINT + axis] += by_point[i, k] * work.rotation[k, axis]
+    return OK
+
+
+@jit
+def _own_changes(row, y, length, i, work, changes):
+    """Write minus the changes of line *i*'s unknowns per parameter in OWN, its ends held, to columns of *changes*."""
+    plane = work.planes[i]
+    system(row, y, plane[2], plane[3], length, work.blocks[i], changes[:, 0])
+    _parameter_residuals(row, y, changes)
+    return solve(work.blocks[i], changes, int(row[UNKNOWNS]), len(OWN))
+
+
 @jit
 def _add_own(row, y, length, i, work, changes, right):
     """Columns of line *i*'s parameters whose change of force stays in the line's plane."""
     plane, arm = work.planes[i], work.arms[i]
-    h, v = system(row, y, plane[2], plane[3], length, work.blocks[i], changes[:, 0])
-    _parameter_residuals(row, y, changes)
-    if not solve(work.blocks[i], changes, int(row[UNKNOWNS]), len(OWN)):
+    if not _own_changes(row, y, length, i, work, changes):
         return False
+    h, v = work.forces[i, 0], work.forces[i, 1]
     for k in range(len(OWN)):
         dh, dv = force_change(h, v, row[WEIGHT], changes, k)
         if OWN[k] == WEIGHT_FACTOR:

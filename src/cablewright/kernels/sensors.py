@@ -26,8 +26,11 @@ SWIVEL = 2  # line: azimuth of its free cable, rad
 TILT = 3  # other: 0 about x, 1 about y, rad: of the platform against the plumb line
 REACH = 4  # extra: a point of the world, a point of the platform: their distance, m
 PLANE = 5  # extra: unit normal, a point of the platform: its distance along the normal from the origin, m
-BALANCE = 6  # extra[:3]: a direction times 1 / N: the force along it that measured tensions leave unbalanced
+BALANCE = 6  # extra: a direction times 1 / N, one times 1 / N m: what measured tensions leave unbalanced along both
 BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
+# Of lines that stretch and sag, what an equilibrium adds is not in these: the length paid out, the tension.
+PAID_OUT = 8  # line
+TENSION = 9  # line
 
 STRAIGHT = 1e-5  # counted build-up under which its series is exact
 LEAST = 1e-9  # m: shorter distances have no direction
@@ -45,7 +48,7 @@ class Rows(NamedTuple):
     lines: NDArray[np.float64]  # (m, COLUMNS): what is no unknown
     target: NDArray[np.int64]  # (m, COLUMNS): which unknown stands there, -1 for none
     tensions: NDArray[np.float64]  # (N, m) N, measured; for BALANCE alone
-    load: NDArray[np.float64]  # (3,) N, world, on the platform; for BALANCE alone
+    load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
     wanted: NDArray[np.float64]  # (q,): what they should give
 
@@ -135,6 +138,10 @@ def read_row(rows, i, j, value, pose, work):
         return _contact(kind, rows.extra[i], value, pose, work), 0
     if kind == BALANCE:
         return _balance(rows, j, rows.extra[i], pose, work)
+    if kind == PAID_OUT:
+        return _wound(rows, work, 0, rows.line[i], value)
+    if kind == TENSION:
+        return -value, 0
     return _between(rows, rows.line[i], rows.other[i], value, work)
 
 
@@ -163,16 +170,23 @@ def _arm(work, line):
 @jit
 def _by_point(rows, work, line, count, ax, ay, az, gx, gy, gz):
     """Derivatives by pose, exit point and platform point of what has the gradient (gx, gy, gz) by the point tied."""
-    slope, turned = work.slope, work.rotation
+    slope = work.slope
     slope[0] += gx
     slope[1] += gy
     slope[2] += gz
-    slope[3] += ay * gz - az * gy
-    slope[4] += az * gx - ax * gz
-    slope[5] += ax * gy - ay * gx
     count = _put(rows, work, count, line, EXIT, -gx)
     count = _put(rows, work, count, line, EXIT + 1, -gy)
     count = _put(rows, work, count, line, EXIT + 2, -gz)
+    return _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz)
+
+
+@jit
+def _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz):
+    """Derivatives by rotation and platform point of what has the gradient (gx, gy, gz) by the arm."""
+    slope, turned = work.slope, work.rotation
+    slope[3] += ay * gz - az * gy
+    slope[4] += az * gx - ax * gz
+    slope[5] += ax * gy - ay * gx
     for axis in range(3):
         along = turned[0, axis] * gx + turned[1, axis] * gy + turned[2, axis] * gz
         count = _put(rows, work, count, line, POINT + axis, along)
@@ -184,13 +198,21 @@ def _encoder(rows, i, counted, pose, work):
     line, free = work.lines[i], work.free
     ax, ay, az = _arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-    out, per_scale, per_build_up = paid_out(line, counted)
     count = _by_point(rows, work, i, 0, ax, ay, az, free[1], free[2], free[3])
     count = _put(rows, work, count, i, RADIUS, free[4])
+    off, count = _wound(rows, work, count, i, counted)
+    return free[0] + off, count
+
+
+@jit
+def _wound(rows, work, count, i, counted):
+    """Minus the length that *counted* stands for, home length and all, and its derivatives by the winch's numbers."""
+    line = work.lines[i]
+    out, per_scale, per_build_up = paid_out(line, counted)
     count = _put(rows, work, count, i, OFFSET, -1.0)
     count = _put(rows, work, count, i, SCALE, -per_scale)
     count = _put(rows, work, count, i, BUILD_UP, -per_build_up)
-    return free[0] - line[OFFSET] - out, count
+    return -line[OFFSET] - out, count
 
 
 @jit
@@ -254,9 +276,12 @@ def _contact(kind, extra, value, pose, work):
 
 @jit
 def _balance(rows, j, along, pose, work):
-    """Load less tensions times u, along a direction; u turns as the point tied moves across it."""
+    """Load less tensions times (u, r x u), along a force and a moment; u turns as the point tied moves across it.
+
+    Along the moment b a line does what it does along the force b x r, which turns with the arm r.
+    """
     free = work.free
-    left = along[0] * rows.load[0] + along[1] * rows.load[1] + along[2] * rows.load[2]
+    left = _load(rows.load, along, work)
     count = 0
     for i in range(rows.lines.shape[0]):
         line, t = work.lines[i], rows.tensions[j, i]
@@ -264,14 +289,41 @@ def _balance(rows, j, along, pose, work):
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
         rho, c, s = max(free[6], LEAST), free[7], free[8]
         ex, ey = (pose[0] + ax - line[EXIT]) / rho, (pose[1] + ay - line[EXIT + 1]) / rho
-        inward = along[2] * c - s * (along[0] * ex + along[1] * ey)
-        around = (along[1] * ex - along[0] * ey) * c / rho
+        bx, by, bz = _cross(along[3], along[4], along[5], ax, ay, az)
+        bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
+        inward = bz * c - s * (bx * ex + by * ey)
+        around = (by * ex - bx * ey) * c / rho
         turn = inward / free[5]
-        left -= t * (along[0] * free[1] + along[1] * free[2] + along[2] * free[3])
+        left -= t * (bx * free[1] + by * free[2] + bz * free[3])
         gx, gy = -turn * s * ex - around * ey, -turn * s * ey + around * ex
         count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * turn * c)
         count = _put(rows, work, count, i, RADIUS, t * turn * (line[SIDE] - s))
+        gx, gy, gz = _cross(free[1], free[2], free[3], along[3], along[4], along[5])
+        count = _by_arm(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
     return left, count
+
+
+@jit
+def _load(load, along, work):
+    """The load besides tensions along a force and a moment; the weight's arm turns."""
+    turned, slope = work.rotation, work.slope
+    x, y, z = load[7], load[8], load[9]
+    ax = turned[0, 0] * x + turned[0, 1] * y + turned[0, 2] * z
+    ay = turned[1, 0] * x + turned[1, 1] * y + turned[1, 2] * z
+    az = turned[2, 0] * x + turned[2, 1] * y + turned[2, 2] * z
+    gx, gy = along[4] * load[6], -along[3] * load[6]  # weight downwards, times b
+    slope[3] += -az * gy
+    slope[4] += az * gx
+    slope[5] += ax * gy - ay * gx
+    total = gx * ax + gy * ay - along[2] * load[6]
+    for k in range(6):
+        total += along[k] * load[k]
+    return total
+
+
+@jit
+def _cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @jit

@@ -12,7 +12,7 @@ from cablewright.kernels.hanging import solve_hanging
 from cablewright.kernels.inverse import inverse_workspace, lengths_of, solve_inverse
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.line import SLACK_TENSION, extremes
-from cablewright.kernels.linearise import PARAMETERS, linearise
+from cablewright.kernels.linearise import PARAMETERS, linearise, tension_changes
 from cablewright.kernels.newton import largest
 from cablewright.kernels.rotation import between, compose
 
@@ -35,6 +35,7 @@ __all__ = [
     "linearise_rows",
     "linearise_sweep",
     "start_rows",
+    "tension_rows",
 ]
 
 CHUNK = 64  # rows per task; results do not depend on how many threads share the tasks
@@ -180,6 +181,14 @@ def linearise_sweep(packed, lengths, poses, states, stiffness, motion, codes):
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, min(rows, first + CHUNK))
+
+
+@jit(allocates=True)
+def tension_rows(packed, lengths, poses, states, own, by_point, codes):
+    """Changes (N, m, 10) and (N, m, 3) of tensions at solved equilibria; see `linearise.tension_changes`."""
+    work = workspace(_one(packed, 0))
+    for j in range(lengths.shape[0]):
+        codes[j] = tension_changes(_one(packed, j), lengths[j], poses[j], states[j], work, own[j], by_point[j])
 
 
 @jit(allocates=True)

@@ -13,7 +13,7 @@ from cablewright.models.statics import Equilibrium, Model, rows_of
 from cablewright.robot import Robot
 from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
 
-__all__ = ["forward", "solve_again", "solve_forward"]
+__all__ = ["forward", "solve_again", "solve_forward", "solve_from"]
 
 
 def forward(
@@ -73,14 +73,26 @@ def solve_again(solved: Equilibrium, packed: Packed, lengths: NDArray[np.float64
     stay unsolved. From the old pose and states; where that leads nowhere from the old pose, then cold.
     """
     pose, states = np.repeat(solved.pose, each, axis=0), np.repeat(solved.states, each, axis=0)
-    found = _solve(solved.model, packed, lengths, pose, states, sweep.WARM)
-    lost = np.flatnonzero((found.code != 0) & (np.repeat(solved.code, each) == 0))
+    return solve_from(solved.model, packed, lengths, pose, states, np.repeat(solved.code, each) == 0)
+
+
+def solve_from(
+    model: Model,
+    packed: Packed,
+    lengths: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    states: NDArray[np.float64],
+    again: NDArray[np.bool_],
+) -> Equilibrium:
+    """A batch of *lengths* (N, m) with its own numbers in *packed*, from *poses* (N, n) and *states* (N, m, 6) near by.
+
+    Rows that lead nowhere from there are sought *again* (N,) from the pose alone, then cold.
+    """
+    found = _solve(model, packed, lengths, poses.copy(), states.copy(), sweep.WARM)
+    lost = np.flatnonzero((found.code != 0) & again)
     if len(lost):
-        near = np.repeat(solved.pose, each, axis=0)[lost]
-        again = _solve(solved.model, rows_of(packed, lost), lengths[lost], near, states[lost], sweep.NEAR)
-        for old, new in zip(
-            (found.pose, found.states, found.code), (again.pose, again.states, again.code), strict=True
-        ):
+        late = _solve(model, rows_of(packed, lost), lengths[lost], poses[lost], states[lost], sweep.NEAR)
+        for old, new in zip((found.pose, found.states, found.code), (late.pose, late.states, late.code), strict=True):
             old[lost] = new
     return found
 

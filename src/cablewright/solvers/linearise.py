@@ -1,4 +1,4 @@
-"""The one linearisation of a solved equilibrium: stiffness, and motion per length and per number of a line."""
+"""The one linearisation of a solved equilibrium: stiffness, motion and tension per length and per number of a line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.kernels import sweep
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.batch import run
 
-__all__ = ["Linearisation", "linearise"]
+__all__ = ["Linearisation", "TensionChanges", "linearise", "tension_changes"]
 
 Array = NDArray[np.float64]
 
@@ -82,3 +82,45 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
     return Linearisation(stiffness[0], motion[0]) if single else Linearisation(stiffness, motion)
+
+
+@dataclass(frozen=True, eq=False)
+class TensionChanges:
+    """How tensions at the sheaves change, N, at the N solved rows of a batch, to the first order.
+
+    `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, while the platform stays. `by_point`
+    (N, m, 3): per motion of the point that the line is tied to, N/m. `arms` (N, m, 3): that point from the platform's
+    origin, m.
+    """
+
+    own: Array
+    by_point: Array
+    arms: Array
+
+    @property
+    def per_length(self) -> Array:
+        """(N, m) per unstrained length of the line itself, N/m."""
+        return self.own[..., 0]
+
+    def following(self, motion: Array) -> Array:
+        """Change (N, m, k) of tensions with a *motion* (N, n, k) of the platform, m and rad."""
+        found = np.einsum("nmc,nck->nmk", self.by_point, motion[:, :3])
+        if motion.shape[1] == 6:  # a turn w moves the point by w x arm
+            found += np.einsum("nmc,nck->nmk", np.cross(self.arms, self.by_point), motion[:, 3:])
+        return np.asarray(found)
+
+
+def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
+    """Linearise the tensions of a solved batch; raises as `linearise`."""
+    equilibrium.model.refuse_rigid()
+    equilibrium.checked()
+    rows, m = equilibrium.lengths.shape
+    own, by_point = np.zeros((rows, m, sweep.PARAMETERS)), np.zeros((rows, m, 3))
+    codes = np.zeros(rows, dtype=np.int64)
+    sweep.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_point, codes)
+    if codes.any():
+        row = int(np.flatnonzero(codes)[0])
+        raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
+    tensions = equilibrium.tensions[..., None]
+    arms = equilibrium.platform_points - equilibrium.pose[:, None, :3]
+    return TensionChanges(own * tensions, by_point * tensions, arms)

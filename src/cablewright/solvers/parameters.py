@@ -1,4 +1,4 @@
-"""First order: how the platform moves with each uncertain number of its robot, from the one linearisation."""
+"""First order: how platform and tensions change with each uncertain number of a robot, from the one linearisation."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import layout
+from cablewright.kernels import linearise as linearise_kernel
 from cablewright.models.parameters import lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.parameters import AXES, Parameter
-from cablewright.solvers.linearise import Linearisation, linearise
+from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise
 
-__all__ = ["at_nozzle", "departures", "nozzle_response", "response"]
+__all__ = ["at_nozzle", "departures", "nozzle_response", "response", "tension_response"]
 
 Array = NDArray[np.float64]
 
 
-def response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Array:
+def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: Linearisation | None = None) -> Array:
     """Motion (N, n, k) of the platform per each parameter at the N solved rows of a batch, with commands held.
 
-    Motions are m and rad per the parameter's unit; a rotation is in space. Raises `AnswerError` where a row was not
-    solved or is singular, `InputError` where cables are rigid.
+    Motions are m and rad per the parameter's unit; a rotation is in space. *linear* is its linearisation, where there
+    is one. Raises `AnswerError` where a row was not solved or is singular, `InputError` where cables are rigid.
     """
-    linear = linearise(equilibrium)
+    linear = linear or linearise(equilibrium)
     out = np.zeros((len(equilibrium.pose), equilibrium.model.n, len(parameters)))
     compliance = linear.per_wrench
     for k, parameter in enumerate(parameters):
@@ -34,7 +35,8 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Array
             out[:, :, k] = np.einsum("nij,nj->ni", compliance, wrench)
             continue
         for i in lines_of(equilibrium.model.robot, parameter):
-            out[:, :, k] += _of_line(equilibrium, linear, parameter, i)
+            column, times = _column(equilibrium, parameter, i)
+            out[:, :, k] += linear.motion[:, :, i, column] * times[:, None]
     return out
 
 
@@ -60,28 +62,43 @@ def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -
     return np.where(modulus, 1.0 / nominal.clip(min=1e-300) - 1.0 / np.where(modulus, values, 1.0), values - nominal)
 
 
-def _of_line(equilibrium: Equilibrium, linear: Linearisation, parameter: Parameter, i: int) -> Array:
-    """Motion (N, n) per a number of line *i*."""
+def tension_response(
+    equilibrium: Equilibrium, parameters: Sequence[Parameter], motion: Array, changes: TensionChanges
+) -> Array:
+    """Change (N, m, k) of tensions at the sheaves, N, per each parameter.
+
+    *motion* (N, n, k) is the `response`, *changes* the `tension_changes` of the same equilibrium.
+    """
+    out = changes.following(motion)
+    for k, parameter in enumerate(parameters):
+        if _wrench(equilibrium, parameter) is None:
+            for i in lines_of(equilibrium.model.robot, parameter):
+                column, times = _column(equilibrium, parameter, i)
+                out[:, i, k] += changes.own[:, i, column] * times
+    return out
+
+
+def _column(equilibrium: Equilibrium, parameter: Parameter, i: int) -> tuple[int, Array]:
+    """Which parameter of the linearisation a number of line *i* is, and how many of its units one is, (N,) or (1,)."""
     kind, axis = parameter.kind.partition(".")[::2]
-    robot = equilibrium.model.robot
-    lengths, cable = equilibrium.lengths[:, i, None], robot.lines[i].cable
+    lengths, cable, one = equilibrium.lengths[:, i], equilibrium.model.robot.lines[i].cable, np.ones(1)
     if kind == "modulus":
-        return linear.per_modulus[..., i]
+        return linearise_kernel.MODULUS, one
     if kind == "exit_point":
-        return linear.per_exit_point[..., i, AXES.index(axis)]
+        return linearise_kernel.EXIT + AXES.index(axis), one
     if kind == "platform_point":
-        return linear.per_platform_point[..., i, AXES.index(axis)]
+        return linearise_kernel.POINT + AXES.index(axis), one
     if kind == "sheave_radius":
-        return linear.per_sheave_radius[..., i]
+        return linearise_kernel.SHEAVE, one
     if kind == "linear_density":
-        return linear.per_weight[..., i] / cable.linear_density if cable.linear_density else np.zeros(1)
+        return linearise_kernel.WEIGHT_FACTOR, one / cable.linear_density if cable.linear_density else 0.0 * one
     if kind == "length_offset":
-        return linear.per_length[..., i]
+        return linearise_kernel.LENGTH, one
     if kind == "length_scale":
-        return linear.per_length[..., i] * lengths
+        return linearise_kernel.LENGTH, lengths
     assert kind == "temperature"
     assert cable.thermal_expansion is not None
-    return linear.per_length[..., i] * lengths * cable.thermal_expansion
+    return linearise_kernel.LENGTH, lengths * cable.thermal_expansion
 
 
 def _wrench(equilibrium: Equilibrium, parameter: Parameter) -> Array | None:

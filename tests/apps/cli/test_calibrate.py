@@ -9,11 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.simulation import aligned, random_poses
-from cablewright.models.fidelity import Fidelity
-from cablewright.models.statics import Model
+from cablewright.calibration.simulation import aligned
 from cablewright.robot import library_text, load
-from cablewright.solvers.inverse import solve_inverse
 
 KEYS = {"status", "rms", "iterations", "unknowns", "rank", "gauge", "weakest", "sigma", "rejected", "robot"}
 TRUE = np.array([line.exit_point for line in load("wang2021").lines])
@@ -212,28 +209,60 @@ def test_bad_simulations(cli, tmp_path: Path, options: tuple[str, str]) -> None:
     assert cli("simulate-calibration", "wang2021", *(part for pair in given.items() for part in pair)).refusal
 
 
-def test_lines_that_stretch(cli, data: Path, tmp_path: Path) -> None:
-    """From measured poses; without them it is refused."""
-    robot = load("wang2021")
-    model = Model(robot, Fidelity.of("elastic"))
-    poses = random_poses(robot, 20, np.random.default_rng(1))
-    lengths = solve_inverse(model, poses).checked().lengths
-    table = np.column_stack([lengths - lengths[0], poses, np.full(poses.shape, 1e-3)])
-    header = ",".join([*(f"dl_{i}" for i in range(1, 5)), "x,y,z,sigma_x,sigma_y,sigma_z"])
-    file, out = tmp_path / "d.csv", tmp_path / "new.toml"
-    file.write_text("\n".join([header, *(",".join(map(repr, row)) for row in table.tolist())]) + "\n")
+def test_lines_that_sag(cli, tmp_path: Path) -> None:
+    """The same contract as of rigid lines; the modulus is written, comments are kept, there is a report."""
+    file, robot, out = tmp_path / "d.csv", tmp_path / "mine.toml", tmp_path / "new.toml"
+    robot.write_text(library_text("paty2021").replace("102.2 GPa", "80 GPa"))
+    made = ("--poses", "25", "--noise", "0", "--cable", "catenary", "--tension-noise", "0", "--seed", "3")
+    truth = tmp_path / "t.json"
+    assert cli("simulate-calibration", "paty2021", *made, "--guess", "0.02", "--out", file, "--truth", truth).code == 0
     plan = tmp_path / "plan.toml"
     plan.write_text('schema = 1\nunknowns = ["exit_point", "length_offset", "modulus"]\nshared = ["modulus"]\n')
-    found = cli("calibrate", "wang2021", file, "--cable", "elastic", "--plan", plan, "--out", out, "--json").json
+    asked = ("calibrate", robot, file, "--cable", "catenary", "--plan", plan, "--rough", "0.02", "--out", out)
+    found = cli(*asked, "--json").json
     assert found.keys() >= KEYS
-    assert found["gauge"] == []
-    assert found["rms"] < 1e-8
-    assert load(out).lines[0].cable.young_modulus == pytest.approx(100e9, rel=1e-4)
-    assert "need measured poses" in cli("calibrate", "wang2021", data, "--cable", "elastic").refusal
-    assert "unknown cable law" in cli("calibrate", "wang2021", file, "--cable", "rubber").refusal
-    assert (
-        "datum: goes with rigid" in cli("calibrate", "wang2021", file, "--cable", "elastic", "--datum", "inner").refusal
-    )
+    assert (found["status"], found["cable"]) == ("ok", "catenary")
+    assert found["unknowns"] - found["rank"] == len(found["gauge"]) == 4
+    assert found["rms"] < 1e-10
+    home = [found["values"][f"home length of {line.name}"] for line in load("paty2021").lines]
+    assert home == pytest.approx(json.loads(truth.read_text())["home_lengths"], abs=1e-8)
+    assert load(out).lines[0].cable.young_modulus == pytest.approx(load("paty2021").lines[0].cable.young_modulus)
+    assert "Lines stretch and sag" in (tmp_path / "new.html").read_text()
+    assert "# " in out.read_text()
+
+
+@pytest.mark.parametrize(
+    ("robot", "made", "asked", "told"),
+    [
+        ("wang2021", (), ("--cable", "elastic"), "measure tensions (f_1 .., even roughly"),
+        ("wang2021", ("--tension-noise", "1"), ("--cable", "rubber"), "unknown cable law"),
+        (
+            "wang2021",
+            ("--tension-noise", "1"),
+            ("--cable", "elastic", "--datum", "south-west,south-west.x"),
+            "held twi",
+        ),
+        ("wang2021", ("--tension-noise", "1", "--poses", "2"), ("--cable", "elastic"), "at least 3 are needed"),
+    ],
+)
+def test_bad_data_of_lines_that_stretch(cli, tmp_path: Path, robot: str, made, asked, told: str) -> None:
+    file, out = tmp_path / "d.csv", tmp_path / "new.toml"
+    given = {"--poses": "20", "--noise": "0"} | dict(zip(made[::2], made[1::2], strict=True))
+    made_up = (part for pair in given.items() for part in pair)
+    assert cli("simulate-calibration", robot, *made_up, "--cable", "elastic", "--out", file).code == 0
+    assert told in cli("calibrate", robot, file, *asked, "--out", out).refusal
+    assert not out.exists()
+
+
+def test_all_that_may_be_measured_is_made_and_read(cli, tmp_path: Path) -> None:
+    file, noise = tmp_path / "d.csv", ("--tension-noise", "0.5", "--swivel-noise", "0.001", "--tilt-noise", "0.001")
+    made = ("--poses", "12", "--noise", "0.0001", *noise, "--pose-noise", "0.001", "--cable", "catenary")
+    assert cli("simulate-calibration", "jung2020", *made, "--out", file).code == 0
+    found = cli("calibrate", "jung2020", file, "--cable", "catenary", "--rough", "0.01", "--json").json
+    assert (found["status"], found["gauge"], found["rejected"]) == ("ok", [], [])
+    assert "no tilt" in cli("simulate-calibration", "wang2021", *made, "--out", file).refusal
+    bad = ("--poses", "5", "--noise", "0", "--tension-noise", "nan", "--out", file)
+    assert "tension noise = nan" in cli("simulate-calibration", "wang2021", *bad).refusal
 
 
 def test_a_body_may_be_guessed_unrotated(cli, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cablewright.apps.cli.options import AsJson, RobotName
-from cablewright.apps.cli.output import print_json, tell, write_whole
+from cablewright.apps.cli.output import print_json, progress, tell, write_whole
 from cablewright.errors import AnswerError, InputError
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from cablewright.calibration.observability import Direction
     from cablewright.calibration.plan import Plan
-    from cablewright.calibration.problem import Measured
     from cablewright.calibration.solve import Calibration
     from cablewright.calibration.unknowns import Unknown
     from cablewright.robot import Robot
@@ -49,7 +48,7 @@ def calibrate(
     ] = None,
     rough: Annotated[float, typer.Option("--rough", help="How far the file's exit points may be off, m.")] = 0.5,
     cable: Annotated[
-        str, typer.Option("--cable", help="rigid; or elastic, catenary, which need measured poses.")
+        str, typer.Option("--cable", help="rigid; or elastic, catenary, which need tensions or measured poses.")
     ] = "rigid",
     seed: Annotated[int, typer.Option("--seed", help="Seed of the starts.")] = 0,
     as_json: AsJson = False,
@@ -66,11 +65,8 @@ def calibrate(
     machine = load(robot)
     measured = read_measured(data, machine)
     asked = _plan(plan, data, datum)
-    if cable != "rigid":
-        if report is not None:
-            raise InputError(f"--report = {str(report)!r}: there is none of {cable} lines; leave it out")
-        return _elastic(robot, machine, measured, asked, cable, out, as_json)
-    found = solve(machine, measured, asked, seed=seed, rough=rough)
+    with progress() as show:
+        found = solve(machine, measured, asked, seed=seed, rough=rough, cable=cable, progress=show)
     good = found.status == "ok"
     page = report or (out.with_suffix(".html") if out is not None and good else None)
     text = _updated(robot, found.robot) if out is not None and good else None
@@ -98,6 +94,19 @@ def simulate_calibration(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="CSV to write.")],
     seed: Annotated[int, typer.Option("--seed", help="Seed of poses, noise and guesses.")] = 0,
     guess: Annotated[float, typer.Option("--guess", help="How far x,y,z may be from the poses, m.")] = 0.05,
+    cable: Annotated[str, typer.Option("--cable", help="rigid, elastic or catenary.")] = "rigid",
+    tension_noise: Annotated[
+        float | None, typer.Option("--tension-noise", help="Add tensions with this standard deviation, N.")
+    ] = None,
+    swivel_noise: Annotated[
+        float | None, typer.Option("--swivel-noise", help="Add azimuths of the lines with this one, rad.")
+    ] = None,
+    tilt_noise: Annotated[
+        float | None, typer.Option("--tilt-noise", help="Add the lean of a body with this one, rad.")
+    ] = None,
+    pose_noise: Annotated[
+        float | None, typer.Option("--pose-noise", help="Measure poses with this one, m and rad, instead of guesses.")
+    ] = None,
     truth: Annotated[
         Path | None, typer.Option("--truth", metavar="FILE", help="JSON with the true poses and home lengths.")
     ] = None,
@@ -107,7 +116,7 @@ def simulate_calibration(
     import json
 
     from cablewright.calibration.data import MAX_POSES, write_measured
-    from cablewright.calibration.simulation import simulate
+    from cablewright.calibration.simulation import Beside, simulate
     from cablewright.robot import load
 
     if not 1 <= poses <= MAX_POSES:
@@ -115,10 +124,14 @@ def simulate_calibration(
     if seed < 0:
         raise InputError(f"--seed = {seed}: must not be negative")
     machine = load(robot)
-    made = simulate(machine, poses, noise, seed, guess=guess)
+    beside = Beside(tension_noise, swivel_noise, tilt_noise, pose_noise)
+    made = simulate(machine, poses, noise, seed, guess=guess, cable=cable, beside=beside)
+    lines = "" if cable == "rigid" else f", {cable} lines"
+    made_up = f"made up: {poses} poses of {machine.name}{lines}, encoder noise {noise:g} m, seed {seed}"
     comments = (
-        f"made up: {poses} poses of {machine.name}, encoder noise {noise:g} m, seed {seed}; the first pose is home",
-        f"x,y,z are guesses within {guess:g} m of the poses, not data",
+        f"{made_up}; the first pose is home",
+        f"x,y,z are guesses within {guess:g} m of the poses, not data" if pose_noise is None else "poses are measured",
+        *(f"{what} noise {value:g}, SI" for what, value in vars(beside).items() if value is not None),
     )
     write_whole(out, write_measured(made.measured, machine, comments).encode())
     if truth is not None:
@@ -148,50 +161,6 @@ def _plan(file: Path | None, data: Path, datum: str | None) -> Plan:
     return asked.model_copy(update={"datum": parts})
 
 
-def _elastic(
-    name: str, machine: Robot, measured: Measured, asked: Plan, cable: str, out: Path | None, as_json: bool
-) -> int:
-    """Calibrate lines that stretch or sag."""
-    from cablewright.calibration.elastic import calibrate_elastic
-
-    found = calibrate_elastic(machine, measured, asked, cable)
-    written = None
-    if out is not None and found.status == "ok":
-        write_whole(out, _updated(name, found.robot).encode())
-        written = str(out)
-    names = [each.label for each in found.unknowns]
-    if as_json:
-        told = {
-            "status": found.status,
-            "reason": found.reason or None,
-            "rms": found.rms,
-            "iterations": found.iterations,
-            "unknowns": found.alone.total,
-            "rank": found.alone.rank,
-            "gauge": found.gauge,
-            "weakest": _directions(found.weakest),
-            "sigma": dict(zip(names, found.sigma.tolist(), strict=True)),
-            "values": dict(zip(names, found.values.tolist(), strict=True)),
-            "rejected": [],
-            "robot": found.robot.model_dump(mode="json"),
-            "out": written,
-        }
-        print_json(told)
-    elif found.status == "ok":
-        typer.echo(
-            f"robot          {machine.name}, {cable} lines, {len(measured.counted)} poses, {found.iterations} steps"
-        )
-        typer.echo(f"poses fit to   {found.rms * 1e3:.4g} mm rms")
-        typer.echo(f"unknowns       {found.alone.total}, of which the data alone decide {found.alone.rank}")
-        typer.echo(f"open           {', '.join(found.gauge) or 'nothing'}")
-        _print_values(found.unknowns, found.values, found.sigma)
-        if written is not None:
-            typer.echo(f"robot file     {written}")
-    if found.status != "ok":
-        raise AnswerError(f"not calibrated: {found.reason}")
-    return 0
-
-
 def _directions(weakest: Sequence[Direction]) -> list[dict[str, Any]]:
     return [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in weakest]
 
@@ -201,6 +170,12 @@ def _print_values(unknowns: Sequence[Unknown], values: Array, sigmas: Array) -> 
     for unknown, value, sigma in zip(unknowns, values, sigmas, strict=True):
         size, unit = (1e3, "mm") if unknown.unit == "m" else (1.0, unknown.unit)
         typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma * size:.3g} {unit}")
+
+
+def _shown(value: float, unit: str, width: int = 0) -> str:
+    """A small number with its unit: lengths in mm, angles in mrad."""
+    times, shown = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}.get(unit, (1.0, unit))
+    return f"{value * times:{width}.4g} {shown}"
 
 
 def _updated(name: str, robot: Robot) -> str:
@@ -224,6 +199,7 @@ def summary(found: Calibration) -> dict[str, Any]:
     return {
         "status": found.status,
         "reason": found.reason or None,
+        "cable": found.problem.cable,
         "rms": found.rms,
         "iterations": found.iterations,
         "poses": found.problem.poses,
@@ -241,7 +217,9 @@ def summary(found: Calibration) -> dict[str, Any]:
                 "pose": each.pose + 1,
                 "row": places[each.pose] if len(places) else None,
                 "line": each.line,
+                "sensor": each.sensor,
                 "size": each.size,
+                "unit": each.unit,
             }
             for each in found.rejected
         ],
@@ -266,7 +244,8 @@ def _print(found: Calibration, written: str | None, page: Path | None) -> None:
     """The answer for people."""
     robot = found.problem.robot
     alone = found.alone
-    typer.echo(f"robot          {robot.name}, {found.problem.poses} poses, {found.iterations} steps")
+    lines = "" if found.problem.cable == "rigid" else f"{found.problem.cable} lines, "
+    typer.echo(f"robot          {robot.name}, {lines}{found.problem.poses} poses, {found.iterations} steps")
     exact = f"encoders are exact to {found.encoder_sigma * 1e3:.4g} mm"
     exact = exact if math.isfinite(found.encoder_sigma) else "nothing tells how exact encoders are"
     typer.echo(f"lengths fit to {found.rms * 1e3:.4g} mm rms; {exact}")
@@ -277,13 +256,12 @@ def _print(found: Calibration, written: str | None, page: Path | None) -> None:
     typer.echo(f"datum          {held if held and held != 'inner' else inner}")
     typer.echo("weakest")
     for each in found.weakest:
-        unit, times = ("mrad", 1e3) if each.unit == "rad" else ("mm", 1e3)
-        typer.echo(f"  {each.sigma * times:10.4g} {unit:5} {each.words}")
+        typer.echo(f"  {_shown(each.sigma, each.unit, 10):16} {each.words}")
     _print_values(found.unknowns, found.values, found.sigma)
     for out in found.rejected:
         where = found.problem.measured.place(out.pose)
-        line = "" if out.line is None else f", {out.line}"
-        typer.echo(f"left out       {where}{line}: off by {out.size * 1e3:.4g} mm")
+        line = "" if out.line is None else f", {out.sensor} of {out.line}"
+        typer.echo(f"left out       {where}{line}: off by {_shown(out.size, out.unit)}")
     if found.suggestions:
         typer.echo("sigma of the exit points (rms, in one frame) with one more measurement, and open freedoms")
     for more in found.suggestions[:4]:

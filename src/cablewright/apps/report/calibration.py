@@ -47,7 +47,7 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
         yield section("How well exit points are known", *_exits(pictures))
         yield section("What one more measurement would bring", *_suggestions(found))
     yield section("What went in", _inputs(found, data))
-    yield section("What is assumed", list_of(_assumed()))
+    yield section("What is assumed", list_of(_assumed(found)))
 
 
 def _verdict(found: Calibration) -> Html:
@@ -114,7 +114,12 @@ def _residuals(found: Calibration, pictures: Pictures) -> Iterator[Html]:
     if found.rejected:
         place = found.problem.measured.place
         rows = [
-            (str(each.pose + 1), place(each.pose), each.line or "not told by the others", quantity(each.size, "m"))
+            (
+                str(each.pose + 1),
+                place(each.pose),
+                f"{each.sensor} of {each.line}" if each.line else "not told by the others",
+                quantity(each.size, each.unit),
+            )
             for each in found.rejected
         ]
         yield table(("pose", "where", "line", "off by"), rows, numbers=(0, 3))
@@ -168,10 +173,16 @@ def _inputs(found: Calibration, data: str) -> Html:
     return table(("what", "value"), [row for row in rows if row[1]])
 
 
-def _assumed() -> list[str]:
+def _assumed(found: Calibration) -> list[str]:
+    lines = {
+        "rigid": "Lines are straight and do not stretch; sheaves swivel about a vertical axis without friction.",
+        "elastic": "Lines are straight and stretch; sheaves are as in the robot file, without friction.",
+        "catenary": "Lines stretch and sag; sheaves are as in the robot file, without friction.",
+    }
+    begin = "the winch exit, unstrained" if found.problem.hangs else "the exit point"
     return [
-        "Lines are straight and do not stretch; sheaves swivel about a vertical axis without friction.",
-        "Errors of the encoders are independent, normal and alike in all lines and poses.",
+        lines[found.problem.cable],
+        "Errors of each kind of sensor are independent, normal and alike in all lines and poses.",
         "Sigma is of the first order: where a tilt is known to a few degrees only, its errors are not normal.",
-        "Lengths count from the exit point; home lengths are those where counts are zero, whichever pose that is.",
+        f"Lengths count from {begin}; home lengths are those where counts are zero, whichever pose that is.",
     ]
