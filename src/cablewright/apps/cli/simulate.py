@@ -43,10 +43,7 @@ def machines(
 def simulate(
     robot: RobotName,
     machine: Annotated[
-        str | None,
-        typer.Option(
-            "--machine", metavar="NAME", help="A TOML file, or a name that `machines` lists; the robot's own."
-        ),
+        str | None, typer.Option("--machine", metavar="NAME", help="A file, or a name that `machines` lists.")
     ] = None,
     loop: Annotated[
         float | None, typer.Option("--loop", metavar="L", help="Go round a random closed path this long, m.")
@@ -93,8 +90,8 @@ def simulate(
     if out is not None and out.suffix != ".mcap":
         raise InputError(f"--out = {str(out)!r}: a name that ends in .mcap is wanted")
     described = load(robot)
-    machine = machine or (described.name if described.name in settings_names() else "merlet2023")
-    settings = _with_faults(load_settings(machine), fault or [], wifi_gap or [])
+    own = described.name if described.name in settings_names() else "merlet2023"
+    settings = _with_faults(load_settings(machine or own), fault or [], wifi_gap or [])
     driving = DriveSettings(speed=speed, slack=slack, valve=valve)
     way = None if loop is None else random_round(described, loop, seed)
     start = _numbers(hold or "", 3, "--hold") if way is None else [*way[0], height]
