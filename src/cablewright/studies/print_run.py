@@ -50,6 +50,8 @@ _MANIFEST_BYTES: Final = 1 << 20
 class Timing:
     """How long the control steps took, s: what is done with a frame until it is answered and logged."""
 
+    period: float
+    """s, what a step may take."""
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
     late: array[float] = field(default_factory=lambda: array("d"))
@@ -103,7 +105,7 @@ def run_print(
     _prepare(folder, about, resume)
     with held(folder / LOCK):
         machine, printer = _printer(twin, plan, folder, resume)
-        run = PrintRun(folder, machine, printer, Timing())
+        run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
             path = next_segment(folder)
