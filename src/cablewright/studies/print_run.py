@@ -113,7 +113,11 @@ def run_print(
                 write_log(path, head, flush_every=_EVERY, clock=time.monotonic) as log,
                 Keeper(folder / CHECKPOINT) as keeper,
             ):
-                _go_on(run, log, keeper, real_time, progress)
+                gc.freeze()  # what is there by now need not be looked through again and again
+                try:
+                    _go_on(run, log, keeper, real_time, progress)
+                finally:
+                    gc.unfreeze()
         return run
 
 
@@ -125,7 +129,6 @@ def _go_on(
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
     whole = round(1e3 * printer.plan.course.track.length)
     saved = begun = time.monotonic()
-    gc.freeze()
     for run.steps in range(1, _MOST_STEPS):
         orders = attendant.orders(printer, machine.time)
         step = printer.step(orders)
