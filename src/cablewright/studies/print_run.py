@@ -50,6 +50,8 @@ _MANIFEST_BYTES: Final = 1 << 20
 class Timing:
     """How long the control steps took, s: what is done with a frame until it is answered and logged."""
 
+    period: float
+    """s, what a step may take."""
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
     late: array[float] = field(default_factory=lambda: array("d"))
@@ -103,7 +105,7 @@ def run_print(
     _prepare(folder, about, resume)
     with held(folder / LOCK):
         machine, printer = _printer(twin, plan, folder, resume)
-        run = PrintRun(folder, machine, printer, Timing())
+        run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
             path = next_segment(folder)
@@ -111,7 +113,11 @@ def run_print(
                 write_log(path, head, flush_every=_EVERY, clock=time.monotonic) as log,
                 Keeper(folder / CHECKPOINT) as keeper,
             ):
-                _go_on(run, log, keeper, real_time, progress)
+                gc.freeze()  # what is there by now need not be looked through again and again
+                try:
+                    _go_on(run, log, keeper, real_time, progress)
+                finally:
+                    gc.unfreeze()
         return run
 
 
@@ -123,7 +129,6 @@ def _go_on(
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
     whole = round(1e3 * printer.plan.course.track.length)
     saved = begun = time.monotonic()
-    gc.freeze()
     for run.steps in range(1, _MOST_STEPS):
         orders = attendant.orders(printer, machine.time)
         step = printer.step(orders)
