@@ -411,5 +411,5 @@ def _fit(
         weighted = (weights[used] @ slopes).reshape(-1, len(prior))
         normal_matrix = np.diag(prior) + weighted.T @ slopes.reshape(-1, len(prior))
         q = q - np.linalg.solve(normal_matrix, np.stack([turn, off], axis=1)[used].ravel() @ weighted + prior * q)
-    covariance = np.linalg.inv(normal_matrix)[:3, :3]
+    covariance: Array = np.linalg.inv(normal_matrix)[:3, :3]
     return q[:3], covariance, q[3 : 3 + len(lidars)], tuple(used.tolist())
