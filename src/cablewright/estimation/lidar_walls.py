@@ -20,10 +20,10 @@ from cablewright.estimation.constraints import (
     Candidates,
     Constraint,
     SeenLine,
+    all_wrapped,
     candidates_of,
     constraints_of,
     judged,
-    turns,
     wrapped,
 )
 from cablewright.estimation.room import Laser, Room
@@ -365,7 +365,7 @@ def _apart(found: Candidates, settings: WallSettings, new: NDArray[np.bool_]) ->
     ``new``: (k,), which are of new turns alone.
     """
     far = np.hypot(*(found.position - found.position[0]).T) > np.where(new, settings.distinct, settings.stray)
-    turned = np.abs(turns(found.yaw - found.yaw[0])) > np.where(new, 3.0 * settings.agree, settings.yaw_step)
+    turned = np.abs(all_wrapped(found.yaw - found.yaw[0])) > np.where(new, 3.0 * settings.agree, settings.yaw_step)
     return np.asarray(far | turned)
 
 
@@ -402,7 +402,7 @@ def _fit(
         lever = mounts @ np.array([[c, s], [-s, c]])
         J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
         off = (n * (lever + q[:2])).sum(axis=1) + distances + J[:, 1, 3:] @ q[3:]
-        turn = turns(q[2] - yaws) + J[:, 0, 3:] @ q[3:]
+        turn = all_wrapped(q[2] - yaws) + J[:, 0, 3:] @ q[3:]
         if not len(used):  # what fits the candidate, and always its own two lines
             fits = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
             fits[list(best.constraints)] = True
@@ -411,5 +411,5 @@ def _fit(
         weighted = (weights[used] @ slopes).reshape(-1, len(prior))
         normal_matrix = np.diag(prior) + weighted.T @ slopes.reshape(-1, len(prior))
         q = q - np.linalg.solve(normal_matrix, np.stack([turn, off], axis=1)[used].ravel() @ weighted + prior * q)
-    covariance: Array = np.linalg.inv(normal_matrix)[:3, :3]
+    covariance = np.linalg.inv(normal_matrix)[:3, :3].astype(np.float64)
     return q[:3], covariance, q[3 : 3 + len(lidars)], tuple(used.tolist())
