@@ -42,7 +42,7 @@ class Clusters(NamedTuple):
     members: Index
     first: Index  # (k,)
     size: Index  # (k,)
-    sums: Array  # (k, SUMS): means, scatters and ends
+    sums: Array  # (k, SUMS): means, ends and scatters
 
     def __len__(self) -> int:
         return len(self.first)

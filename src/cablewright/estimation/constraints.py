@@ -21,10 +21,10 @@ __all__ = [
     "Candidates",
     "Constraint",
     "SeenLine",
+    "all_wrapped",
     "candidates_of",
     "constraints_of",
     "judged",
-    "turns",
     "wrapped",
 ]
 
@@ -85,7 +85,7 @@ def wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
-def turns(angles: Array) -> Array:
+def all_wrapped(angles: Array) -> Array:
     """Return the angles within half a turn of 0."""
     return np.asarray(np.remainder(angles + math.pi, math.tau) - math.pi)
 
@@ -144,7 +144,7 @@ def candidates_of(constraints: Sequence[Constraint], room: Room, agree: float, o
     normals, offsets, yaws, sigmas, variances = map(np.array, list(zip(*constraints, strict=True))[3:])
     i, j = np.repeat(c, len(d)), np.tile(d, len(c))
     det = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
-    turn = turns(yaws[j] - yaws[i])
+    turn = all_wrapped(yaws[j] - yaws[i])
     good = (np.abs(det) > math.sin(_LEAST_ANGLE)) & (np.abs(turn) <= agree + 3.0 * np.hypot(sigmas[i], sigmas[j]))
     i, j, det, turn = i[good], j[good], det[good], turn[good]
     x = (offsets[i] * normals[j, 1] - offsets[j] * normals[i, 1]) / det

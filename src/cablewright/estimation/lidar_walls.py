@@ -20,16 +20,15 @@ from cablewright.estimation.constraints import (
     Candidates,
     Constraint,
     SeenLine,
+    all_wrapped,
     candidates_of,
     constraints_of,
     judged,
-    turns,
     wrapped,
 )
 from cablewright.estimation.room import Laser, Room
 from cablewright.estimation.scan import Lidar, level_mount, points_of
 from cablewright.estimation.wall_lines import LineSearch, lines_of
-from cablewright.kernels.lines_of_scan import settle
 
 __all__ = [
     "KeptTurn",
@@ -366,7 +365,7 @@ def _apart(found: Candidates, settings: WallSettings, new: NDArray[np.bool_]) ->
     ``new``: (k,), which are of new turns alone.
     """
     far = np.hypot(*(found.position - found.position[0]).T) > np.where(new, settings.distinct, settings.stray)
-    turned = np.abs(turns(found.yaw - found.yaw[0])) > np.where(new, 3.0 * settings.agree, settings.yaw_step)
+    turned = np.abs(all_wrapped(found.yaw - found.yaw[0])) > np.where(new, 3.0 * settings.agree, settings.yaw_step)
     return np.asarray(far | turned)
 
 
@@ -378,30 +377,39 @@ def _fit(
     Each lidar's bias and each wall's surveyed distance are unknown too, as far as their sigmas let them be. Returns
     x, y, yaw (3,), their covariance (3, 3), the biases (l,) m, and which constraints are used.
     """
-    room, lidars, k = settings.room, settings.lidars, len(constraints)
+    room, lidars, k = settings.room, settings.lidars, np.arange(len(constraints))
     prior = np.concatenate([np.zeros(3), [one.bias_sigma for one in lidars], room.distance_sigmas])
     prior[3:] = np.maximum(prior[3:], _LEAST_SIGMA) ** -2.0
     lines, walls = [seen[one.seen].line for one in constraints], np.array([one.wall for one in constraints])
     spread = np.array([line.covariance for line in lines])
     spread[:, 0, 0] += room.angle_sigmas[walls] ** 2
     weights = np.linalg.inv(spread)
-    known, gates = np.empty((k, 2)), np.empty((k, 2))
-    gates[:, 0] = settings.agree + 3.0 * np.sqrt(spread[:, 0, 0])
-    gates[:, 1] = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + room.distance_sigmas[walls] ** 2)
-    known[:, 0] = [one.yaw for one in constraints]
-    known[:, 1] = [line.distance for line in lines]
-    known[:, 1] -= room.distances[walls]
+    turn_gate = settings.agree + 3.0 * np.sqrt(spread[:, 0, 0])
+    off_gate = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + room.distance_sigmas[walls] ** 2)
+    n, yaws = room.normals[walls], np.array([one.yaw for one in constraints])
     mounts = np.array([seen[one.seen].mount for one in constraints])
-    # Residuals are (yaw, place along the normal), with slopes by x, y, yaw, the lidar's bias and the wall's offset.
-    slots, slopes = np.tile(np.arange(5), (k, 1)), np.zeros((k, 2, 5))
-    slots[:, 3], slots[:, 4] = [3 + seen[one.seen].lidar for one in constraints], 3 + len(lidars) + walls
-    slopes[:, 0, 2], slopes[:, 1, :2], slopes[:, 1, 4] = 1.0, room.normals[walls], -1.0
-    slopes[:, :, 3] = [-line.per_bias for line in lines]
-    used = np.zeros(k, np.bool_)
-    used[list(best.constraints)] = True  # always its own two lines
-    q, solved = np.zeros(len(prior)), np.empty((len(prior), 4))
+    distances = np.array([line.distance for line in lines]) - room.distances[walls]
+    # Residuals are (yaw, place along the normal); their slopes but for the yaw's of the place:
+    J = np.zeros((len(k), 2, len(prior)))
+    J[:, 0, 2], J[:, 1, :2] = 1.0, n
+    J[k, :, [3 + seen[one.seen].lidar for one in constraints]] = [-line.per_bias for line in lines]
+    J[k, 1, 3 + len(lidars) + walls] = -1.0
+    q = np.zeros(len(prior))
     q[:3] = *best.position, best.yaw
-    matrix = np.empty((len(prior), len(prior)))
-    if not settle(slopes, slots, weights, known, mounts, gates, prior, used, q, matrix, solved):
-        raise ArithmeticError("the place by walls is not determined, though two of them cross")
-    return q[:3], solved[:3, 1:], q[3 : 3 + len(lidars)], tuple(np.flatnonzero(used).tolist())
+    used = np.empty(0, np.intp)
+    for _ in range(2):
+        c, s = math.cos(q[2]), math.sin(q[2])
+        lever = mounts @ np.array([[c, s], [-s, c]])
+        J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
+        off = (n * (lever + q[:2])).sum(axis=1) + distances + J[:, 1, 3:] @ q[3:]
+        turn = all_wrapped(q[2] - yaws) + J[:, 0, 3:] @ q[3:]
+        if not len(used):  # what fits the candidate, and always its own two lines
+            fits = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
+            fits[list(best.constraints)] = True
+            used = np.flatnonzero(fits)
+        slopes = J[used]
+        weighted = (weights[used] @ slopes).reshape(-1, len(prior))
+        normal_matrix = np.diag(prior) + weighted.T @ slopes.reshape(-1, len(prior))
+        q = q - np.linalg.solve(normal_matrix, np.stack([turn, off], axis=1)[used].ravel() @ weighted + prior * q)
+    covariance = np.linalg.inv(normal_matrix)[:3, :3].astype(np.float64)
+    return q[:3], covariance, q[3 : 3 + len(lidars)], tuple(used.tolist())

@@ -83,8 +83,9 @@ def points_of(
     for each in (leaning, moved):
         if each is not None and each.ndim == 2 and not np.isfinite(each).all():
             good &= np.isfinite(each).all(axis=1)
-    for begin, end in lidar.masked:
-        good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
+    with np.errstate(invalid="ignore"):
+        for begin, end in lidar.masked:
+            good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
     if not np.isfinite(leaning.reshape(-1, 2)[-1:]).all():
         good[:] = False  # which way the lidar leans at the end is not known
     chosen = np.flatnonzero(good)

@@ -5,6 +5,8 @@ Total least squares, weighted: a range's noise counts by how steeply its ray mee
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -13,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.clusters import Clustering, clusters_of
 from cablewright.estimation.scan import Lidar, Points
-from cablewright.kernels.lines_of_scan import COLUMNS, COVARIANCE, LINE_ENDS, PER_BIAS, POINTS, draw
+from cablewright.kernels.lines_of_scan import COLUMNS, draw
 
 __all__ = ["LineSearch", "WallLine", "lines_of"]
 
@@ -71,11 +73,24 @@ def lines_of(points: Points, lidar: Lidar, search: LineSearch) -> list[WallLine]
     work, marks = np.empty((6, len(points))), np.empty((2, len(points)), np.int64)
     found = np.empty((_MOST_LINES, COLUMNS))
     k = draw(points.xy, points.ray, points.distance, members, first, size, sums, rules, work, marks, found)
-    return [_line(row) for row in found[np.argsort(-found[:k, POINTS], kind="stable")]]
+    return sorted(map(_line, found[:k].tolist()), key=lambda line: -line.points)
 
 
-def _line(row: Array) -> WallLine:
-    """Name what `draw` tells of a line."""
-    angle, distance, variance, count = row[:COVARIANCE].tolist()
-    covariance, ends = row[COVARIANCE:LINE_ENDS].reshape(2, 2), row[LINE_ENDS:PER_BIAS].reshape(2, 2)
-    return WallLine(angle, distance, covariance, variance, int(count), ends, row[PER_BIAS:])
+def _line(row: Sequence[float]) -> WallLine:
+    """Turn the normal away from the lidar, and say how well the line is known."""
+    ax, ay, offset, lever, low, high, count, total, larger, scale, squares, steep, turned = row
+    sign = -1.0 if offset < 0.0 else 1.0
+    turn = 1.0 / max(larger, 1e-300)  # rad^2, variance of the angle
+    # n(angle) p = offset holds at the mean: the offset turns by where that is along the line, its lever.
+    both, across = sign * lever * turn, 1.0 / total + lever**2 * turn
+    # A bias moves each point by how steeply it is seen, which differs along the line.
+    by_bias = turn * turned
+    return WallLine(
+        angle=math.atan2(sign * ax, -sign * ay),
+        distance=sign * offset,
+        covariance=scale**2 * np.array([[turn, both], [both, across]]),
+        variance=squares / max(count - 2.0, 1.0),
+        points=int(count),
+        ends=np.array([[end * ax - offset * ay, end * ay + offset * ax] for end in (low, high)]),
+        per_bias=np.array([by_bias, sign * (steep / total + lever * by_bias)]),
+    )

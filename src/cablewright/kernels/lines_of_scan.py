@@ -1,21 +1,23 @@
-"""One turn of a planar lidar: its points cut into clusters, straight lines through these, and places by the lines.
+"""One turn of a planar lidar: its points cut into clusters, straight lines through these, and what places explain.
 
-`Clustering`, `LineSearch` and `WallSettings` in cablewright.estimation say what the rules mean.
+`Clustering` and `LineSearch` in cablewright.estimation say what the rules mean.
 """
 
-from math import atan2, ceil, cos, floor, hypot, inf, pi, sin, sqrt
+from math import atan2, ceil, cos, hypot, inf, sin, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.newton import solve
 
 # Rules of `cut`.
 SIGMA, GRAZING, SKIP, REACH, ALIGNMENT, LEAST = 0, 1, 2, 3, 4, 5
 # Rules of `draw`.
 NOISE, BEARING_NOISE, BEYOND, MERGE, OUTLIER, LEAST_POINTS, LEAST_LENGTH = 0, 1, 2, 3, 4, 5, 6
-# Columns of a cluster: mean and ends, m; sums of xx, xy, yy about the mean, m^2.
-MEAN, SCATTER, ENDS, SUMS = 0, 2, 5, 9
-# Columns of a line; its covariance (2, 2), ends (2, 2) and per_bias (2,) in a row, as a WallLine has them.
-ANGLE, DISTANCE, VARIANCE, POINTS, COVARIANCE, LINE_ENDS, PER_BIAS, COLUMNS = 0, 1, 2, 3, 4, 8, 12, 14
+# Columns of a cluster: its mean, and from there to its end, m; sums of xx, xy, yy about the mean, m^2.
+MEAN, END, SCATTER, SUMS = 0, 2, 4, 7
+# Columns of a line: the unit vector along it; its place across that, its mean's along it (negative) and its ends', m.
+ALONG, OFFSET, LEVER, LOW, HIGH = 0, 2, 3, 4, 5
+# Its points, the sum of their weights (1/m^2) and their weighted scatter along it, by how much they scatter more than
+# their noise, squares of what they are off (m^2); sums of their steepness, and of that by the place, weighted.
+COUNT, TOTAL, LARGER, SCALE, SQUARES, STEEP, TURNED, COLUMNS = 6, 7, 8, 9, 10, 11, 12, 13
 
 # Rows of what `draw` keeps of the points near a line: the point, the ray to it, how far that goes, and its weight.
 X, Y, U, V, FAR, WEIGHT = 0, 1, 2, 3, 4, 5
@@ -170,7 +172,7 @@ def _align(x, y, count, way, near, rules, aligned):
 
 @jit
 def _sum(x, y, begin, end, row):
-    """Add up the points of a cluster, about their mean; its ends are those of evenly spread points."""
+    """Add up the points of a cluster, about their mean; it ends where evenly spread points would."""
     mx, my, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(begin, end):
         mx += x[j]
@@ -184,10 +186,8 @@ def _sum(x, y, begin, end, row):
         yy += dy * dy
     angle, larger = axis(xx, xy, yy)
     half = sqrt(3.0 * larger / (end - begin))
-    dx, dy = half * cos(angle), half * sin(angle)
-    row[MEAN], row[MEAN + 1] = mx, my
+    row[MEAN], row[MEAN + 1], row[END], row[END + 1] = mx, my, half * cos(angle), half * sin(angle)
     row[SCATTER], row[SCATTER + 1], row[SCATTER + 2] = xx, xy, yy
-    row[ENDS], row[ENDS + 1], row[ENDS + 2], row[ENDS + 3] = mx - dx, my - dy, mx + dx, my + dy
 
 
 @jit
@@ -253,9 +253,9 @@ def _gather(seed, size, sums, merge, free, group):
         nx, ny = -sin(angle), cos(angle)
         changed = False
         for c in range(k):
-            one = abs((sums[c, ENDS] - mx) * nx + (sums[c, ENDS + 1] - my) * ny)
-            other = abs((sums[c, ENDS + 2] - mx) * nx + (sums[c, ENDS + 3] - my) * ny)
-            joined = 1 if c == seed or (free[c] and one <= merge and other <= merge) else 0
+            off = abs((sums[c, MEAN] - mx) * nx + (sums[c, MEAN + 1] - my) * ny)
+            off += abs(sums[c, END] * nx + sums[c, END + 1] * ny)  # that of the farther of its two ends
+            joined = 1 if c == seed or (free[c] and off <= merge) else 0
             if joined != group[c]:
                 group[c] = joined
                 changed = True
@@ -339,17 +339,9 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
             turned += moved * (place + lever)
     if high - low < rules[LEAST_LENGTH]:
         return False
-    turn = 1.0 / max(larger, 1e-300)  # rad^2, variance of the angle
-    turned *= turn
-    sign = -1.0 if offset < 0.0 else 1.0  # its normal is away from the lidar
-    row[ANGLE], row[DISTANCE] = atan2(sign * ax, -sign * ay), sign * offset
-    row[VARIANCE], row[POINTS] = squares / max(count - 2, 1), count
-    row[COVARIANCE] = scale * scale * turn
-    row[COVARIANCE + 1] = row[COVARIANCE + 2] = scale * scale * sign * lever * turn
-    row[COVARIANCE + 3] = scale * scale * (1.0 / total + lever * lever * turn)
-    row[LINE_ENDS], row[LINE_ENDS + 1] = low * ax - offset * ay, low * ay + offset * ax
-    row[LINE_ENDS + 2], row[LINE_ENDS + 3] = high * ax - offset * ay, high * ay + offset * ax
-    row[PER_BIAS], row[PER_BIAS + 1] = turned, sign * (steep / total + lever * turned)
+    row[ALONG], row[ALONG + 1], row[OFFSET], row[LEVER], row[LOW], row[HIGH] = ax, ay, offset, lever, low, high
+    row[COUNT], row[TOTAL], row[LARGER], row[SCALE], row[SQUARES] = count, total, larger, scale, squares
+    row[STEEP], row[TURNED] = steep, turned
     return True
 
 
@@ -376,54 +368,3 @@ def explain(turned, level, xy, sees, near, recess, work, scores):
                 scores[k] -= 1.0
             elif nearest[i] <= near:
                 scores[k] += 1.0
-
-
-@jit
-def _wrapped(angle):
-    """The angle within half a turn of 0, rad."""
-    return angle - 2.0 * pi * floor((angle + pi) / (2.0 * pi))
-
-
-@jit
-def settle(slopes, slots, weights, known, mounts, gates, prior, used, q, matrix, solved):
-    """Fit *q* (p,): x, y, yaw, what lidars and walls are off; m and rad; from where it begins. False if it cannot be.
-
-    Each of k lines taken for walls has two residuals, its yaw and its place: *slopes* (k, 2, 5) by the unknowns in its
-    *slots* (k, 5), x, y and yaw first; *weights* (k, 2, 2); *known* (k, 2), its yaw, rad, and its distance less the
-    wall's, m; *mounts* (k, 2), m, of its lidar. *prior* (p,): weights of the unknowns themselves. In the first of two
-    rounds lines within their *gates* (k, 2) join those that are *used* (k,). The last columns of *solved* (p, 4) are
-    the covariance of x, y and yaw. Scratch: *matrix* (p, p).
-    """
-    p = q.shape[0]
-    for again in range(2):
-        c, s = cos(q[2]), sin(q[2])
-        for i in range(p):
-            for j in range(p):
-                matrix[i, j] = prior[i] if i == j else 0.0
-            solved[i, 0] = prior[i] * q[i]
-            for j in range(3):
-                solved[i, 1 + j] = 1.0 if i == j else 0.0
-        for k in range(slots.shape[0]):
-            nx, ny = slopes[k, 1, 0], slopes[k, 1, 1]
-            x, y = c * mounts[k, 0] - s * mounts[k, 1], s * mounts[k, 0] + c * mounts[k, 1]
-            slopes[k, 1, 2] = ny * x - nx * y
-            turn = _wrapped(q[2] - known[k, 0])
-            off = nx * (x + q[0]) + ny * (y + q[1]) + known[k, 1]
-            for i in range(3, 5):
-                turn += slopes[k, 0, i] * q[slots[k, i]]
-                off += slopes[k, 1, i] * q[slots[k, i]]
-            if again == 0 and abs(turn) <= gates[k, 0] and abs(off) <= gates[k, 1]:
-                used[k] = True
-            if used[k]:
-                for i in range(5):
-                    one = slopes[k, 0, i] * weights[k, 0, 0] + slopes[k, 1, i] * weights[k, 1, 0]
-                    other = slopes[k, 0, i] * weights[k, 0, 1] + slopes[k, 1, i] * weights[k, 1, 1]
-                    at = slots[k, i]
-                    solved[at, 0] += one * turn + other * off
-                    for j in range(5):
-                        matrix[at, slots[k, j]] += one * slopes[k, 0, j] + other * slopes[k, 1, j]
-        if not solve(matrix, solved, p, 4):
-            return False
-        for i in range(p):
-            q[i] -= solved[i, 0]
-    return True
