@@ -17,6 +17,7 @@ from benchmarks import (
     commands,
     equilibria,
     estimation,
+    hanging,
     interference,
     machine,
     statics,
@@ -44,6 +45,7 @@ def main() -> None:
         walls,
         machine,
         estimation,
+        hanging,
         commands,
     ):
         for row in source.rows():
