@@ -17,6 +17,7 @@ from benchmarks import (
     commands,
     equilibria,
     estimation,
+    hanging,
     interference,
     keeping,
     machine,
@@ -46,6 +47,7 @@ def main() -> None:
         machine,
         keeping,
         estimation,
+        hanging,
         commands,
     ):
         for row in source.rows():

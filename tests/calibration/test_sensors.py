@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numba.core.types import unliteral
 from scipy.optimize import least_squares
 
 from cablewright.calibration.fit import fit
-from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior
+from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior, Sigmas
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.simulation import random_poses, simulate
 from cablewright.calibration.solve import calibrate
@@ -208,3 +210,21 @@ def test_kernels_have_one_compiled_signature() -> None:
         for each in vars(module).values():
             if hasattr(each, "signatures"):
                 assert len({tuple(map(unliteral, signature)) for signature in each.signatures}) <= 1, each.__name__
+
+
+@pytest.mark.parametrize("name", ["wang2021", "cogiro", "jung2020"])
+def test_tensions_that_hold_a_platform_leave_no_force_and_no_moment(name: str) -> None:
+    """Tensions of rigid statics, of a body under a moment and with its mass aside too."""
+    robot = load(name)
+    if robot.n == 6:
+        platform = robot.platform.model_copy(update={"moment": (1.0, -2.0, 0.5), "centre_of_mass": (0.02, -0.03, 0.05)})
+        robot = robot.model_copy(update={"platform": platform})
+    held = solve_inverse(Model(robot, Fidelity.of("rigid")), random_poses(robot, 6, np.random.default_rng(2)))
+    measured = Measured(np.zeros(held.lengths.shape), held.pose, tensions=held.tensions)
+    problem = Problem.of(robot, measured, Plan(sigma=Sigmas(tension=1.0)))
+    left = problem.derivatives(problem.start, held.pose).residual[:, robot.m :]
+    assert left.shape[1] == robot.n
+    assert left == pytest.approx(np.zeros_like(left), abs=1e-8 * held.tensions.max())
+    spoiled = Problem.of(robot, replace(measured, tensions=held.tensions * 1.01), Plan(sigma=Sigmas(tension=1.0)))
+    mended = spoiled.balanced(spoiled.start, held.pose).derivatives(spoiled.start, held.pose).residual[:, robot.m :]
+    assert mended == pytest.approx(np.zeros_like(mended), abs=1e-8 * held.tensions.max())

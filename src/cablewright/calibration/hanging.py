@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import Derivatives, Measured, Problem, equations
+from cablewright.errors import AnswerError
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Code
 from cablewright.kernels.pose_schur import FLOOR, MOST_DAMPING, NO_BETTER, Settings
@@ -110,7 +111,7 @@ class Hanging(Problem):
         return [(at, each.parameter) for at, each in enumerate(free) if each.parameter is not None]
 
     def equilibria(self, theta: Array, own: Array) -> Equilibrium:
-        """Where the platform hangs with these numbers; rows that have no answer keep their pose and say so."""
+        """Where the platform hangs with these numbers; rows that have no answer say so."""
         m, n, count = self.robot.m, self.robot.n, len(own)
         lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m : m + n])
         states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, layout.STATE)
@@ -130,7 +131,7 @@ class Hanging(Problem):
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
 
     def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
-        """Residuals and derivatives at unknowns *theta* that are not held, and lengths and poses (N, m + n)."""
+        """Residuals and derivatives at unknowns *theta* that are not held, and what is kept of each pose (N, ..)."""
         return self._rows(theta, poses, self.equilibria(theta, poses), self.weights if weights is None else weights)
 
     def _rows(self, theta: Array, own: Array, held: Equilibrium, weights: Array) -> Derivatives:
@@ -138,8 +139,11 @@ class Hanging(Problem):
         m, ok, k = self.robot.m, held.ok, len(theta)
         found = super().derivatives(theta, np.where(ok[:, None], held.pose, self.poses_of(own)), weights)
         motion, change = np.zeros((len(own), self.robot.n, m + k)), np.zeros((len(own), m, m + k))
-        if ok.any():
-            motion[ok], change[ok] = self._following(theta, held[ok])
+        try:
+            if ok.any():
+                motion[ok], change[ok] = self._following(theta, held[ok])
+        except AnswerError:  # at a fold nothing follows smoothly: whoever steps there goes back
+            ok = np.zeros_like(ok)
         by_all = np.einsum("nec,nca->nea", found.by_pose, motion)
         weight = self.of_poses(weights)
         residual = found.residual
@@ -147,8 +151,7 @@ class Hanging(Problem):
         by_all[:, range(m), range(m)] += weight[:, :m]
         if self.measured.tensions is not None:
             loads = slice(m, 2 * m)
-            tensions = np.where(ok[:, None], np.where(ok[:, None], held.tensions, 0.0), 0.0)
-            residual[:, loads] += weight[:, loads] * tensions
+            residual[:, loads] += weight[:, loads] * np.where(ok[:, None], held.tensions, 0.0)
             by_all[:, loads] += weight[:, loads, None] * change
         residual[~ok] = np.where(weight[~ok] > 0.0, np.nan, 0.0)
         by_unknown = found.by_unknown + by_all[..., m:]

@@ -13,7 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.problem import Derivatives, Problem, tilt_rows
+from cablewright.calibration.fixed import tilt_rows
+from cablewright.calibration.problem import Derivatives, Problem
 from cablewright.calibration.unknowns import Unknown
 from cablewright.robot import Robot
 from cablewright.robot.parameters import AXES

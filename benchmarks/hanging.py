@@ -1,0 +1,182 @@
+"""Calibration of lines that stretch and sag, from encoders and tensions: exactness, bound, speed, gross errors.
+
+And what straight, stiff lines make of the same data: what it costs to leave sag out.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from benchmarks.timing import Row
+from cablewright.calibration.fit import NEAR, fit
+from cablewright.calibration.hanging import Hanging
+from cablewright.calibration.plan import Plan, Sigmas
+from cablewright.calibration.simulation import Beside, Simulated, aligned, measure, random_poses
+from cablewright.calibration.solve import Calibration, calibrate
+from cablewright.calibration.unknowns import unknowns_of, with_values
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import Robot, load
+from cablewright.solvers.inverse import solve_inverse
+
+Array = NDArray[np.float64]
+ALL = ("exit_point", "length_offset", "modulus")
+RUNS, NOISY, SPOILED = 30, 60, 20
+OFF, SOFT = 0.05, 0.8  # m: of exit points and poses in the file; the true modulus over the file's
+ENCODER, CELL = 1e-4, 5.0  # m, N
+GROSS, GROSS_CELL = 0.05, 200.0
+
+
+def rows() -> Iterator[Row]:
+    """All rows of this file."""
+    for name, count in (("paty2021", 30), ("merlet2023", 30), ("cogiro", 20)):
+        yield from exact_rows(name, count)
+    yield from straight_rows()
+    yield from bound_rows()
+    yield speed_row()
+    yield gross_row()
+
+
+def machine(name: str) -> Robot:
+    """The robot that is measured: its cables are softer than its file says."""
+    robot = load(name)
+    return with_values(robot, unknowns_of(robot, ("modulus",), ("modulus",), elastic=True), np.array([SOFT]))
+
+
+def file_of(name: str, rng: np.random.Generator) -> Robot:
+    """The robot as it is described: exit points off, winches with them."""
+    robot = load(name)
+    exits = np.array([line.exit_point for line in robot.lines])
+    wrong = exits + rng.uniform(-OFF, OFF, exits.shape)
+    return with_values(robot, unknowns_of(robot, ("exit_point",)), wrong.ravel(), raised=True)
+
+
+def plan(encoder: float = ENCODER, tension: float = CELL) -> Plan:
+    """Geometry, home lengths and one modulus."""
+    return Plan(unknowns=ALL, shared=("modulus",), sigma=Sigmas(encoder=encoder, tension=tension))
+
+
+def errors(found: Calibration, made: Simulated, robot: Robot) -> tuple[float, float]:
+    """Largest errors of exit points and of poses, m, after aligning translation and yaw."""
+    truth = np.array([line.exit_point for line in robot.lines])
+    exits, poses = aligned(found.values[: truth.size].reshape(-1, 3), truth, found.poses[:, :3])
+    return float(np.abs(exits - truth).max()), float(np.abs(poses - made.poses[:, :3]).max())
+
+
+def exact_rows(name: str, count: int) -> Iterator[Row]:
+    """The worst error of any run without noise, and the time of a calibration."""
+    truth, worst, spent = machine(name), 0.0, 0.0
+    for seed in range(RUNS):
+        rng = np.random.default_rng(seed)
+        poses = random_poses(truth, count, rng, "catenary")
+        made = measure(truth, poses, 0.0, rng, OFF, "catenary", Beside(tension=0.0))
+        begin = time.perf_counter()
+        found = calibrate(file_of(name, rng), made.measured, plan(), cable="catenary", rough=OFF, outliers=False)
+        spent += time.perf_counter() - begin
+        worst = max(worst, *errors(found, made, truth)) if found.status == "ok" else np.inf
+    told = f"{name}, lines sag, {count} poses, no noise, worst of {RUNS}"
+    yield Row(told, 1e9 * worst, "nm", "< 1000", 1e9 * worst < 1000.0)
+    yield Row(f"{name}, lines sag, {count} poses: a calibration", 1e3 * spent / RUNS, "ms")
+
+
+def straight_rows() -> Iterator[Row]:
+    """What straight, stiff lines make of data without noise: the shape, aligned by any rotation, and the poses."""
+    for name, with_cells in (("paty2021", False), ("merlet2023", False), ("cogiro", False), ("paty2021", True)):
+        truth, rng = load(name), np.random.default_rng(1)
+        exits = np.array([line.exit_point for line in truth.lines])
+        beside = Beside(tension=0.0 if with_cells else None)
+        made = measure(truth, random_poses(truth, 30, rng, "catenary"), 0.0, rng, OFF, "catenary", beside)
+        found = calibrate(truth, made.measured, rough=0.0, outliers=False)
+        shape, places = aligned(found.values[: exits.size].reshape(-1, 3), exits, found.poses[:, :3], tilt=True)
+        told = f"{name}, straight lines" + (", tensions" if with_cells else "")
+        yield Row(f"{told}: lengths fit to, rms", 1e3 * found.rms, "mm")
+        yield Row(f"{told}: exit points off", 1e3 * float(np.abs(shape - exits).max()), "mm")
+        off = np.linalg.norm(places - made.poses[:, :3], axis=1)
+        yield Row(f"{told}: poses off, median", 1e3 * float(np.median(off)), "mm")
+
+
+def bound_rows() -> Iterator[Row]:
+    """Errors against the Cramer-Rao bound in the same frame, and how often sigma covers them."""
+    robot, rng = load("paty2021"), np.random.default_rng(7)
+    truth = np.array([line.exit_point for line in robot.lines])
+    poses, beside = random_poses(robot, 40, rng, "catenary"), Beside(tension=CELL)
+    square, bound, shares = [], [], []
+    for _ in range(NOISY):
+        made = measure(robot, poses, ENCODER, rng, 0.02, "catenary", beside)
+        asked = plan().model_copy(update={"unknowns": ALL[:2], "shared": ()})
+        found = calibrate(robot, made.measured, asked, cable="catenary", rough=0.0, outliers=False)
+        exits, _ = aligned(found.values[:12].reshape(-1, 3), truth)
+        off = np.append((exits - truth).ravel(), found.values[12:] - made.home_lengths)
+        square.append(off**2)
+        bound.append(found.sigma**2)
+        shares.append(np.abs(off) / found.sigma)
+    ratio = float(np.sqrt(np.mean(square) / np.mean(bound)))
+    yield Row("paty2021, 40 poses, 0.1 mm, 5 N: rms over the bound", ratio, "", "0.85..1.15", 0.85 <= ratio <= 1.15)
+    for times, share in ((1.0, 68.3), (1.96, 95.0)):
+        inside = 100.0 * float(np.mean(np.array(shares) < times))
+        yield Row(
+            f"lines sag: errors within {times:g} sigma", inside, "%", f"{share:g} +- 5", abs(inside - share) < 5.0
+        )
+
+
+def speed_row() -> Row:
+    """One fit of paty2021 from near, beside SciPy with the same rows and derivatives."""
+    robot, rng = load("paty2021"), np.random.default_rng(2)
+    made = measure(robot, random_poses(robot, 40, rng, "catenary"), ENCODER, rng, OFF, "catenary", Beside(tension=CELL))
+    problem = Hanging.under(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
+    own = problem.kept(solve_inverse(problem.model, made.poses))
+    theta = problem.free.copy()
+    theta[[each.name == "length_offset" for each in problem.unknowns]] = made.home_lengths
+    theta += rng.uniform(-2e-3, 2e-3, len(theta))
+    k, m = len(theta), robot.m
+
+    def at(x: Array) -> Array:
+        moved = own.copy()
+        moved[:, :m] = x[k:].reshape(-1, m)
+        return moved
+
+    def jacobian(x: Array) -> Array:
+        found = problem.derivatives(x[:k], at(x))
+        count, e, _ = found.by_pose.shape
+        out = np.zeros((count * e, len(x)))
+        out[:, :k] = found.by_unknown.reshape(-1, k)
+        for j in range(count):
+            out[j * e : (j + 1) * e, k + m * j : k + m * (j + 1)] = found.by_pose[j]
+        return out
+
+    def residual(x: Array) -> Array:
+        return problem.derivatives(x[:k], at(x)).residual.ravel()
+
+    start = np.append(theta, own[:, :m].ravel())
+    times = []
+    for solve in (lambda: fit(problem, theta, own, settings=NEAR), lambda: least_squares(residual, start, jacobian)):
+        solve()
+        begin = time.perf_counter()
+        solve()
+        times.append(time.perf_counter() - begin)
+    return Row("lines sag: a fit of 40 poses", 1e3 * times[0], "ms", "", None, "SciPy, same rows", times[1] / times[0])
+
+
+def gross_row() -> Row:
+    """2 of 40 poses with an encoder 50 mm off, 2 with a load cell 200 N off: exactly those left out."""
+    robot, good = load("paty2021"), 0
+    for seed in range(SPOILED):
+        rng = np.random.default_rng(seed)
+        poses = random_poses(robot, 40, rng, "catenary")
+        made = measure(robot, poses, ENCODER, rng, 0.02, "catenary", Beside(tension=CELL))
+        assert made.measured.tensions is not None
+        counted, tensions = made.measured.counted.copy(), made.measured.tensions.copy()
+        bad = rng.choice(40, 4, replace=False)
+        counted[bad[:2], rng.integers(0, 4, 2)] += GROSS
+        tensions[bad[2:], rng.integers(0, 4, 2)] += GROSS_CELL
+        measured = replace(made.measured, counted=counted, tensions=tensions)
+        found = calibrate(robot, measured, plan(), cable="catenary", rough=0.02)
+        good += {each.pose for each in found.rejected} == set(bad.tolist())
+    share = 100.0 * good / SPOILED
+    return Row("lines sag, 4 of 40 poses spoiled: exactly those out", share, "% of runs", ">= 95", share >= 95.0)
