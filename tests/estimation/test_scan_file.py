@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
@@ -179,6 +179,7 @@ TREE = st.recursive(
 
 @FUZZ
 @given(data=st.binary(max_size=200), suffix=st.sampled_from(["csv", "json"]))
+@example(data=b"\x0b", suffix="csv")
 def test_any_bytes(folder: Path, data: bytes, suffix: str) -> None:
     judged(folder, data, suffix)
 

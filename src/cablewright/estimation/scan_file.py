@@ -151,7 +151,7 @@ def _of_csv(path: Path, columns: Sequence[str] | None) -> _Raw:
     separator = separator_of(text)
 
     def split(row: str) -> list[str]:
-        return row.split() if blanks else cells_of(row, separator)
+        return (row.split() or [""]) if blanks else cells_of(row, separator)
 
     cells, place = split(text), f"{path}, line {number}"
     rows: list[tuple[int, list[str]]] = []
