@@ -28,15 +28,18 @@ from cablewright.solvers.inverse import solve_inverse
 Array = NDArray[np.float64]
 ALL = ("exit_point", "length_offset", "modulus")
 RUNS, NOISY, SPOILED = 30, 60, 20
-OFF, SOFT = 0.05, 0.8  # m: of exit points and poses in the file; the true modulus over the file's
+OFF, ROUGH = 0.05, 0.5  # m: of exit points in the file, and of poses the first
+SOFT = 0.8  # the true modulus over the file's
 ENCODER, CELL = 1e-4, 5.0  # m, N
 GROSS, GROSS_CELL = 0.05, 200.0
 
 
 def rows() -> Iterator[Row]:
     """All rows of this file."""
-    for name, count in (("paty2021", 30), ("merlet2023", 30), ("cogiro", 20)):
-        yield from exact_rows(name, count)
+    for name, count, off in (("paty2021", 30, OFF), ("merlet2023", 30, OFF), ("cogiro", 20, OFF)):
+        yield from exact_rows(name, count, off)
+    for name, count in (("paty2021", 30), ("cogiro", 20)):
+        yield from exact_rows(name, count, ROUGH)
     yield from straight_rows()
     yield from bound_rows()
     yield speed_row()
@@ -49,11 +52,11 @@ def machine(name: str) -> Robot:
     return with_values(robot, unknowns_of(robot, ("modulus",), ("modulus",), elastic=True), np.array([SOFT]))
 
 
-def file_of(name: str, rng: np.random.Generator) -> Robot:
-    """The robot as it is described: exit points off, winches with them."""
+def file_of(name: str, rng: np.random.Generator, off: float) -> Robot:
+    """The robot as it is described: exit points up to *off* (m) wrong in each coordinate, winches with them."""
     robot = load(name)
     exits = np.array([line.exit_point for line in robot.lines])
-    wrong = exits + rng.uniform(-OFF, OFF, exits.shape)
+    wrong = exits + rng.uniform(-off, off, exits.shape)
     return with_values(robot, unknowns_of(robot, ("exit_point",)), wrong.ravel(), raised=True)
 
 
@@ -69,7 +72,7 @@ def errors(found: Calibration, made: Simulated, robot: Robot) -> tuple[float, fl
     return float(np.abs(exits - truth).max()), float(np.abs(poses - made.poses[:, :3]).max())
 
 
-def exact_rows(name: str, count: int) -> Iterator[Row]:
+def exact_rows(name: str, count: int, off: float) -> Iterator[Row]:
     """The worst error of any run without noise, and the time of a calibration."""
     truth, worst, spent = machine(name), 0.0, 0.0
     for seed in range(RUNS):
@@ -77,12 +80,12 @@ def exact_rows(name: str, count: int) -> Iterator[Row]:
         poses = random_poses(truth, count, rng, "catenary")
         made = measure(truth, poses, 0.0, rng, OFF, "catenary", Beside(tension=0.0))
         begin = time.perf_counter()
-        found = calibrate(file_of(name, rng), made.measured, plan(), cable="catenary", rough=OFF, outliers=False)
+        found = calibrate(file_of(name, rng, off), made.measured, plan(), cable="catenary", rough=off, outliers=False)
         spent += time.perf_counter() - begin
         worst = max(worst, *errors(found, made, truth)) if found.status == "ok" else np.inf
-    told = f"{name}, lines sag, {count} poses, no noise, worst of {RUNS}"
+    told = f"{name}, lines sag, {count} poses, {off:g} m off, worst of {RUNS}"
     yield Row(told, 1e9 * worst, "nm", "< 1000", 1e9 * worst < 1000.0)
-    yield Row(f"{name}, lines sag, {count} poses: a calibration", 1e3 * spent / RUNS, "ms")
+    yield Row(f"{name}, lines sag, {count} poses, {off:g} m off: a run", 1e3 * spent / RUNS, "ms")
 
 
 def straight_rows() -> Iterator[Row]:

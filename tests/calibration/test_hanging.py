@@ -247,3 +247,12 @@ def test_few_lines_need_guesses() -> None:
     made = simulate(load("grab-four-lines"), 20, 0.0, 1, cable="catenary", beside=Beside(tension=0.0))
     with pytest.raises(InputError, match="guesses"):
         calibrate(load("grab-four-lines"), replace(made.measured, guess=None), cable="catenary")
+
+
+def test_a_datum_that_the_data_deny_is_refused() -> None:
+    robot = load("paty2021")
+    made = simulate(robot, 25, 1e-4, 6, guess=0.02, cable="catenary", beside=Beside(tension=2.0))
+    wrong = moved(robot, np.random.default_rng(7), 0.05)
+    plan = Plan(sigma=Sigmas(encoder=1e-4, tension=2.0), datum=("south-west", "south-east", "north-east"))
+    with pytest.raises(InputError, match="datum contradicts the data"):
+        calibrate(wrong, made.measured, plan, cable="catenary", rough=0.05, outliers=False)
