@@ -1,5 +1,5 @@
 # One command file. On a fresh machine with Python 3.11 or newer, its venv module, and make:
-#   make demo    checks whether the house-printer can print a house       make setup   installs all that check and test need
+#   make demo    checks a house on a printer, prints three layers         make setup   installs all that check and test need
 #   make check   formatting, lint, types, import ranks, sizes             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make lock    resolves requirements/*.txt anew; the only target that installs something not pinned by hash
@@ -14,6 +14,8 @@ CHECKED := $(wildcard src tests tools examples benchmarks)
 
 demo: $(VENV)/.run
 	$(BIN)/cablewright check house-printer examples/house.toml
+	rm -rf runs/print-merlet2023-blind-machines
+	$(BIN)/cablewright print merlet2023 examples/blind-machines.toml --layers 3
 
 setup: $(VENV)/.dev
 

@@ -18,6 +18,7 @@ from benchmarks import (
     equilibria,
     estimation,
     interference,
+    keeping,
     machine,
     statics,
     walls,
@@ -43,6 +44,7 @@ def main() -> None:
         calibration,
         walls,
         machine,
+        keeping,
         estimation,
         commands,
     ):

@@ -16,11 +16,22 @@ from mcap.writer import CompressionType, Writer
 from cablewright.errors import InputError
 from cablewright.machine import log_file as logs
 from cablewright.machine.log import Entry, LogHead, LogWriter, read_log
-from cablewright.machine.messages import decode
+from cablewright.machine.messages import decode, encode
 from cablewright.machine.replay import ReplayedMachine
 from cablewright.machine.topics import TOPICS
 from cablewright.robot import load
-from cablewright.signals import Command, Condition, Estimate, Fault, Notice, PrintState, Progress, SensorFrame, frozen
+from cablewright.signals import (
+    Command,
+    Condition,
+    Estimate,
+    Fault,
+    Notice,
+    PrintState,
+    Progress,
+    Scan,
+    SensorFrame,
+    frozen,
+)
 from twins import SETTINGS, machine
 
 SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])
@@ -186,6 +197,10 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
         ("/encoders", b'{"time": 1, "counts": [1' + b"0" * 40 + b"]}", "counts: a list of whole numbers"),
         ("/scan/north", b'{"time": 1, "ranges": [true]}', "ranges: a list of numbers"),
         ("/line_angles", b'{"time": NaN, "angles": [null]}', "time: a finite number"),
+        ("/line_angles", b'{"time": 1, "angles": [NaN]}', "angles: a list of numbers or null"),
+        ("/line_angles", b'{"time": 1, "angles": [null, Infinity]}', "angles: a list of numbers or null"),
+        ("/line_angles", b'{"time": 1, "angles": [1' + b"0" * 400 + b"]}", "angles: a list of numbers or null"),
+        ("/command", b'{"time": 1, "winch_speeds": [null], "valve": 0}', "winch_speeds: a list of numbers"),
         ("/truth", b'{"time": 1, "position": [1, 2]}', "a message of /truth"),
         ("/frame", b'{"time": 1, "notices": [{"condition": "LOUD"}]}', "unknown condition 'LOUD'"),
         ("/frame", b'{"time": 1}', "notices: a list is wanted"),
@@ -243,3 +258,17 @@ def test_a_chunk_that_unpacks_to_too_much_is_refused(
     monkeypatch.setattr(logs, "MOST_RECORD", 100_000)
     with read_log(written[0]) as log, pytest.raises(InputError, match="at most 100000 are read"):
         list(log.entries())
+
+
+@pytest.mark.parametrize("grain", [0.25e-3, 1e-3, 1e-5, 0.5, 1e-12])
+@pytest.mark.parametrize("longest", [1.0, 12.0, 99.99, 150.0, 1e6])
+def test_ranges_of_any_grain_come_out_again(grain: float, longest: float) -> None:
+    """Those that tables write, and all others."""
+    random = np.random.default_rng(5)
+    ranges = np.maximum(np.round(random.uniform(0.0, longest, 721) / grain), 1.0) / (1.0 / grain)
+    ranges[random.random(721) < 0.3] = np.nan
+    scan = Scan("north", 1.0, 1e-3, -3.0, 0.01, frozen(ranges))
+    topic, data = encode(scan, (), 1)
+    assert same(decode(topic, data, "a.mcap"), scan)
+    told = json.loads(data)["ranges"]
+    np.testing.assert_array_equal(told, np.nan_to_num(ranges))

@@ -239,3 +239,10 @@ def test_kinds_are_left_out(tmp_path: Path) -> None:
             assert whole.truth is not None
             kept = [type(each) for each in whole.frame.readings if not isinstance(each, Scan)]
             assert [type(each) for each in some.frame.readings] == kept
+    with read_log(tmp_path / "a.mcap") as log:
+        seen = {
+            reading.source
+            for entry in log.entries(without={"/scan/north", "/frame"})
+            for reading in entry.frame.of(Scan)
+        }
+        assert seen == {"south", "vertical"}

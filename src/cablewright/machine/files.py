@@ -40,5 +40,5 @@ def appearing(path: Path) -> Iterator[IO[bytes]]:
 
 
 def refused(path: Path | str, reason: OSError) -> EnvironmentFault:
-    """What to raise where *path* cannot be written: one line, with the system's *reason*."""
+    """What to raise where *path* cannot be written or removed: one line, with the system's *reason*."""
     return EnvironmentFault(f"{path}: cannot be written: {reason.strerror or reason}")

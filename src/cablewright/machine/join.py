@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from cablewright.machine.files import appearing
+from cablewright.machine.files import appearing, refused
 from cablewright.machine.log import begin_log
 from cablewright.machine.segments import WHOLE, Segments, log_files
 
 __all__ = ["join_log"]
 
-_CHUNK: Final = 1 << 20  # bytes: fewer chunks than a log that is being written has, whose index is held in memory
+_CHUNKS: Final = 1 << 20, 32 << 20  # bytes, least and most
+_SHARE: Final = 1000  # of the log's bytes: the index of all chunks is held in memory, so that there must not be many
 
 
 def join_log(folder: Path) -> Path:
@@ -27,7 +28,8 @@ def join_log(folder: Path) -> Path:
     segments = Segments(files)
     try:
         with appearing(path) as file:
-            writer, channels = begin_log(file, segments.files[0].head, _CHUNK)
+            chunk = min(max(_CHUNKS[0], segments.size // _SHARE), _CHUNKS[1])
+            writer, channels = begin_log(file, segments.files[0].head, chunk)
             for step in segments.steps():
                 for told in step:
                     if told.topic in channels:
@@ -37,5 +39,8 @@ def join_log(folder: Path) -> Path:
         segments.close()
     for each in files:
         if each != path:
-            each.unlink()
+            try:
+                each.unlink()
+            except OSError as reason:
+                raise refused(each, reason) from None
     return path

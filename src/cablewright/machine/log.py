@@ -18,7 +18,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.files import refused
 from cablewright.machine.log_file import HEAD
 from cablewright.machine.messages import TOPICS_OF, Signal, decode, encode, encode_frame
-from cablewright.machine.segments import Segments, log_files
+from cablewright.machine.segments import CLOSES, Segments, log_files
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.topics import TOPICS
 from cablewright.robot import Robot
@@ -209,14 +209,15 @@ class Log:
         """Bytes of all that there is to read."""
         return self._segments.size
 
-    def entries(self, without: Collection[type[Signal]] = ()) -> Iterator[Entry]:
+    def entries(self, without: Collection[type[Signal] | str] = ()) -> Iterator[Entry]:
         """Yield the steps in order, once. What a cut or damaged file still holds is yielded, and a note says the rest.
 
-        Signals of the kinds *without* are left out, which is faster by far: ``entries(without={Scan})``. A frame whose
-        clock is not past the one before is left out, with a notice in the next good one. Raises `InputError` for a
-        message that is whole but wrong.
+        Kinds of signals, or topics, *without* are left out, which is faster: ``entries(without={Scan, "/command"})``. A
+        frame whose clock is not past the one before is left out, with a notice in the next good one. Raises
+        `InputError` for a message that is whole but wrong.
         """
-        topics = frozenset(topic for kind in without for topic in TOPICS_OF[kind])
+        topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
+        topics.discard(CLOSES)
         last, skipped = -1.0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):

@@ -41,8 +41,11 @@ def log_files(path: Path) -> list[Path]:
     """Return the files of the log at *path*: itself, or those of a run folder in order. Raises `InputError`."""
     if not path.is_dir():
         return [path]
-    found = [path / WHOLE] if (path / WHOLE).exists() else []
-    found += [path / name for _, name in sorted(_numbered(path))]
+    try:
+        found = [path / WHOLE] if (path / WHOLE).exists() else []
+        found += [path / name for _, name in sorted(_numbered(path))]
+    except OSError as reason:
+        raise InputError(f"{path}: cannot be read: {reason.strerror}") from None
     if not found:
         raise InputError(f"{path}: no log in this folder: neither {WHOLE} nor log-000.mcap")
     return found

@@ -14,7 +14,7 @@ from cablewright.control.guide import Course, course_of
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import LawName, VelocitySettings
-from cablewright.errors import AnswerError, InputError
+from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.estimation.room import Laser
 from cablewright.machine.settings import MachineSettings, extruding, load_settings, settings_names
 from cablewright.machine.simulated import PlantName
@@ -22,6 +22,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.observing import believed
 from cablewright.studies.printer import Plan
 
@@ -76,6 +77,8 @@ def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    if choices.estimator is not None and choices.estimator not in ESTIMATORS:
+        raise UnknownName("estimator", choices.estimator, ESTIMATORS)
     if machine is None:
         if robot.name not in settings_names():
             known = ", ".join(settings_names())

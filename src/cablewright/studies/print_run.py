@@ -131,8 +131,7 @@ def _go_on(run: PrintRun, log: LogWriter, real_time: bool, progress: Callable[[s
             log.flush()
             _save(run)
         if progress is not None and run.steps % _TELL == 0:
-            layer = step.progress.layer
-            progress(f"layer {layer + 1}, {step.progress.state.value}", round(1e3 * step.progress.distance), whole)
+            progress("printing, mm", round(1e3 * step.progress.distance), whole)
         if over:
             return
         if real_time:

@@ -1,0 +1,51 @@
+"""A layer of the paper's print under control, beside what the paper tells; and what a step of control takes."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from benchmarks.timing import Row
+from cablewright.printing.job import load_job
+from cablewright.robot import load
+from cablewright.studies.print_finish import finish, step_times
+from cablewright.studies.print_plan import Choices, twin_of
+from cablewright.studies.print_result import PrintRecord
+from cablewright.studies.print_run import Timing, run_print
+
+JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
+MOST = {"paper": 4.82, "filter": 1.5, "encoders": None}
+"""cm: the most that the path error may be."""
+
+
+def rows() -> Iterator[Row]:
+    """All rows of this file."""
+    for estimator, law in (("paper", "paper"), ("filter", "model"), ("encoders", "model")):
+        found, timing = layer(Choices(estimator, law, layers=1))  # type: ignore[arg-type]
+        name, aim = f"print, a layer: {estimator} estimation, {law} law", MOST[estimator]
+        error, speed = found.true.error, found.true.speed
+        most = 100.0 * error.size
+        yield Row(
+            f"{name}: most off", most, "cm", "" if aim is None else f"<= {aim}", None if aim is None else most <= aim
+        )
+        if aim is None:
+            continue
+        mean, off = 100.0 * error.mean, abs(speed.mean / 0.03 - 1.0)
+        yield Row(f"{name}: mean", mean, "cm", "within 0.03", abs(mean) <= 0.03)
+        yield Row(f"{name}: speed off by", 100.0 * off, "%", "<= 0.6", off <= 6e-3)
+        variance = 1e4 * speed.variance
+        yield Row(f"{name}: its variance", variance, "(cm/s)^2", "<= 0.027", variance <= 0.027)
+        told = step_times(timing)
+        yield Row(f"{name}: a step of control and log", 1e3 * told["mean"], "ms", "<= 1", told["mean"] <= 1e-3)
+        yield Row(f"{name}: 99 of 100 steps", 1e3 * told["p99"], "ms", "<= 5", told["p99"] <= 5e-3)
+
+
+def layer(choices: Choices) -> tuple[PrintRecord, Timing]:
+    """Print the first layer; its record and how long its steps took."""
+    twin = twin_of(load("merlet2023"), load_job(JOB), None, choices)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "run"
+        run = run_print(twin, folder, {})
+        found, _ = finish(folder, twin.course.track, twin.course.print_speed, run.machine.rig.ground.field)
+    return found, run.timing

@@ -1,0 +1,105 @@
+"""`print`: a run folder with log, figures and report; what it is refused for."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from cablewright.machine.log import read_log
+
+JOB = """schema = 1
+name = "a ring"
+origin = [0.3, -0.5, 0.0]
+[helix]
+radius = 0.2
+layers = 1
+layer_height = "1 mm"
+first_height = "1 m"
+[motion]
+print_speed = "3 cm/s"
+travel_speed = "3 cm/s"
+acceleration = "20 mm/s^2"
+"""
+KEYS = (
+    "layers", "distance", "mean_speed", "speed_variance", "mean_path_error", "path_error_variance", "max_path_error",
+    "estimated_max_path_error", "log", "report",
+)  # fmt: skip
+FAST = ("--plant", "quasi-static")
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    file = tmp_path_factory.mktemp("job") / "ring.toml"
+    file.write_text(JOB)
+    return file
+
+
+def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
+    out = tmp_path / "run"
+    answer = cli("print", "merlet2023", job, *FAST, "--out", out, "--json")
+    assert answer.code == 0
+    values = answer.json
+    assert all(values[key] is not None for key in KEYS)
+    assert values["status"] == "finished"
+    assert values["layers"] == 1
+    assert values["distance"] == pytest.approx(1.2566, rel=2e-3)
+    assert values["max_path_error"] < 0.0482  # the paper's
+    with read_log(values["log"]) as log:
+        assert len(list(log.entries())) == values["steps"]
+    assert "://" not in (out / "report.html").read_text()
+    assert json.loads((out / "metrics.json").read_text())["max_path_error"] == values["max_path_error"]
+    again = cli("print", "merlet2023", job, *FAST, "--out", out, "--json")
+    assert again.code == 2
+    assert "holds a run or something else already; --resume, or another folder" in again.err
+    resumed = cli("print", "merlet2023", job, *FAST, "--out", out, "--resume")
+    assert resumed.code == 0
+    assert "merlet2023: finished, 1 layers" in resumed.out
+    other = cli("print", "merlet2023", job, *FAST, "--seed", 5, "--out", out, "--resume")
+    assert other.code == 2
+    assert "another seed: 0, asked for 5" in other.err
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--layers", "0"), "layers = 0: 1 to 1 is wanted"),
+        (("--plant", "real"), "plant"),
+        (("--estimator", "magic"), "estimator"),
+        (("--control", "magic"), "law"),
+        (("--height", "sky"), "height"),
+        (("--period", "-1", *FAST), "period = -1"),
+        (("--intrusions", "-2"), "intrusions = -2"),
+        (("--machine", "nowhere.toml"), "nowhere.toml"),
+        (("--resume",), "holds no print"),
+    ],
+)
+def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:
+    answer = cli("print", "merlet2023", job, "--out", tmp_path / "run", *options)
+    assert answer.code == 2
+    assert says in answer.err
+    assert answer.err.count("\n") == 1
+    assert answer.out == ""
+    assert not (tmp_path / "run").exists()
+
+
+def test_bad_jobs_are_one_line(cli, tmp_path) -> None:
+    for text, says in (
+        (JOB.replace('"3 cm/s"', '"-3 cm/s"', 1), "motion.print_speed"),
+        (JOB.replace("layers = 1", "layers = 0"), "helix.layers = 0"),
+        (JOB.replace('name = "a ring"', 'name = "a ring"\nrobot = "jung2020"'), "robot = 'jung2020'"),
+        (JOB.replace("[0.3, -0.5, 0.0]", "[2.4, -0.5, 0.0]"), "the path leaves the frame of 'merlet2023'"),
+    ):
+        file = tmp_path / "job.toml"
+        file.write_text(text)
+        answer = cli("print", "merlet2023", file, *FAST, "--out", tmp_path / "run")
+        assert answer.code in (1, 2)
+        assert says in answer.err
+        assert answer.err.count("\n") == 1
+
+
+def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    answer = cli("print", "merlet2023", job, *FAST, "--out", tmp_path)
+    assert answer.code == 2
+    assert [each.name for each in tmp_path.iterdir()] == ["mine.txt"]
