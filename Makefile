@@ -15,7 +15,7 @@ CHECKED := $(wildcard src tests tools examples benchmarks)
 demo: $(VENV)/.run
 	$(BIN)/cablewright check house-printer examples/house.toml
 	rm -rf runs/print-merlet2023-blind-machines
-	$(BIN)/cablewright print merlet2023 examples/blind-machines.toml --layers 3
+	$(BIN)/cablewright print merlet2023 examples/blind-machines.toml --layers 3 --plant quasi-static
 
 setup: $(VENV)/.dev
 

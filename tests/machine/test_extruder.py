@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.settings import extruding, load_settings
+from cablewright.machine.settings import extruding, load_settings, settings_text
 from cablewright.machine.simulated import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.deposition import extrude
@@ -77,6 +78,14 @@ def test_a_job_sets_the_extruder_and_no_drum_of_powder() -> None:
     assert made.drum.flow == pytest.approx(2200 * 0.2 * (0.05 * 0.01 - (1 - np.pi / 4) * 1e-4))
     assert HOUSE.drum.flow == pytest.approx(extruding(HOUSE, HOUSE.extrusion.bead, 0.3).drum.flow, rel=1e-4)
     assert extruding(SETTINGS, bead, 0.2) is SETTINGS
+
+
+def test_a_drum_that_holds_powder_says_how(tmp_path: Path) -> None:
+    for key in ("powder_density", "radius", "powder_bottom"):
+        lines = [line for line in settings_text("merlet2023").splitlines() if not line.startswith(f"{key} =")]
+        (tmp_path / "own.toml").write_text("\n".join(lines))
+        with pytest.raises(InputError, match=f"{key}: must be given where capacity is"):
+            load_settings(tmp_path / "own.toml")
 
 
 def test_a_strand_keeps_its_volume_where_the_nozzle_stands_and_at_the_edge() -> None:

@@ -94,6 +94,10 @@ class Drum(Description):
     def _powder_fits(self) -> Self:
         if self.powder > self.capacity:
             raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
+        if self.capacity:
+            for key in ("powder_density", "radius", "powder_bottom"):
+                if key not in self.model_fields_set:
+                    raise refusal(key, "must be given where capacity is")
         return self
 
 

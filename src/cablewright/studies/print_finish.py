@@ -50,7 +50,11 @@ def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[s
 
 
 def step_times(timing: Timing) -> dict[str, float | int]:
-    """How long control steps took, s, and of a paced print how many ended late, and how many by their own doing."""
+    """How long control steps took, s, by the clock and of the processor, and how many were over the machine's period.
+
+    ``over``: by the clock; ``over_by_itself``: of the processor, what else the computer did left out. Of a paced print
+    also how many periods ended late.
+    """
     if not timing.wall:
         return {"count": 0}
     wall, processor = np.array(timing.wall), np.array(timing.processor)
@@ -62,6 +66,8 @@ def step_times(timing: Timing) -> dict[str, float | int]:
         "processor_mean": float(processor.mean()),
         "processor_p99": float(np.percentile(processor, 99.0)),
         "processor_max": float(processor.max()),
+        "over": int(np.count_nonzero(wall > timing.period)),
+        "over_by_itself": int(np.count_nonzero(processor > timing.period)),
     }
     if timing.late:
         late = np.array(timing.late)

@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.machine.files import appearing, refused
+from cablewright.machine.keeper import Keeper
 from cablewright.machine.log import LogHead, LogWriter, write_log
 from cablewright.machine.segments import next_segment
 from cablewright.machine.simulated import SimulatedMachine
-from cablewright.machine.snapshot import Notes, Recall, read_snapshots, write_snapshots
+from cablewright.machine.snapshot import Notes, Recall, read_snapshots
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.lock import held
@@ -49,6 +50,8 @@ _MANIFEST_BYTES: Final = 1 << 20
 class Timing:
     """How long the control steps took, s: what is done with a frame until it is answered and logged."""
 
+    period: float
+    """s, what a step may take."""
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
     late: array[float] = field(default_factory=lambda: array("d"))
@@ -102,21 +105,30 @@ def run_print(
     _prepare(folder, about, resume)
     with held(folder / LOCK):
         machine, printer = _printer(twin, plan, folder, resume)
-        run = PrintRun(folder, machine, printer, Timing())
+        run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
-            with write_log(next_segment(folder), head, flush_every=_EVERY, clock=time.monotonic) as log:
-                _go_on(run, log, real_time, progress)
+            path = next_segment(folder)
+            with (
+                write_log(path, head, flush_every=_EVERY, clock=time.monotonic) as log,
+                Keeper(folder / CHECKPOINT) as keeper,
+            ):
+                gc.freeze()  # what is there by now need not be looked through again and again
+                try:
+                    _go_on(run, log, keeper, real_time, progress)
+                finally:
+                    gc.unfreeze()
         return run
 
 
-def _go_on(run: PrintRun, log: LogWriter, real_time: bool, progress: Callable[[str, int, int], None] | None) -> None:
+def _go_on(
+    run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progress: Callable[[str, int, int], None] | None
+) -> None:
     """Step until it is over."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
     whole = round(1e3 * printer.plan.course.track.length)
     saved = begun = time.monotonic()
-    gc.freeze()
     for run.steps in range(1, _MOST_STEPS):
         orders = attendant.orders(printer, machine.time)
         step = printer.step(orders)
@@ -129,7 +141,7 @@ def _go_on(run: PrintRun, log: LogWriter, real_time: bool, progress: Callable[[s
         if over or now - saved >= _EVERY:
             saved = now
             log.flush()
-            _save(run)
+            _save(run, keeper)
         if progress is not None and run.steps % _TELL == 0:
             progress("printing, mm", round(1e3 * step.progress.distance), whole)
         if over:
@@ -141,10 +153,10 @@ def _go_on(run: PrintRun, log: LogWriter, real_time: bool, progress: Callable[[s
                 time.sleep(left)
 
 
-def _save(run: PrintRun) -> None:
+def _save(run: PrintRun, keeper: Keeper) -> None:
     notes = Notes()
     run.printer.keep(notes)
-    write_snapshots(run.folder / CHECKPOINT, {"machine": run.machine.snapshot(), "print": notes.snapshot})
+    keeper.put({"machine": run.machine.snapshot(), "print": notes.snapshot})
 
 
 def _printer(twin: MachineTwin, plan: Plan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:

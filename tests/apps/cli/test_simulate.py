@@ -61,9 +61,15 @@ def test_a_machine_file_of_ones_own_is_taken(cli, tmp_path) -> None:
     (tmp_path / "own.toml").write_text(text.replace('powder = "20 kg"', 'powder = "5 kg"'))
     answer = cli("simulate", "merlet2023", "--machine", tmp_path / "own.toml", *SHORT, "--valve", "0", "--json")
     assert answer.json["powder"] == 5.0
-    assert cli("machines").out.split() == ["merlet2023"]
-    assert cli("machines", "--json").json["machines"] == ["merlet2023"]
+    assert cli("machines").out.split() == ["house-printer", "merlet2023"]
+    assert cli("machines", "--json").json["machines"] == ["house-printer", "merlet2023"]
     assert cli("machines", "merlet2023", "--json").json["file"] == text
+
+
+def test_a_robot_has_a_machine_of_its_own(cli) -> None:
+    told = cli("simulate", "house-printer", "--hold", "0,0,1", "--duration", "0.5", "--json").json
+    assert told["machine"] == "house-printer"
+    assert set(told["readings"]) == {"Barrier", "Encoders"}
 
 
 @pytest.mark.parametrize(

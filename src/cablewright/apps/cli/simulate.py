@@ -43,8 +43,8 @@ def machines(
 def simulate(
     robot: RobotName,
     machine: Annotated[
-        str, typer.Option("--machine", metavar="NAME", help="A machine's TOML file, or a name that `machines` lists.")
-    ] = "merlet2023",
+        str | None, typer.Option("--machine", metavar="NAME", help="A file, or a name that `machines` lists.")
+    ] = None,
     loop: Annotated[
         float | None, typer.Option("--loop", metavar="L", help="Go round a random closed path this long, m.")
     ] = None,
@@ -77,7 +77,7 @@ def simulate(
 ) -> int:
     """Drive a simulated machine, built by --seed within its tolerances, along a path; its log is what sensors told."""
     from cablewright.machine.log import LogHead
-    from cablewright.machine.settings import load_settings
+    from cablewright.machine.settings import load_settings, settings_names
     from cablewright.machine.simulated import SimulatedMachine
     from cablewright.robot import load
     from cablewright.studies.drive import DriveSettings, random_round
@@ -89,7 +89,9 @@ def simulate(
         raise InputError("simulate: --hold needs --duration")
     if out is not None and out.suffix != ".mcap":
         raise InputError(f"--out = {str(out)!r}: a name that ends in .mcap is wanted")
-    described, settings = load(robot), _with_faults(load_settings(machine), fault or [], wifi_gap or [])
+    described = load(robot)
+    own = described.name if described.name in settings_names() else "merlet2023"
+    settings = _with_faults(load_settings(machine or own), fault or [], wifi_gap or [])
     driving = DriveSettings(speed=speed, slack=slack, valve=valve)
     way = None if loop is None else random_round(described, loop, seed)
     start = _numbers(hold or "", 3, "--hold") if way is None else [*way[0], height]
