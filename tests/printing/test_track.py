@@ -118,15 +118,23 @@ def test_where_the_path_crosses_itself_the_branch_meant_is_found(track: Track) -
 def test_layers_above_each_other_are_told_apart(track: Track) -> None:
     visits = track.visits
     assert visits.number.tolist() == [0, 1, 2]
-    assert visits.begin == pytest.approx([0.0, 28.0, 56.001], abs=1e-2)
+    assert visits.begin == pytest.approx([0.0, 28.0, 56.0], abs=1e-2)
     for layer, begin in zip(visits.number, visits.begin, strict=True):
         at = track.nearest(track.at(begin + 5.0).position, begin + 5.01)
         assert at.distance == pytest.approx(begin + 5.0, abs=1e-9)
         assert track.layer[track.piece(at.distance)] == layer
         assert track.laying[track.piece(begin + 5.0)]
-    rise = track.piece(visits.begin[1] + 5e-4)
-    assert not track.laying[rise]
-    assert track.at(visits.begin[1] + 5e-4).tangent == pytest.approx([0.0, 0.0, 1.0])
+
+
+def test_an_upright_rise_between_two_layers_lays_nothing_and_points_up() -> None:
+    square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0)]
+    places = [(*xy, 0.1 * layer) for layer in (0, 1) for xy in square]
+    track = Track.of(samples_of(places, [0, 0, 0, 1, 1, 1, 1], [True, True, True, False, True, True, True]))
+    begin = track.visits.begin[1]
+    assert track.at(begin + 0.05).tangent == pytest.approx([0.0, 0.0, 1.0])
+    assert not track.laying[track.piece(begin + 0.05)]
+    assert track.nearest((0.3, 0.02), begin + 0.35).distance == pytest.approx(begin + 0.4)
+    assert track.nearest((0.3, 0.02), 0.35) == pytest.approx((0.3, 0.02))
 
 
 def test_way_back_along_the_same_line_is_where_one_is_meant_to_be() -> None:

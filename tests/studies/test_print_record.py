@@ -19,6 +19,7 @@ from cablewright.studies.print_coil import Coils
 from cablewright.studies.print_metrics import metrics, metrics_text
 from cablewright.studies.print_record import UNUSED, record
 from cablewright.studies.print_rows import Columns
+from cablewright.studies.print_structure import _lift
 from cablewright.studies.print_vibration import WINDOW, Vibration, peak_frequency
 from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
@@ -203,6 +204,14 @@ def test_a_scan_without_errors_rebuilds_the_heap() -> None:
     assert made.structure.highest > 0.03
     assert made.structure.mass == pytest.approx(6.0, rel=1e-9)
     assert np.nanmedian(np.abs(made.structure.seen.heights[made.structure.seen.heights < 1e-3])) < 1e-4
+
+
+def test_a_scan_that_is_too_low_is_raised() -> None:
+    rng = np.random.default_rng(5)
+    heights = np.concatenate([rng.normal(0.0, 2e-3, 300), rng.normal(0.02, 2e-3, 100)])
+    assert _lift(heights, 2e-3) == 0.0
+    assert _lift(heights - 0.02, 2e-3) == pytest.approx(0.02, abs=1e-3)
+    assert _lift(heights[:0], 2e-3) == 0.0
 
 
 def test_a_tone_is_found_and_noise_is_not() -> None:

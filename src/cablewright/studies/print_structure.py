@@ -48,6 +48,7 @@ class Scans:
     def __init__(self, lidar: LidarSettings, track: Track) -> None:
         """For one *lidar* on a drum that follows *track*."""
         self._place, self._axes = np.array(lidar.place), np.array(lidar.axes)
+        self._sigma = lidar.deviation
         self._track = track
         self._trail = Trail(6, _KEPT)
         self._last, self._visit = -math.inf, -1
@@ -75,6 +76,7 @@ class Scans:
         rays = np.cos(angles[good])[:, None] * x + np.sin(angles[good])[:, None] * y
         points = where[:, :3] + _turned(self._place + scan.ranges[good, None] * rays, where[:, 3:])
         kept = _hanging_together(scan.ranges[good]) & (points[:, 2] > -_NOISE)
+        points[:, 2] += _lift(points[kept, 2], self._sigma)
         self._points.append(np.column_stack([points, scan.times[good]])[kept])
         self._count += int(np.count_nonzero(kept))
 
@@ -106,6 +108,17 @@ def _bridged(heights: Array, most: int) -> Array:
             first, last = known[k], known[k + 1]
             row[first : last + 1] = np.linspace(row[first], row[last], last - first + 1)
     return made
+
+
+def _lift(heights: Array, sigma: float) -> float:
+    """How much a scan's *heights* (k,), m, are to be raised so that nothing lies lower than noise has the floor.
+
+    Where the scan runs along a ridge, the estimation takes that for floor, and the floor beyond is too low.
+    """
+    if not len(heights):
+        return 0.0
+    low = float(np.quantile(heights, 0.1)) + 1.28 * sigma  # where a tenth of the noise is lower
+    return -low if low < -2.0 * sigma else 0.0
 
 
 def _hanging_together(ranges: Array) -> NDArray[np.bool_]:
