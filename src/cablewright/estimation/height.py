@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.signals import Scan
 
-__all__ = ["Height", "HeightSettings", "height_of"]
+__all__ = ["Height", "HeightSettings", "height_of", "leaned"]
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
         return Height(math.nan, math.nan, math.nan, int(np.count_nonzero(good)), "no floor in sight")
     lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
     points = np.array(settings.place) + scan.ranges[good, None] * rays[good]
-    level = _leaned(points, lean)
+    level = leaned(points, lean)
     depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
     near = np.abs(np.diff(depth)) <= settings.alone
     kept = np.append(near, False) | np.append(False, near)
@@ -75,7 +75,7 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     if len(depth) < 2 * settings.lowest:
         return Height(math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together")
     order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
-    under = float(_leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
+    under = float(leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
     slope, at = _line(along[order] - under, depth[order])
     at -= _too_low(settings, depth, at + slope * (along - under))
     fictive = settings.floor + float(depth.mean())
@@ -109,7 +109,7 @@ def _heading(settings: HeightSettings) -> Array:
     return np.asarray(way / np.hypot(*way))
 
 
-def _leaned(points: Array, lean: Array) -> Array:
+def leaned(points: Array, lean: Array) -> Array:
     """Points (n, 3) turned by small rotation vectors (n, 2), to second order."""
     turn = np.column_stack([lean, np.zeros(len(lean))])
     once = np.cross(turn, points)
