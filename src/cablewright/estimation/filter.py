@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation import filter_attitude, filter_lidar, filter_lines, observer, slackness
+from cablewright.estimation import filter_attitude, filter_lidar, filter_lines, filter_vertical, observer, slackness
 from cablewright.estimation.filter_state import FilterSettings, FilterState, Layout
 from cablewright.estimation.intake import Intake, felt, line_faults, queue, seen, turned
 from cablewright.estimation.observer_state import ObserverState
@@ -282,7 +282,7 @@ def _see(settings: FilterSettings, state: FilterState) -> None:
     if scan.time - state.felt > _ENCODERS_GAP:
         filter_attitude.coast(settings, state, scan.time)
     if scan.source == "vertical":
-        filter_lidar.vertical(settings, state, scan)
+        filter_vertical.vertical(settings, state, scan)
     else:
         filter_lidar.look(settings, state, scan)
 
@@ -305,9 +305,8 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     out = filter_lines.excess(state)
     covariance = _covariance(settings, state)
     own = settings.chain
-    sure = float(np.linalg.eigvalsh(covariance[:3, :3])[-1]) <= settings.unsure**2
+    sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.unsure**2
     rotation = rotation_vector(state.yaw, *state.tilt.tolist())
-    assert lay.position.start == 0
     return Estimate(
         state.time,
         frozen(state.position),

@@ -1,4 +1,4 @@
-"""What lidars tell the filter: each line's distance and angle to its wall, the height over the floor, their own biases.
+"""What horizontal lidars tell the filter: each line's distance and angle to its wall, and so their own biases.
 
 Each is an equation rho(state) = 0 at the moment when the beam passed the middle of what it saw, carried to now by what
 encoders and gyro told since: so a turn that comes late counts where it belongs.
@@ -16,21 +16,16 @@ from numpy.typing import NDArray
 from cablewright.estimation import lidar_walls
 from cablewright.estimation.constraints import SeenLine, wrapped
 from cablewright.estimation.filter_state import FilterSettings, FilterState, correct, fuse, likely
-from cablewright.estimation.height import height_of, leaned
 from cablewright.estimation.lidar_walls import LidarTurn
 from cablewright.estimation.observer_state import Looked
 from cablewright.signals import Scan
 
-__all__ = ["Equation", "equations_of", "look", "measure", "place", "vertical"]
+__all__ = ["Equation", "equations_of", "look", "measure", "place"]
 
 Array = NDArray[np.float64]
 
+_SAID: Final = 3  # times in a row that a reading does not fit until it is said
 _REACH: Final = 4.0  # m: about as far as the sheaves are, for how B's way bends
-_STEEP: Final = math.radians(60.0)  # from the axis: where the vertical lidar's rays meet walls
-_OFF_FLOOR: Final = 0.1  # m over the floor, of points that are the walls'
-_LEAST_POINTS: Final = 8
-_NEAR: Final = 4.0  # sigmas from the middle, of points on a wall
-_WIDE: Final = 0.03  # m from where a wall is believed to be, for the first look at the vertical lidar's points
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,32 +188,6 @@ def _judge(settings: FilterSettings, state: FilterState, source: str, used: int,
         watch.say(source, "walls", "no wall is in sight at a yaw that is allowed")
 
 
-def vertical(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
-    """Let one turn of the vertical lidar tell the height over the floor, and by the walls its bias."""
-    if settings.chain.height is None:
-        return
-    times = scan.times
-    turning, ways = state.turning.at(times), state.way.at(times)
-    back = state.angles - ways[len(times) // 2]
-    moved = state.jacobian @ (state.radii * back)
-    state.height = found = height_of(settings.chain.height, scan, turning[:, 1:])
-    if math.isfinite(found.over_structure):
-        state.clearance_off = found.over_structure - float((state.position - moved)[2])
-    _walls(settings, state, scan, turning, ways)
-    if found.note:
-        state.watch.say("vertical", "floor", found.note)
-        return
-    state.watch.clear("vertical", "floor")
-    lay = state.layout
-    H = np.zeros((1, lay.size))
-    H[0, lay.position][2] = 1.0
-    H[0, lay.radii] = -state.jacobian[2] * state.radii * back
-    H[0, lay.bias.stop - 1] = 1.0
-    off = np.array([found.over_floor - float((state.position - moved)[2]) - float(state.bias[-1])])
-    R = np.array([[settings.height**2]])
-    measure(state, "height", H, off, R, ("vertical", "gate"), "its floor is not where it should be: not used")
-
-
 def measure(
     state: FilterState, what: str, H: Array, innovation: Array, R: Array, fault: tuple[str, str], sentence: str
 ) -> bool:
@@ -228,7 +197,7 @@ def measure(
         state.nis.append((what, size, len(innovation)))
     if not fits:
         state.refused[what] = state.refused.get(what, 0) + 1
-        if sentence:
+        if sentence and state.refused[what] >= _SAID:
             state.watch.say(*fault, sentence)
         return False
     state.refused[what] = 0
@@ -236,44 +205,3 @@ def measure(
     correction, state.P = fuse(state.P, H, innovation, R)
     correct(state, correction)
     return True
-
-
-def _walls(settings: FilterSettings, state: FilterState, scan: Scan, turning: Array, ways: Array) -> None:
-    """Walls on both sides of the vertical lidar tell its bias: their distances' sum is known."""
-    height, room, lay = settings.chain.height, settings.chain.walls.room, state.layout
-    assert height is not None
-    x, y = np.array(height.axes)
-    angles = scan.angles
-    rays = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
-    flat = np.flatnonzero(np.isfinite(scan.ranges) & (-rays[:, 2] < math.cos(_STEEP)))
-    if len(flat) < _LEAST_POINTS:
-        return
-    lean = turning[flat, 1:]
-    ranges = scan.ranges[flat]
-    arms, ways_out = leaned(np.array([height.place]).repeat(len(flat), axis=0), lean), leaned(rays[flat], lean)
-    points = arms + ranges[:, None] * ways_out
-    yaw = state.yaw - state.gyro_yaw + turning[flat, 0]
-    c, s = np.cos(yaw), np.sin(yaw)
-    back = state.angles - ways[flat]
-    place = state.position - (back * state.radii) @ state.jacobian.T
-    level = np.column_stack([c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]])
-    rising = place[:, 2] + points[:, 2] > _OFF_FLOOR
-    bias, sigma = float(state.bias[-1]), height.sigma or 2e-3
-    for wall in room.walls:
-        n = np.array(wall.normal)
-        steep = n[0] * (c * ways_out[:, 0] - s * ways_out[:, 1]) + n[1] * (s * ways_out[:, 0] + c * ways_out[:, 1])
-        off = (place[:, :2] + level) @ n - wall.distance - bias * steep
-        good = rising & (steep > 0.5) & (np.abs(off) < _WIDE)
-        if np.count_nonzero(good) < _LEAST_POINTS:
-            continue
-        good &= np.abs(off - np.median(off[good])) < _NEAR * sigma
-        count = int(np.count_nonzero(good))
-        if count < _LEAST_POINTS:
-            continue
-        H = np.zeros((1, lay.size))
-        H[0, lay.position][:2] = n
-        H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * back[good].mean(axis=0)
-        H[0, lay.attitude] = _by_attitude(n, yaw[good].mean(), points[good].mean(axis=0))
-        H[0, lay.bias.stop - 1] = -float(steep[good].mean())
-        R = np.array([[sigma**2 / count + 2.0 * settings.wall**2]])
-        measure(state, f"vertical {wall.name}", H, np.array([-float(off[good].mean())]), R, ("vertical", "wall"), "")

@@ -37,7 +37,7 @@ class FilterSettings:
     ``level_height`` m of the distance sensor, ``gravity`` rad of a tenth of a second's mean, ``swing`` rad that the
     drum leans by, ``period`` s of its swing, ``angle`` rad of a smoothed line angle, ``excess`` m, ``stretch`` as a
     share, ``speed`` m/s of a told velocity. Without the inertial unit: ``turning`` rad/s of the drum.
-    ``unsure``: m, of a position's standard deviation in its worst direction, beyond which the estimate is a guess.
+    ``unsure``: m, of a position's standard deviation in space, beyond which the estimate is a guess.
     """
 
     chain: ObserverSettings
@@ -50,9 +50,9 @@ class FilterSettings:
     gyro: float = 2e-3
     gyro_noise: float = 2e-4
     lean: float = 3e-3
-    wall: float = 3e-4
+    wall: float = 2e-4
     wall_angle: float = 2e-4
-    height: float = 7e-4
+    height: float = 3e-4
     height_bias: float = 2e-3
     level_height: float = 2e-3
     gravity: float = 2e-3
@@ -154,7 +154,7 @@ def fuse(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Array, Array]
     """
     PH = P @ H.T
     S = H @ PH + R
-    K = np.linalg.solve(S, PH.T).T
+    K = PH / S[0, 0] if len(H) == 1 else np.linalg.solve(S, PH.T).T
     A = -K @ H
     A.flat[:: len(P) + 1] += 1.0
     made = A @ P @ A.T + K @ R @ K.T
@@ -164,7 +164,7 @@ def fuse(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Array, Array]
 def likely(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
     """Whether so large an *innovation* (k,) is to be expected, and its squared size in standard deviations."""
     S = H @ P @ H.T + R
-    size = float(innovation @ np.linalg.solve(S, innovation))
+    size = float(innovation[0] ** 2 / S[0, 0] if len(H) == 1 else innovation @ np.linalg.solve(S, innovation))
     return size <= _CHI2[len(innovation)], size
 
 

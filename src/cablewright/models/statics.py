@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ class Model:
         if self.tension_limits is not None:
             object.__setattr__(self, "tension_limits", _limits(self.tension_limits))
 
-    @property
+    @cached_property
     def packed(self) -> Packed:
         """The arrays that kernels take."""
         return _packed(self)
