@@ -302,24 +302,27 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     lay = state.layout
     if not state.free:
         state.velocity = state.jacobian @ (state.radii * state.rates)
-    out = filter_lines.excess(state)
+    late = min(max(state.time - state.told, 0.0), _ENCODERS_GAP) if not state.free else 0.0
+    place, paid = state.position + late * state.velocity, late * state.radii * state.rates
+    turning = min(max(state.time - state.felt, 0.0), _ENCODERS_GAP) * state.turn_rate
     covariance = _covariance(settings, state)
     own = settings.chain
     sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.unsure**2
-    rotation = rotation_vector(state.yaw, *state.tilt.tolist())
+    x, y = (state.tilt + turning[:2]).tolist()
+    out = filter_lines.excess(state)
     return Estimate(
         state.time,
-        frozen(state.position),
+        frozen(place),
         frozen(state.velocity),
-        frozen(rotation),
-        frozen(state.lengths),
+        frozen(rotation_vector(state.yaw + float(turning[2]), x, y)),
+        frozen(state.lengths + paid),
         frozen(out),
         out > own.slackness.slack,
         frozen(state.radii),
         covariance,
         state.watch.faults,
         valid=sure and state.time - state.fixed <= own.lost and not state.watch.has("encoders", "lost"),
-        clearance=float(state.position[2]) + state.clearance_off,
+        clearance=float(place[2]) + state.clearance_off,
     )
 
 
@@ -338,6 +341,7 @@ def _covariance(settings: FilterSettings, state: FilterState) -> Array:
     diagonal = found.reshape(-1)[::10]
     diagonal[3:6] += settings.speed**2
     late = state.time - state.felt
+    diagonal[6:] += settings.tremble**2
     if late > _ENCODERS_GAP:
         diagonal[6:8] += settings.swing**2
         diagonal[8] += settings.turning**2 * late * (1.0 + late)

@@ -23,7 +23,8 @@ def feel(settings: FilterSettings, state: FilterState, reading: Inertial) -> Non
         since = reading.time - state.felt if state.felt > -np.inf else 0.0
     wx, wy, wz = (reading.rate - state.gyro).tolist()
     x, y = state.tilt.tolist()
-    state.tilt = np.array([x + since * (wx + wz * y), y + since * (wy - wz * x)])
+    state.turn_rate = np.array([wx + wz * y, wy - wz * x, wz])
+    state.tilt = state.tilt + since * state.turn_rate[:2]
     state.yaw += since * wz
     state.gyro_yaw += since * wz
     state.felt = reading.time
@@ -72,5 +73,5 @@ def coast(settings: FilterSettings, state: FilterState, time: float) -> None:
     P[:, tilt] = 0.0
     diagonal[tilt] = settings.swing**2
     diagonal[lay.attitude.stop - 1] += settings.turning**2 * since * (1.0 + since)
-    state.tilt = np.zeros(2)
+    state.tilt, state.turn_rate = np.zeros(2), np.zeros(3)
     state.turning.add(time, (state.gyro_yaw, 0.0, 0.0))

@@ -132,8 +132,8 @@ def _equation(
     H[1, lay.attitude] = _by_attitude(n, yaw, np.array([*one.mount, lidar.mount[2]]))
     H[:, lay.gyro.stop - 1] = H[:, lay.attitude.stop - 1] * (state.felt - middle)
     H[:, lay.bias.start + one.lidar] = -line.per_bias
-    R = line.covariance + np.diag([settings.wall_angle**2 + wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
-    _add_unknown_motion(settings, state, scan, middle, back, R)
+    R = line.covariance + np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
+    _add_unknown_motion(settings, state, looked, one, n, back, R)
     innovation = -np.array([turned, off])
     fits, size = likely(state.P, H, innovation, R)
     return Equation(i, j, innovation, H, R, size, fits)
@@ -148,21 +148,31 @@ def _by_attitude(n: Array, yaw: float, point: Array) -> Array:
 
 
 def _add_unknown_motion(
-    settings: FilterSettings, state: FilterState, scan: Scan, middle: float, back: Array, R: Array
+    settings: FilterSettings, state: FilterState, looked: Looked, one: SeenLine, n: Array, back: Array, R: Array
 ) -> None:
     """Add what the linearisation since the beam passed leaves out, and turns and motion that nothing told."""
-    way = state.jacobian @ (state.radii * back)
-    R[1, 1] += (float(way @ way) / (2.0 * _REACH)) ** 2
-    R[1, 1] += settings.travel**2 * math.sqrt(float(way @ way))
-    blind = min(scan.time - middle, 1.0)
-    if state.watch.unheard("inertial"):
-        turn = (settings.turning * max(blind, 0.2)) ** 2
-        R[0, 0] += turn
-        R[1, 1] += 0.1 * turn
+    lay, scan, line = state.layout, looked.scan, one.line
+    yaw = settings.chain.walls.lidars[one.lidar].yaw
+    first, last = (_before(scan, end - one.mount, yaw) for end in line.ends)
+    across = np.array([-math.sin(line.angle), math.cos(line.angle)])
+    # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
+    pivot = np.array([1.0, float(across @ (line.ends.mean(axis=0) - one.mount))])
+    told = n @ state.jacobian[:2] * (state.radii * state.rates)
+    speed = float(told @ state.P[lay.radii, lay.radii] @ told)  # its variance towards the wall
+    blind = min(0.5 * (first + last), 1.0)
     if state.free:
-        lay = state.layout
-        speed = float(np.trace(state.P[lay.velocity, lay.velocity])) + float(state.velocity @ state.velocity)
+        speed = float(n @ state.P[lay.velocity, lay.velocity][:2, :2] @ n + settings.push**2)
         R[1, 1] += speed * blind**2
+    bent = speed * ((first - last) / line.length) ** 2
+    R += (settings.wall_angle**2 + bent) * np.outer(pivot, pivot)
+    way = state.jacobian @ (state.radii * back)
+    far = math.sqrt(float(way @ way))
+    R[1, 1] += (far * far / (2.0 * _REACH)) ** 2 + settings.travel**2 * far
+    R[0, 0] += settings.gyro_noise**2 * abs(state.felt - scan.time + blind)
+    if state.watch.unheard("inertial"):
+        about = np.array([1.0, -float(across @ one.mount)])  # the drum turns about B
+        turn = settings.turning**2
+        R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])
 
 
 def _before(scan: Scan, xy: Array, yaw: float) -> float:

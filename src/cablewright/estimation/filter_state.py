@@ -36,7 +36,9 @@ class FilterSettings:
     accelerometer. ``gyro_noise``: rad per root second. Readings, besides their noise: ``wall`` m and ``wall_angle`` rad of a wall's line, ``height`` m,
     ``level_height`` m of the distance sensor, ``gravity`` rad of a tenth of a second's mean, ``swing`` rad that the
     drum leans by, ``period`` s of its swing, ``angle`` rad of a smoothed line angle, ``excess`` m, ``stretch`` as a
-    share, ``speed`` m/s of a told velocity. Without the inertial unit: ``turning`` rad/s of the drum.
+    share, ``speed`` m/s of a told velocity,
+    ``tremble`` rad of a told attitude. Without the inertial unit: ``turning`` rad/s of the drum,
+    ``bend`` m that a wall then seems to be off for each rad/s.
     ``unsure``: m, of a position's standard deviation in space, beyond which the estimate is a guess.
     """
 
@@ -61,8 +63,10 @@ class FilterSettings:
     angle: float = math.radians(0.05)
     excess: float = 5e-4
     stretch: float = 0.25
-    speed: float = 2e-3
+    speed: float = 1e-3
+    tremble: float = 1e-4
     turning: float = math.radians(1.5)
+    bend: float = 0.15
     unsure: float = 0.1
 
     def __post_init__(self) -> None:
@@ -121,6 +125,7 @@ class FilterState:
     rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
     way: Trail = field(default_factory=lambda: Trail(1, 1))  # angles at the encoders' times
     turning: Trail = field(default_factory=lambda: Trail(3, 1))  # yaw by the gyro, tilt, at the inertial readings'
+    turn_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw
     gyro_yaw: float = 0.0  # rad: what the gyro made of yaw since the beginning
     told: float = -math.inf  # s: when the encoders were read last ...
     felt: float = -math.inf  # ... and the inertial unit
