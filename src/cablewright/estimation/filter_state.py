@@ -43,22 +43,22 @@ class FilterSettings:
     """
 
     chain: ObserverSettings
-    travel: float = 1.5e-3
+    travel: float = 1e-3
     time: float = 1e-4
     radius_walk: float = 5.2e-3
     push: float = 0.01
     ground: float = 0.03
-    radius: float = 0.08
+    radius: float = 0.1
     gyro: float = 2e-3
     gyro_noise: float = 2e-4
     lean: float = 3e-3
-    wall: float = 2e-4
+    wall: float = 1e-4
     wall_angle: float = 2e-4
     height: float = 3e-4
     height_bias: float = 2e-3
     level_height: float = 2e-3
-    gravity: float = 2e-3
-    swing: float = 3.5e-3
+    gravity: float = 1.2e-3
+    swing: float = 1.5e-3
     period: float = 1.5
     angle: float = math.radians(0.05)
     excess: float = 5e-4

@@ -21,11 +21,13 @@ __all__ = ["vertical"]
 
 Array = NDArray[np.float64]
 
-_RINGS: Final = (0.0, 35.0, 70.0)  # degrees from the axis: two parts of the floor
+_RINGS: Final = ((35.0, 70.0), (0.0, 35.0))  # degrees from the axis: two parts of the floor, the freer one first
 _STEEP: Final = math.cos(math.radians(60.0))  # rays flatter than this meet walls
 _OFF_FLOOR: Final = 0.1  # m over the floor, of points that are the walls'
 _LEAST: Final = 8  # points of a wall, twice as many of the floor
 _NEAR: Final = 3.0  # sigmas from the middle, of points that count
+_MANY: Final = 0.4  # of the most that lie together, of points that are the floor
+_ROUNDS: Final = 3
 _WIDE: Final = 0.03  # m from where a wall is believed to be, of points that are looked at
 _BAND: Final = 0.01  # m likewise of the floor, besides what the height is uncertain by
 
@@ -78,11 +80,11 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
     up = turn.place[:, 2] + turn.points[:, 2] - height.floor - float(state.bias[-1]) * turn.rays[:, 2]
     band = _BAND + _NEAR * unsure
     heard = False
-    for low, high in zip(_RINGS, _RINGS[1:], strict=False):
+    for low, high in _RINGS:
         inside = (turn.down <= math.cos(math.radians(low))) & (turn.down > math.cos(math.radians(high)))
         good = inside & (np.abs(up) < band)
         if np.count_nonzero(good) >= 2 * _LEAST:
-            good &= np.abs(up - np.median(up[good])) < _NEAR * sigma * turn.down
+            good &= np.abs(up - _lowest(up[good], _NEAR * sigma * float(turn.down[good].mean()))) < _NEAR * sigma * turn.down
         count = int(np.count_nonzero(good))
         if count < 2 * _LEAST:
             continue
@@ -101,6 +103,19 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         state.watch.clear("vertical", "floor")
     else:
         state.watch.say("vertical", "floor", "no floor in sight where it should be")
+
+
+def _lowest(values: Array, reach: float) -> float:
+    """The lowest of the values that many lie within *reach* of: the floor, not what lies on it."""
+    ordered = np.sort(values)
+    count = np.searchsorted(ordered, ordered + reach) - np.arange(len(ordered))
+    middle = float(ordered[np.argmax(count >= _MANY * count.max())]) + 0.5 * reach
+    for _ in range(_ROUNDS):
+        near = ordered[np.abs(ordered - middle) < reach]
+        if not len(near):
+            break
+        middle = float(near.mean())
+    return middle
 
 
 def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:
