@@ -102,8 +102,9 @@ def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, n
     lay, m = state.layout, settings.chain.model.m
     state.position, state.lengths = chain.tracker.pose.copy(), chain.lengths.copy()
     state.velocity, state.yaw = chain.velocity.copy(), chain.yaw + chain.anchor_yaw
-    state.tilt, state.slackness = np.array([chain.tilt.x, chain.tilt.y]), chain.slackness
-    state.lean, state.gyro = np.array(chain.tilt.lean_bias), np.array([*chain.tilt.rate_bias, chain.yaw_bias])
+    state.tilt, state.slackness = np.zeros(2), chain.slackness
+    state.lean, state.gyro, state.turn_rate = np.zeros(2), np.zeros(3), np.zeros(3)  # a second tells no bias
+    state.leans.clear()
     state.radii, state.bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
     state.angles, state.rates, state.ground = np.zeros(m), np.zeros(m), 0.0
     state.way, state.turning, state.gyro_yaw = Trail(m, _KEPT), Trail(3, _KEPT), 0.0

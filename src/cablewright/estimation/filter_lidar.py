@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ __all__ = ["Equation", "equations_of", "look", "measure", "place"]
 
 Array = NDArray[np.float64]
 
+_SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 _SAID: Final = 3  # times in a row that a reading does not fit until it is said
 _REACH: Final = 4.0  # m: about as far as the sheaves are, for how B's way bends
 
@@ -65,9 +66,10 @@ def place(settings: FilterSettings, state: FilterState) -> None:
     if not seen:
         watch.say(source, "walls", "no wall is in sight: no straight line long enough")
         return
+    swept = [_swept(looked.scan, one, settings.chain.walls.lidars[one.lidar].yaw) for one in seen]
     left, used, refused = set(range(len(seen))), 0, 0
     while left:
-        found = equations_of(settings, state, looked, left)
+        found = equations_of(settings, state, looked, swept, left)
         if not found:
             break
         rivals = {each.seen: sum(other.fits and other.wall == each.wall for other in found) for each in found}
@@ -90,8 +92,43 @@ def _take(state: FilterState, equation: Equation) -> None:
     correct(state, correction)
 
 
+class Swept(NamedTuple):
+    """How the beam passed a line, whose rays are as evenly spread as they are."""
+
+    middle: float  # s, when it passed the middle of the points
+    before: float  # s from then to the end of the turn
+    along: float  # m along the line, from the lidar's foot on it to the points' middle
+    rate: float  # s/m: by how much earlier the points are, the farther along
+    aside: float  # m along the line, from B's foot on it to the lidar's
+    bent: float  # s: what the line turns by if the drum's rate of turn is off by 1 rad/s, from the end of the turn back
+    shifted: float  # m s: what its points' middle is off then
+
+
+def _swept(scan: Scan, one: SeenLine, yaw: float) -> Swept:
+    ends = one.line.ends - one.mount
+    first, last = np.arctan2(ends[:, 1], ends[:, 0]).tolist()
+    bearings = first + wrapped(last - first) * _SHARES
+    along = one.line.distance * np.tan(bearings - one.line.angle)
+    end = scan.first_angle + scan.angle_step * (len(scan.ranges) - 1)
+    turn = math.tau / abs(scan.angle_step) if scan.angle_step else 1.0
+    before = scan.period * (((end - bearings + yaw) * math.copysign(1.0, scan.angle_step)) % math.tau) * turn / math.tau
+    away, middle = along - along.mean(), float(before.mean())
+    spread = max(float(away @ away), 1e-9)
+    aside = float(math.cos(one.line.angle) * one.mount[1] - math.sin(one.line.angle) * one.mount[0])
+    turned = before * (along + aside)  # the drum turns about B
+    return Swept(
+        scan.time - middle,
+        middle,
+        float(along.mean()),
+        float(away @ before) / spread,
+        aside,
+        float(away @ turned) / spread,
+        float(turned.mean()),
+    )
+
+
 def equations_of(
-    settings: FilterSettings, state: FilterState, looked: Looked, chosen: set[int]
+    settings: FilterSettings, state: FilterState, looked: Looked, swept: list[Swept], chosen: set[int]
 ) -> list[Equation]:
     """Take each *chosen* line for each wall that its lidar can see and that stands about as the line does."""
     room, lidar = settings.chain.walls.room, settings.chain.walls.lidars[looked.turn.lidar]
@@ -105,35 +142,41 @@ def equations_of(
             if lidar.sees is not None and wall.name not in lidar.sees:
                 continue
             if abs(wrapped(wall.azimuth - one.line.angle - yaw)) <= gate:
-                found.append(_equation(settings, state, looked, one, i, j))
+                found.append(_equation(settings, state, looked, swept[i], i, j))
     return found
 
 
 def _equation(
-    settings: FilterSettings, state: FilterState, looked: Looked, one: SeenLine, i: int, j: int
+    settings: FilterSettings, state: FilterState, looked: Looked, swept: Swept, i: int, j: int
 ) -> Equation:
-    lay, wall, line = state.layout, settings.chain.walls.room.walls[j], one.line
-    lidar, scan = settings.chain.walls.lidars[one.lidar], looked.scan
-    now_way, J = state.angles, state.jacobian
-    end = state.position - J @ (state.radii * (now_way - looked.end))
+    one, wall, lay, J = looked.kept.seen[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
+    line, bias = one.line, float(state.bias[one.lidar])
+    end = state.position - J @ (state.radii * (state.angles - looked.end))
     yaw = state.yaw - state.gyro_yaw + looked.yaw
     n = np.array(wall.normal)
     c, s = math.cos(yaw), math.sin(yaw)
-    R_yaw = np.array([[c, -s], [s, c]])
-    lever, bias = R_yaw @ one.mount, float(state.bias[one.lidar])
+    lever = np.array([[c, -s], [s, c]]) @ one.mount
     turned = wrapped(yaw + line.angle - wall.azimuth) - line.per_bias[0] * bias
     off = float(n @ (end[:2] + lever)) + line.distance - line.per_bias[1] * bias - wall.distance
-    middle = scan.time - _before(scan, line.ends.mean(axis=0) - one.mount, lidar.yaw)
-    back = now_way - state.way.at([middle])[0]
+    back = state.angles - state.way.at([swept.middle])[0]
+    # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
+    pivot = np.array([1.0, swept.along])
+    toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
     H[0, lay.attitude.stop - 1] = 1.0
     H[1, lay.position][:2] = n
-    H[1, lay.radii] = -(n @ J[:2]) * state.radii * back
-    H[1, lay.attitude] = _by_attitude(n, yaw, np.array([*one.mount, lidar.mount[2]]))
-    H[:, lay.gyro.stop - 1] = H[:, lay.attitude.stop - 1] * (state.felt - middle)
+    H[:, lay.radii] = swept.rate * np.outer(pivot, toward * state.rates)
+    H[1, lay.radii] -= toward * back
+    H[1, lay.attitude] = _by_attitude(n, yaw, np.array([*one.mount, settings.chain.walls.lidars[one.lidar].mount[2]]))
+    late = state.felt - looked.scan.time
+    bent = late + swept.bent
+    shifted = late * (swept.along + swept.aside) + swept.shifted
+    H[1, lay.gyro] = (state.felt - swept.middle) * H[1, lay.attitude]
+    H[:, lay.gyro.stop - 1] = bent, swept.along * bent - shifted
     H[:, lay.bias.start + one.lidar] = -line.per_bias
-    R = line.covariance + np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
-    _add_unknown_motion(settings, state, looked, one, n, back, R)
+    R = line.covariance + settings.wall_angle**2 * np.outer(pivot, pivot)
+    R += np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
+    _add_unknown_motion(settings, state, swept, n, back, R)
     innovation = -np.array([turned, off])
     fits, size = likely(state.P, H, innovation, R)
     return Equation(i, j, innovation, H, R, size, fits)
@@ -148,38 +191,22 @@ def _by_attitude(n: Array, yaw: float, point: Array) -> Array:
 
 
 def _add_unknown_motion(
-    settings: FilterSettings, state: FilterState, looked: Looked, one: SeenLine, n: Array, back: Array, R: Array
+    settings: FilterSettings, state: FilterState, swept: Swept, n: Array, back: Array, R: Array
 ) -> None:
     """Add what the linearisation since the beam passed leaves out, and turns and motion that nothing told."""
-    lay, scan, line = state.layout, looked.scan, one.line
-    yaw = settings.chain.walls.lidars[one.lidar].yaw
-    first, last = (_before(scan, end - one.mount, yaw) for end in line.ends)
-    across = np.array([-math.sin(line.angle), math.cos(line.angle)])
-    # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
-    pivot = np.array([1.0, float(across @ (line.ends.mean(axis=0) - one.mount))])
-    told = n @ state.jacobian[:2] * (state.radii * state.rates)
-    speed = float(told @ state.P[lay.radii, lay.radii] @ told)  # its variance towards the wall
-    blind = min(0.5 * (first + last), 1.0)
-    if state.free:
-        speed = float(n @ state.P[lay.velocity, lay.velocity][:2, :2] @ n + settings.push**2)
-        R[1, 1] += speed * blind**2
-    bent = speed * ((first - last) / line.length) ** 2
-    R += (settings.wall_angle**2 + bent) * np.outer(pivot, pivot)
+    lay, blind = state.layout, min(swept.before, 1.0)
     way = state.jacobian @ (state.radii * back)
     far = math.sqrt(float(way @ way))
     R[1, 1] += (far * far / (2.0 * _REACH)) ** 2 + settings.travel**2 * far
-    R[0, 0] += settings.gyro_noise**2 * abs(state.felt - scan.time + blind)
+    R[0, 0] += settings.gyro_noise**2 * abs(state.felt - swept.middle)
+    if state.free:
+        speed = float(n @ state.P[lay.velocity, lay.velocity][:2, :2] @ n + settings.push**2)
+        pivot = np.array([1.0, swept.along])
+        R += speed * swept.rate**2 * np.outer(pivot, pivot) + speed * np.diag([0.0, blind**2])
     if state.watch.unheard("inertial"):
-        about = np.array([1.0, -float(across @ one.mount)])  # the drum turns about B
+        about = np.array([1.0, -swept.aside])
         turn = settings.turning**2
         R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])
-
-
-def _before(scan: Scan, xy: Array, yaw: float) -> float:
-    """How long before the end of its turn the beam passed *xy* (2,), seen from the lidar in the platform's frame, s."""
-    bearing = math.atan2(xy[1], xy[0]) - yaw
-    last = scan.first_angle + scan.angle_step * (len(scan.ranges) - 1)
-    return float((last - bearing) % math.tau / abs(scan.angle_step) * scan.period) if scan.angle_step else 0.0
 
 
 def _judge(settings: FilterSettings, state: FilterState, source: str, used: int, refused: int) -> None:

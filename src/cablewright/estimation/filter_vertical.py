@@ -40,6 +40,7 @@ class Turn(NamedTuple):
     rays: Array  # (k, 3) unit, level, along the drum's axes
     points: Array  # (k, 3) m from B, likewise
     yaw: Array  # (k,) rad
+    late: Array  # (k,) s from then to the last inertial reading
     back: Array  # (k, m) rad that the winch drums turned since
     place: Array  # (k, 3) m, world: B
 
@@ -70,7 +71,8 @@ def _turn(state: FilterState, height: HeightSettings, scan: Scan, turning: Array
     back = state.angles - ways[good]
     place = state.position - (back * state.radii) @ state.jacobian.T
     yaw = state.yaw - state.gyro_yaw + turning[good, 0]
-    return Turn(ranges, -straight[:, 2], rays, arms + ranges[:, None] * rays, yaw, back, place)
+    late = state.felt - scan.times[good]
+    return Turn(ranges, -straight[:, 2], rays, arms + ranges[:, None] * rays, yaw, late, back, place)
 
 
 def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:
@@ -95,6 +97,7 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H[0, lay.position][2] = 1.0
         H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.back[good].mean(axis=0)
         H[0, lay.attitude] = y, -x, 0.0
+        H[0, lay.gyro] = turn.late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep.mean())
         R = np.array([[sigma**2 * float(steep @ steep) / count**2 + settings.height**2]])
         off = np.array([-float(up[good].mean())])
@@ -121,7 +124,8 @@ def _lowest(values: Array, reach: float) -> float:
 def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:
     """Walls on both sides: their distances' sum is known."""
     flat = np.flatnonzero(turn.down < _STEEP)
-    rays, points, place, back = turn.rays[flat], turn.points[flat], turn.place[flat], turn.back[flat]
+    rays, points, place = turn.rays[flat], turn.points[flat], turn.place[flat]
+    back, late = turn.back[flat], turn.late[flat]
     lay, sigma = state.layout, height.sigma or settings.height_bias
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
     rising = place[:, 2] + points[:, 2] > height.floor + _OFF_FLOOR
@@ -143,6 +147,7 @@ def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H[0, lay.position][:2] = n
         H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * back[good].mean(axis=0)
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
+        H[0, lay.gyro] = late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep[good].mean())
         R = np.array([[sigma**2 / count + settings.wall**2 + wall.distance_sigma**2]])
         measure(state, f"vertical {wall.name}", H, np.array([-float(off[good].mean())]), R, ("vertical", "wall"), "")
