@@ -111,7 +111,7 @@ def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, n
     state.intake.inertial, state.intake.encoders = chain.inertial, chain.encoders
     state.told = now if chain.encoders is None else chain.encoders.time
     state.felt = now if chain.inertial is None else chain.inertial.time
-    state.fixed, state.free = now, False
+    state.begun, state.fixed, state.free = now, now, False
     state.looked = None
     state.pending.clear()
     state.refused.clear()

@@ -12,6 +12,8 @@ from cablewright.signals import Inertial
 __all__ = ["coast", "feel"]
 
 _LEANS: Final = 10  # readings of the accelerometer that are used at once
+_HELD: Final = 0.1  # s in which so many come
+_SMOOTH: Final = 0.2  # share of B's acceleration that such a time tells
 _GAP: Final = 0.1  # s without a reading after which the gyro's last rate tells nothing
 
 
@@ -48,12 +50,16 @@ def _hold(settings: FilterSettings, state: FilterState) -> None:
     lay = state.layout
     told = np.mean(state.leans, axis=0)
     state.leans.clear()
+    speed = state.jacobian[:2] @ (state.radii * state.rates)
+    state.push = state.push + _SMOOTH * ((speed - state.speed) / _HELD - state.push)
+    state.speed = speed
+    pushed = float(state.push @ state.push) / settings.chain.tilt.gravity**2  # who is pushed leans, and feels it not
     tilt = slice(lay.attitude.start, lay.attitude.start + 2)
     H = np.zeros((4, lay.size))
     H[:2, tilt] = H[2:, tilt] = H[:2, lay.lean] = np.eye(2)
     off = np.concatenate([told - state.tilt - state.lean, -state.tilt])
-    hanging = settings.swing**2 * settings.period / 0.1
-    R = np.diag([settings.gravity**2] * 2 + [hanging] * 2)
+    hanging = (settings.swing**2 + pushed) * settings.period / _HELD
+    R = np.diag([settings.gravity**2 + pushed * settings.period / _HELD] * 2 + [hanging] * 2)
     correction, state.P = fuse(state.P, H, off, R)
     correct(state, correction)
 

@@ -20,10 +20,12 @@ from cablewright.estimation.lidar_walls import LidarTurn
 from cablewright.estimation.observer_state import Looked
 from cablewright.signals import Scan
 
-__all__ = ["Equation", "equations_of", "look", "measure", "place"]
+__all__ = ["Equation", "doubt", "equations_of", "look", "measure", "place"]
 
 Array = NDArray[np.float64]
 
+_SETTLED: Final = 4.0  # s from the first place on ...
+_DOUBT: Final = 4.0  # ... in which this is the variance of a lidar's readings, times theirs
 _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 _SAID: Final = 3  # times in a row that a reading does not fit until it is said
 _REACH: Final = 4.0  # m: about as far as the sheaves are, for how B's way bends
@@ -177,6 +179,7 @@ def _equation(
     R = line.covariance + settings.wall_angle**2 * np.outer(pivot, pivot)
     R += np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
     _add_unknown_motion(settings, state, swept, n, back, R)
+    R *= doubt(state)
     innovation = -np.array([turned, off])
     fits, size = likely(state.P, H, innovation, R)
     return Equation(i, j, innovation, H, R, size, fits)
@@ -223,6 +226,11 @@ def _judge(settings: FilterSettings, state: FilterState, source: str, used: int,
         watch.say(source, "gate", "its walls put the drum elsewhere than it can be: not used")
     else:
         watch.say(source, "walls", "no wall is in sight at a yaw that is allowed")
+
+
+def doubt(state: FilterState) -> float:
+    """By how much more the variance of a lidar's reading is while swing and rates, which bend a turn, settle."""
+    return _DOUBT if state.time - state.begun < _SETTLED else 1.0
 
 
 def measure(

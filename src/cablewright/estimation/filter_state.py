@@ -135,9 +135,12 @@ class FilterState:
     taut_at: Array = field(default_factory=lambda: np.zeros(3))
     drawn: float = -math.inf  # s: when taut was drawn
     jacobian: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): how B moves as lengths grow
+    speed: Array = field(default_factory=lambda: np.zeros(2))  # m/s of B, level, when gravity was used last ...
+    push: Array = field(default_factory=lambda: np.zeros(2))  # ... and m/s^2, smoothed
     leans: list[tuple[float, float]] = field(default_factory=list)  # of the accelerometer, not yet used
     listened: float = -math.inf  # s: when the line angles were used last
     refused: dict[str, int] = field(default_factory=dict)  # turns in a row of which nothing fitted
+    begun: float = -math.inf  # s: when the chain handed over
     fixed: float = -math.inf  # s: when a lidar told a place last
     across: dict[str, float] = field(default_factory=dict)  # s: when walls of each kind were seen last
     height: Height | None = None

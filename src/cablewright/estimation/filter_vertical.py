@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.filter_lidar import measure
+from cablewright.estimation.filter_lidar import doubt, measure
 from cablewright.estimation.filter_state import FilterSettings, FilterState
 from cablewright.estimation.height import HeightSettings, height_of, leaned
 from cablewright.signals import Scan
@@ -99,7 +99,7 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H[0, lay.attitude] = y, -x, 0.0
         H[0, lay.gyro] = turn.late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep.mean())
-        R = np.array([[sigma**2 * float(steep @ steep) / count**2 + settings.height**2]])
+        R = doubt(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + settings.height**2]])
         off = np.array([-float(up[good].mean())])
         measure(state, "height", H, off, R, ("vertical", "gate"), "its floor is not where it should be: not used")
     if heard:
@@ -149,5 +149,5 @@ def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
         H[0, lay.gyro] = late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep[good].mean())
-        R = np.array([[sigma**2 / count + settings.wall**2 + wall.distance_sigma**2]])
+        R = doubt(state) * np.array([[sigma**2 / count + settings.wall**2 + wall.distance_sigma**2]])
         measure(state, f"vertical {wall.name}", H, np.array([-float(off[good].mean())]), R, ("vertical", "wall"), "")
