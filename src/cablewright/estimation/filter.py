@@ -300,7 +300,6 @@ def _stand(state: FilterState, scan: Scan) -> bool:
 
 def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     """Say what is believed, and how surely."""
-    lay = state.layout
     if not state.free:
         state.velocity = state.jacobian @ (state.radii * state.rates)
     late = min(max(state.time - state.told, 0.0), _ENCODERS_GAP) if not state.free else 0.0

@@ -83,7 +83,7 @@ def place(settings: FilterSettings, state: FilterState) -> None:
         _take(state, best)
         state.across[room.walls[best.wall].kind] = state.time
         used += 1
-    _judge(settings, state, source, used, refused)
+    _judge(state, source, used, refused)
 
 
 def _take(state: FilterState, equation: Equation) -> None:
@@ -148,9 +148,7 @@ def equations_of(
     return found
 
 
-def _equation(
-    settings: FilterSettings, state: FilterState, looked: Looked, swept: Swept, i: int, j: int
-) -> Equation:
+def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swept: Swept, i: int, j: int) -> Equation:
     one, wall, lay, J = looked.kept.seen[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
     line, bias = one.line, float(state.bias[one.lidar])
     end = state.position - J @ (state.radii * (state.angles - looked.end))
@@ -186,7 +184,7 @@ def _equation(
 
 
 def _by_attitude(n: Array, yaw: float, point: Array) -> Array:
-    """By how much a *point* (3,) of the drum, level axes, comes nearer to a wall as tilt x and y, and yaw, grow: (3,)."""
+    """By how much a *point* (3,) of the drum, level axes, goes along *n* as tilt x and y, and yaw, grow: (3,)."""
     c, s = math.cos(yaw), math.sin(yaw)
     ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
     x, y, z = point.tolist()
@@ -212,7 +210,7 @@ def _add_unknown_motion(
         R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])
 
 
-def _judge(settings: FilterSettings, state: FilterState, source: str, used: int, refused: int) -> None:
+def _judge(state: FilterState, source: str, used: int, refused: int) -> None:
     """Say what is wrong with a turn."""
     watch = state.watch
     if used:

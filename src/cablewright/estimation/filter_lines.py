@@ -45,7 +45,7 @@ def draw(settings: FilterSettings, state: FilterState, *, at_once: bool = False)
     sag = (lines[:, layout.WEIGHT] * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stiffness = 1.0 / (lines[:, layout.FREE_COMPLIANCE] * taut.lengths + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
-    state.jacobian = np.linalg.solve(weighted @ taut.toward, weighted)
+    state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
 
 
 def _pulls(settings: FilterSettings, state: FilterState) -> Array:

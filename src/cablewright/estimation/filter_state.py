@@ -27,23 +27,29 @@ _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1}  # of so many numbers, exceeded by on
 
 @dataclass(frozen=True, eq=False)
 class FilterSettings:
-    """What is believed, beside what the paper's chain is told, and how sure of it the filter is; standard deviations.
+    """What is believed beside what the paper's chain is told, and how sure of it the filter is: standard deviations.
 
-    ``chain``: with which the first place is found. Random walks: ``travel`` m per root metre that B goes, of position
-    and lengths, for anchors, moduli and lines that change; ``time`` m per root second; ``radius_walk`` of each radius,
-    a share per root radian; ``push`` m/s per root second, of B's speed where no encoder tells it; ``ground`` m per root
-    metre, of what lies under the valve. Constant: ``radius`` as a share, ``gyro`` rad/s, ``lean`` rad of the
-    accelerometer. ``gyro_noise``: rad per root second. Readings, besides their noise: ``wall`` m and ``wall_angle`` rad of a wall's line, ``height`` m,
+    ``chain``: with which the first place is found. docs/estimation.md says where each number is from.
+
+    Random walks: ``travel`` m per root metre that B goes, of B and of lengths, for anchors, moduli and lines that
+    change; ``time`` m per root second; ``radius_walk`` of each radius, a share per root radian; ``push`` m/s per root
+    second, of B's speed where no encoder tells it; ``ground`` m per root metre, of what lies under the valve;
+    ``gyro_noise`` rad per root second.
+
+    Constant: ``radius`` as a share, ``gyro`` rad/s, ``lean`` rad of the accelerometer, ``height_bias`` m of the
+    vertical lidar.
+
+    Readings, besides their own noise: ``wall`` m and ``wall_angle`` rad of a wall's line, ``height`` m of the floor,
     ``level_height`` m of the distance sensor, ``gravity`` rad of a tenth of a second's mean, ``swing`` rad that the
-    drum leans by, ``period`` s of its swing, ``angle`` rad of a smoothed line angle, ``excess`` m, ``stretch`` as a
-    share, ``speed`` m/s of a told velocity,
-    ``tremble`` rad of a told attitude. Without the inertial unit: ``turning`` rad/s of the drum,
-    ``bend`` m that a wall then seems to be off for each rad/s.
+    drum leans by and ``period`` s of its swing, ``angle`` rad of a smoothed line angle, ``excess`` m, ``stretch`` as a
+    share, ``speed`` m/s and ``tremble`` rad of what is told.
+
+    Without the inertial unit: ``turning`` rad/s of the drum, ``bend`` m that a wall then seems off for each rad/s.
     ``unsure``: m, of a position's standard deviation in space, beyond which the estimate is a guess.
     """
 
     chain: ObserverSettings
-    travel: float = 1e-3
+    travel: float = 5e-4
     time: float = 1e-4
     radius_walk: float = 5.2e-3
     push: float = 0.01
@@ -52,12 +58,12 @@ class FilterSettings:
     gyro: float = 2e-3
     gyro_noise: float = 2e-4
     lean: float = 3e-3
-    wall: float = 1e-4
-    wall_angle: float = 2e-4
-    height: float = 3e-4
+    wall: float = 5e-5
+    wall_angle: float = 1e-4
+    height: float = 1e-4
     height_bias: float = 2e-3
     level_height: float = 2e-3
-    gravity: float = 1.2e-3
+    gravity: float = 1e-3
     swing: float = 1.5e-3
     period: float = 1.5
     angle: float = math.radians(0.05)
@@ -93,11 +99,9 @@ class Layout(NamedTuple):
     @classmethod
     def of(cls, m: int, lidars: int) -> Layout:
         """Return the layout for *m* lines and so many horizontal *lidars*."""
-        found, at = [], 0
-        for count in (3, 3, 3, m, m, 3, 2, lidars + 1):
-            found.append(slice(at, at + count))
-            at += count
-        return cls(*found, at, at + 1)
+        ends = np.cumsum([3, 3, 3, m, m, 3, 2, lidars + 1]).tolist()
+        p, v, a, lengths, radii, gyro, lean, bias = map(slice, [0, *ends[:-1]], ends)
+        return cls(p, v, a, lengths, radii, gyro, lean, bias, ends[-1], ends[-1] + 1)
 
 
 @dataclass(eq=False)

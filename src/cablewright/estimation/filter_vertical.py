@@ -86,7 +86,10 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         inside = (turn.down <= math.cos(math.radians(low))) & (turn.down > math.cos(math.radians(high)))
         good = inside & (np.abs(up) < band)
         if np.count_nonzero(good) >= 2 * _LEAST:
-            good &= np.abs(up - _lowest(up[good], _NEAR * sigma * float(turn.down[good].mean()))) < _NEAR * sigma * turn.down
+            good &= (
+                np.abs(up - _lowest(up[good], _NEAR * sigma * float(turn.down[good].mean())))
+                < _NEAR * sigma * turn.down
+            )
         count = int(np.count_nonzero(good))
         if count < 2 * _LEAST:
             continue

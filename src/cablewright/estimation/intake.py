@@ -92,9 +92,7 @@ def queue(pending: list[Scan], scan: Scan, keep: int) -> None:
         pending.remove(own[0])
 
 
-def line_faults(
-    watch: Watch, lines: tuple[Line, ...], dead: NDArray[np.bool_], stuck: NDArray[np.bool_]
-) -> None:
+def line_faults(watch: Watch, lines: tuple[Line, ...], dead: NDArray[np.bool_], stuck: NDArray[np.bool_]) -> None:
     """Say which lines' accelerometers are dead (m,), or stuck."""
     for line, none, same in zip(lines, dead, stuck, strict=True):
         if same or none:
