@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation import filter_attitude, filter_lidar, filter_lines, filter_vertical, observer, slackness
 from cablewright.estimation.filter_state import FilterSettings, FilterState, Layout
-from cablewright.estimation.intake import Intake, felt, line_faults, queue, seen, turned
+from cablewright.estimation.intake import felt, line_faults, queue, seen, turned
 from cablewright.estimation.observer_state import ObserverState
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.trail import Trail
@@ -44,7 +44,7 @@ def start(settings: FilterSettings) -> FilterState:
     lay = Layout.of(own.model.m, len(own.lidars))
     weight = float(own.model.packed.platform[layout.PLATFORM_WEIGHT])
     return FilterState(
-        Intake(chain.watch),
+        chain.intake,
         lay,
         slackness.start(own.slackness),
         weight / own.model.robot.scene.gravity,
@@ -108,9 +108,9 @@ def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, n
     state.radii, state.bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
     state.angles, state.rates, state.ground = np.zeros(m), np.zeros(m), 0.0
     state.way, state.turning, state.gyro_yaw = Trail(m, _KEPT), Trail(3, _KEPT), 0.0
-    state.intake.inertial, state.intake.encoders = chain.inertial, chain.encoders
-    state.told = now if chain.encoders is None else chain.encoders.time
-    state.felt = now if chain.inertial is None else chain.inertial.time
+    heard = state.intake = chain.intake
+    state.told = now if heard.encoders is None else heard.encoders.time
+    state.felt = now if heard.inertial is None else heard.inertial.time
     state.begun, state.fixed, state.free = now, now, False
     state.looked = None
     state.pending.clear()
@@ -155,7 +155,7 @@ def _astray(settings: FilterSettings, state: FilterState) -> bool:
 def _again(settings: FilterSettings, state: FilterState) -> None:
     """Look for the place from the beginning, with the faults that are known."""
     state.chain = observer.start(settings.chain)
-    state.chain.watch = state.watch
+    state.chain.intake = state.intake
     state.refused.clear()
 
 
