@@ -28,10 +28,13 @@ Array = NDArray[np.float64]
 
 _KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _FIRST: Final = 0.01  # m: of the chain's first place
+_FIRST_TILT: Final = math.radians(0.15)
 _FIRST_YAW: Final = math.radians(0.5)
 _FIRST_LENGTH: Final = 5e-3  # m: of lengths besides the place's
 _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _ENCODERS_GAP: Final = 0.1  # s without counts after which the drum goes on by itself
+_FROZEN: Final = 0.1  # s with the same counts: the drum stands, or the encoders do
+_GOES: Final = 0.01  # m/s: who is as fast does not stand
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
 _GROUND: Final = 0.1  # m: of what lies under the valve, at first
 _TRIES: Final = 5  # readings of the distance sensor in a row that do not fit: then the ground is another
@@ -73,7 +76,7 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         else:
             _take(settings, state, reading)
     if state.time - state.told > _ENCODERS_GAP:
-        _go_free(state, 0.0)
+        _go_free(state)
     if state.free:
         _drift(settings, state, dt)
     filter_lines.draw(settings, state)
@@ -107,7 +110,8 @@ def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, n
     state.leans.clear()
     state.radii, state.bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
     state.angles, state.rates, state.ground = np.zeros(m), np.zeros(m), 0.0
-    state.way, state.turning, state.gyro_yaw = Trail(m, _KEPT), Trail(3, _KEPT), 0.0
+    state.way, state.turning, state.gyro_yaw = Trail(m + 4, _KEPT), Trail(3, _KEPT), 0.0
+    state.drifted = np.zeros(4)
     heard = state.intake = chain.intake
     state.told = now if heard.encoders is None else heard.encoders.time
     state.felt = now if heard.inertial is None else heard.inertial.time
@@ -127,7 +131,7 @@ def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, n
 def _first(settings: FilterSettings, lay: Layout, toward: Array) -> Array:
     """Covariance of what the chain hands over."""
     size = np.zeros(lay.size)
-    size[lay.attitude] = settings.swing, settings.swing, _FIRST_YAW
+    size[lay.attitude] = _FIRST_TILT, _FIRST_TILT, _FIRST_YAW
     size[lay.lengths], size[lay.radii] = _FIRST_LENGTH, settings.radius
     size[lay.gyro], size[lay.lean], size[lay.ground] = settings.gyro, settings.lean, _GROUND
     lidars = settings.chain.walls.lidars
@@ -202,11 +206,15 @@ def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> N
             _add_unknown(state, _FASTEST * since)
     else:
         state.angles = state.angles + by
-        if state.free and by.any():
-            _hold(state)
+        if by.any():
+            state.went = reading.time
+            if state.free:
+                _hold(state)
+        elif reading.time - state.went > _FROZEN:
+            _go_free(state)
         if not late and not state.free:
             filter_lines.carry(settings, state, by, since)
-    state.way.add(reading.time, state.angles)
+    state.way.add(reading.time, np.concatenate([state.angles, state.drifted]))
 
 
 def _sound(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
@@ -223,15 +231,11 @@ def _sound(settings: FilterSettings, state: FilterState, reading: Distance) -> N
         state.P[lay.ground, lay.ground] += float(off[0]) ** 2
 
 
-def _go_free(state: FilterState, moved: float) -> None:
-    """Let B go on as it went, since no encoder tells; it may have *moved* so far (m) already."""
-    if state.free:
-        return
-    state.free = True
-    state.P[state.layout.velocity, state.layout.velocity] = np.eye(3) * _FASTEST**2 / 4.0
-    if moved:
-        _add_unknown(state, moved)
-        state.velocity = np.zeros(3)
+def _go_free(state: FilterState) -> None:
+    """Let B go on as it went, since no encoder tells; it may as well have stopped."""
+    if not state.free:
+        state.free = True
+        state.P[state.layout.velocity, state.layout.velocity] = np.eye(3) * _FASTEST**2 / 4.0
 
 
 def _hold(state: FilterState) -> None:
@@ -266,16 +270,15 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
     moved = dt * state.velocity
     state.position = state.position + moved
     state.lengths = state.lengths + taut.toward @ moved
+    state.drifted = state.drifted + [*moved.tolist(), dt]
+    state.way.add(state.time, np.concatenate([state.angles, state.drifted]))
 
 
 def _see(settings: FilterSettings, state: FilterState) -> None:
     """Do the next bit of work on the lidars' turns: as much as there is time for in one step."""
     if state.looked is not None:
-        looked = state.looked
         filter_lidar.place(settings, state)
-        if _stand(state, looked.scan):
-            state.looked = looked
-            filter_lidar.place(settings, state)
+        _stand(state)
         return
     if not state.pending:
         return
@@ -288,14 +291,17 @@ def _see(settings: FilterSettings, state: FilterState) -> None:
         filter_lidar.look(settings, state, scan)
 
 
-def _stand(state: FilterState, scan: Scan) -> bool:
-    """Whether a turn did not fit because the encoders stand while the drum goes on; then it goes free."""
-    before = state.way.at([scan.begin])[0]
-    if state.free or (state.angles != before).any() or not state.refused.get(scan.source, 0):
-        return False
-    state.watch.say("encoders", "stand", "no winch drum turns by its counts, but the drum goes on: not used")
-    _go_free(state, _FASTEST * (scan.time - scan.begin))
-    return True
+def _stand(state: FilterState) -> None:
+    """Say that the counts stand while the lidars see the drum go."""
+    spread = float(np.trace(state.P[state.layout.velocity, state.layout.velocity]))
+    if state.free and state.time - state.told < _ENCODERS_GAP and _sure(state.velocity, spread):
+        state.watch.say("encoders", "stand", "no winch drum turns by its counts, but the drum goes on: not used")
+
+
+def _sure(velocity: Array, spread: float) -> bool:
+    """Whether B goes, by a velocity with that variance in space."""
+    speed = float(np.sqrt(velocity @ velocity))
+    return speed > _GOES and speed > 2.0 * math.sqrt(spread)
 
 
 def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:

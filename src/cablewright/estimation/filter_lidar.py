@@ -47,8 +47,8 @@ class Equation:
 def look(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     """Find the lines of one turn of a horizontal lidar: half of the work."""
     times = scan.times
-    turning, ways = state.turning.at(times), state.way.at(times)
-    moved = (ways - ways[-1]) * state.radii @ state.jacobian.T  # (n, 3) m, world
+    turning, since = state.turning.at(times), state.since(times)
+    moved = since.moved[-1] - since.moved  # (n, 3) m, world
     yaw = state.yaw - state.gyro_yaw + float(turning[-1, 0])
     c, s = math.cos(yaw), math.sin(yaw)
     level = moved[:, :2] @ np.array([[c, -s], [s, c]])
@@ -56,7 +56,7 @@ def look(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     which = settings.chain.lidars.index(scan.source)
     turn = LidarTurn(scan.angles, scan.ranges, which, turning[:, 1:], drift)
     kept = lidar_walls.look(settings.chain.walls, turn)
-    state.looked = Looked(scan, turn, kept, ways[-1], float(turning[-1, 0]))
+    state.looked = Looked(scan, turn, kept, since.moved[-1], float(turning[-1, 0]))
 
 
 def place(settings: FilterSettings, state: FilterState) -> None:
@@ -151,22 +151,26 @@ def equations_of(
 def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swept: Swept, i: int, j: int) -> Equation:
     one, wall, lay, J = looked.kept.seen[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
     line, bias = one.line, float(state.bias[one.lidar])
-    end = state.position - J @ (state.radii * (state.angles - looked.end))
+    since = state.since([looked.scan.time, swept.middle])
+    end = state.position - since.moved[0]
     yaw = state.yaw - state.gyro_yaw + looked.yaw
     n = np.array(wall.normal)
     c, s = math.cos(yaw), math.sin(yaw)
     lever = np.array([[c, -s], [s, c]]) @ one.mount
     turned = wrapped(yaw + line.angle - wall.azimuth) - line.per_bias[0] * bias
     off = float(n @ (end[:2] + lever)) + line.distance - line.per_bias[1] * bias - wall.distance
-    back = state.angles - state.way.at([swept.middle])[0]
     # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
     pivot = np.array([1.0, swept.along])
     toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
     H[0, lay.attitude.stop - 1] = 1.0
     H[1, lay.position][:2] = n
-    H[:, lay.radii] = swept.rate * np.outer(pivot, toward * state.rates)
-    H[1, lay.radii] -= toward * back
+    if state.free:
+        H[:, lay.velocity][:, :2] = swept.rate * np.outer(pivot, n)
+    else:
+        H[:, lay.radii] = swept.rate * np.outer(pivot, toward * state.rates)
+    H[1, lay.radii] -= toward * since.turned[1]
+    H[1, lay.velocity][:2] -= n * since.alone[1]
     H[1, lay.attitude] = _by_attitude(n, yaw, np.array([*one.mount, settings.chain.walls.lidars[one.lidar].mount[2]]))
     late = state.felt - looked.scan.time
     bent = late + swept.bent
@@ -176,7 +180,7 @@ def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swep
     H[:, lay.bias.start + one.lidar] = -line.per_bias
     R = line.covariance + settings.wall_angle**2 * np.outer(pivot, pivot)
     R += np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
-    _add_unknown_motion(settings, state, swept, n, back, R)
+    _add_unknown_motion(settings, state, swept, since.moved[1], R)
     R *= doubt(state)
     innovation = -np.array([turned, off])
     fits, size = likely(state.P, H, innovation, R)
@@ -191,19 +195,14 @@ def _by_attitude(n: Array, yaw: float, point: Array) -> Array:
     return np.array([-left * z, ahead * z, left * x - ahead * y])
 
 
-def _add_unknown_motion(
-    settings: FilterSettings, state: FilterState, swept: Swept, n: Array, back: Array, R: Array
-) -> None:
+def _add_unknown_motion(settings: FilterSettings, state: FilterState, swept: Swept, moved: Array, R: Array) -> None:
     """Add what the linearisation since the beam passed leaves out, and turns and motion that nothing told."""
-    lay, blind = state.layout, min(swept.before, 1.0)
-    way = state.jacobian @ (state.radii * back)
-    far = math.sqrt(float(way @ way))
+    blind, far = min(swept.before, 1.0), math.sqrt(float(moved @ moved))
     R[1, 1] += (far * far / (2.0 * _REACH)) ** 2 + settings.travel**2 * far
     R[0, 0] += settings.gyro_noise**2 * abs(state.felt - swept.middle)
     if state.free:
-        speed = float(n @ state.P[lay.velocity, lay.velocity][:2, :2] @ n + settings.push**2)
         pivot = np.array([1.0, swept.along])
-        R += speed * swept.rate**2 * np.outer(pivot, pivot) + speed * np.diag([0.0, blind**2])
+        R += settings.push**2 * blind * (swept.rate**2 * np.outer(pivot, pivot) + np.diag([0.0, blind**2]))
     if state.watch.unheard("inertial"):
         about = np.array([1.0, -swept.aside])
         turn = settings.turning**2

@@ -78,7 +78,7 @@ def carry(settings: FilterSettings, state: FilterState, turned: Array, since: fl
     moved = J @ paid
     state.lengths = state.lengths + paid
     state.position = state.position + moved
-    if since > 0.0:
+    if since > 0.0 and turned.any():
         share = min(1.0, since / settings.chain.slackness.smooth)
         state.rates = state.rates + share * (turned / since - state.rates)
     both = np.vstack([J * paid, np.diag(paid)])  # of position and lengths per share of each radius

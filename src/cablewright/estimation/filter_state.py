@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
 from cablewright.estimation.height import Height
@@ -18,7 +18,7 @@ from cablewright.estimation.trail import Trail
 from cablewright.estimation.watch import Watch
 from cablewright.signals import Scan
 
-__all__ = ["FilterSettings", "FilterState", "Layout", "correct", "fuse", "likely"]
+__all__ = ["FilterSettings", "FilterState", "Layout", "Since", "correct", "fuse", "likely"]
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class FilterSettings:
     height_bias: float = 2e-3
     level_height: float = 2e-3
     gravity: float = 1e-3
-    swing: float = 1.5e-3
+    swing: float = 1e-3
     period: float = 1.5
     angle: float = math.radians(0.05)
     excess: float = 5e-4
@@ -104,6 +104,14 @@ class Layout(NamedTuple):
         return cls(p, v, a, lengths, radii, gyro, lean, bias, ends[-1], ends[-1] + 1)
 
 
+class Since(NamedTuple):
+    """What happened to B since some moments."""
+
+    turned: Array  # (k, m) rad that the winch drums turned
+    alone: Array  # (k,) s without encoders
+    moved: Array  # (k, 3) m
+
+
 @dataclass(eq=False)
 class FilterState:
     """What `step` changes."""
@@ -127,11 +135,13 @@ class FilterState:
     ground: float = 0.0  # m: height of what lies under the valve
     angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad paid out
     rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
-    way: Trail = field(default_factory=lambda: Trail(1, 1))  # angles at the encoders' times
+    drifted: Array = field(default_factory=lambda: np.zeros(4))  # m, and s, that B went without encoders
+    way: Trail = field(default_factory=lambda: Trail(1, 1))  # angles, and `drifted`
     turning: Trail = field(default_factory=lambda: Trail(3, 1))  # yaw by the gyro, tilt, at the inertial readings'
     turn_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw
     gyro_yaw: float = 0.0  # rad: what the gyro made of yaw since the beginning
-    told: float = -math.inf  # s: when the encoders were read last ...
+    told: float = -math.inf  # s: when the encoders were read last, ...
+    went: float = -math.inf  # ... when they last told another count, ...
     felt: float = -math.inf  # ... and the inertial unit
     pending: list[Scan] = field(default_factory=list)
     looked: Looked | None = None
@@ -157,6 +167,13 @@ class FilterState:
     def watch(self) -> Watch:
         """Faults."""
         return self.intake.watch
+
+    def since(self, times: ArrayLike) -> Since:
+        """Return what happened to B since *times* (k,), s."""
+        gone = np.concatenate([self.angles, self.drifted]) - self.way.at(times)
+        m = len(self.angles)
+        turned, drifted, alone = gone[:, :m], gone[:, m : m + 3], gone[:, m + 3]
+        return Since(turned, alone, (turned * self.radii) @ self.jacobian.T + drifted)
 
 
 def fuse(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.filter_lidar import doubt, measure
-from cablewright.estimation.filter_state import FilterSettings, FilterState
+from cablewright.estimation.filter_state import FilterSettings, FilterState, Since
 from cablewright.estimation.height import HeightSettings, height_of, leaned
 from cablewright.signals import Scan
 
@@ -41,7 +41,8 @@ class Turn(NamedTuple):
     points: Array  # (k, 3) m from B, likewise
     yaw: Array  # (k,) rad
     late: Array  # (k,) s from then to the last inertial reading
-    back: Array  # (k, m) rad that the winch drums turned since
+    turned: Array  # (k, m) rad that the winch drums turned since
+    alone: Array  # (k,) s since without encoders
     place: Array  # (k, 3) m, world: B
 
 
@@ -50,17 +51,16 @@ def vertical(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     height = settings.chain.height
     if height is None:
         return
-    turning, ways = state.turning.at(scan.times), state.way.at(scan.times)
-    turn = _turn(state, height, scan, turning, ways)
+    turning, since = state.turning.at(scan.times), state.since(scan.times)
+    turn = _turn(state, height, scan, turning, since)
     found = height_of(height, scan, turning[:, 1:])
     if math.isfinite(found.over_structure):
-        middle = state.jacobian @ (state.radii * (state.angles - ways[len(ways) // 2]))
-        state.clearance_off = found.over_structure - float((state.position - middle)[2])
+        state.clearance_off = found.over_structure - float((state.position - since.moved[len(turning) // 2])[2])
     _floor(settings, state, height, turn)
     _walls(settings, state, height, turn)
 
 
-def _turn(state: FilterState, height: HeightSettings, scan: Scan, turning: Array, ways: Array) -> Turn:
+def _turn(state: FilterState, height: HeightSettings, scan: Scan, turning: Array, since: Since) -> Turn:
     x, y = np.array(height.axes)
     good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
     angles = scan.angles[good]
@@ -68,11 +68,20 @@ def _turn(state: FilterState, height: HeightSettings, scan: Scan, turning: Array
     lean, ranges = turning[good, 1:], scan.ranges[good]
     rays = leaned(straight, lean)
     arms = leaned(np.broadcast_to(height.place, rays.shape), lean)
-    back = state.angles - ways[good]
-    place = state.position - (back * state.radii) @ state.jacobian.T
+    place = state.position - since.moved[good]
     yaw = state.yaw - state.gyro_yaw + turning[good, 0]
     late = state.felt - scan.times[good]
-    return Turn(ranges, -straight[:, 2], rays, arms + ranges[:, None] * rays, yaw, late, back, place)
+    return Turn(
+        ranges,
+        -straight[:, 2],
+        rays,
+        arms + ranges[:, None] * rays,
+        yaw,
+        late,
+        since.turned[good],
+        since.alone[good],
+        place,
+    )
 
 
 def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:
@@ -98,7 +107,8 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         steep = turn.rays[good, 2]
         H = np.zeros((1, lay.size))
         H[0, lay.position][2] = 1.0
-        H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.back[good].mean(axis=0)
+        H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.turned[good].mean(axis=0)
+        H[0, lay.velocity][2] = -turn.alone[good].mean()
         H[0, lay.attitude] = y, -x, 0.0
         H[0, lay.gyro] = turn.late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep.mean())
@@ -128,7 +138,7 @@ def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings,
     """Walls on both sides: their distances' sum is known."""
     flat = np.flatnonzero(turn.down < _STEEP)
     rays, points, place = turn.rays[flat], turn.points[flat], turn.place[flat]
-    back, late = turn.back[flat], turn.late[flat]
+    turned, alone, late = turn.turned[flat], turn.alone[flat], turn.late[flat]
     lay, sigma = state.layout, height.sigma or settings.height_bias
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
     rising = place[:, 2] + points[:, 2] > height.floor + _OFF_FLOOR
@@ -148,7 +158,8 @@ def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings,
         a, b = float(ahead[good].mean()), float(left[good].mean())
         H = np.zeros((1, lay.size))
         H[0, lay.position][:2] = n
-        H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * back[good].mean(axis=0)
+        H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * turned[good].mean(axis=0)
+        H[0, lay.velocity][:2] = -n * alone[good].mean()
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
         H[0, lay.gyro] = late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep[good].mean())

@@ -76,7 +76,7 @@ class Looked(NamedTuple):
     scan: Scan
     turn: LidarTurn
     kept: KeptTurn
-    end: Array  # (3,) m, by odometry, at the end of the turn
+    end: Array  # (3,) m, by odometry, at the end of the turn; of the filter, from there to now
     yaw: float  # rad, likewise
 
 
