@@ -33,6 +33,8 @@ _FIRST_YAW: Final = math.radians(0.5)
 _FIRST_LENGTH: Final = 5e-3  # m: of lengths besides the place's
 _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _ENCODERS_GAP: Final = 0.1  # s without counts after which the drum goes on by itself
+_TURNED: Final = math.radians(2.0)  # of the drum, while the clock jumped
+_AGAIN: Final = 10.0  # s from one search for the place to the next
 _FROZEN: Final = 0.1  # s with the same counts: the drum stands, or the encoders do
 _GOES: Final = 0.01  # m/s: who is as fast does not stand
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
@@ -150,10 +152,10 @@ def _guess(estimate: Estimate) -> Estimate:
 
 
 def _astray(settings: FilterSettings, state: FilterState) -> bool:
-    """Whether no lidar's turns fit any more: the place is another than believed."""
-    turns = sum(state.refused.get(source, 0) for source in settings.chain.lidars)
+    """Whether most of what a lidar sees has not fitted for some turns: the place may be another than believed."""
+    turns = max((state.refused.get(source, 0) for source in settings.chain.lidars), default=0)
     lost = not np.isfinite(state.position).all() or not np.isfinite(state.P).all()
-    return lost or (turns >= settings.chain.believe and state.time - state.fixed > settings.chain.believe)
+    return lost or (turns >= settings.chain.believe and state.time - state.begun > _AGAIN)
 
 
 def _again(settings: FilterSettings, state: FilterState) -> None:
@@ -175,10 +177,12 @@ def _clock_back(state: FilterState, now: float) -> None:
     state.slackness = heard._replace(time=-math.inf, heard=np.full_like(heard.heard, -np.inf))
     state.looked = None
     state.drawn = state.listened = -math.inf
-    state.time, state.told, state.felt, state.fixed = -math.inf, now, now, now
+    state.time, state.told, state.felt, state.fixed, state.begun = -math.inf, now, now, now, now
+    state.went = now
     state.across = dict.fromkeys(state.across, now)
-    rows = np.r_[state.layout.position, state.layout.lengths]
-    state.P[rows, rows] += _FIRST**2  # how far it went meanwhile is not known
+    _add_unknown(state, _FASTEST)  # how far it went and turned meanwhile is not known
+    yaw = state.layout.attitude.stop - 1
+    state.P[yaw, yaw] += _TURNED**2
 
 
 def _take(settings: FilterSettings, state: FilterState, reading: Reading) -> None:
@@ -270,7 +274,7 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
     moved = dt * state.velocity
     state.position = state.position + moved
     state.lengths = state.lengths + taut.toward @ moved
-    state.drifted = state.drifted + [*moved.tolist(), dt]
+    state.drifted = state.drifted + np.append(moved, dt)
     state.way.add(state.time, np.concatenate([state.angles, state.drifted]))
 
 

@@ -20,12 +20,13 @@ from cablewright.estimation.lidar_walls import LidarTurn
 from cablewright.estimation.observer_state import Looked
 from cablewright.signals import Scan
 
-__all__ = ["Equation", "doubt", "equations_of", "look", "measure", "place"]
+__all__ = ["Equation", "doubt", "equations_of", "look", "measure", "place", "swept_by"]
 
 Array = NDArray[np.float64]
 
 _SETTLED: Final = 4.0  # s from the first place on ...
 _DOUBT: Final = 4.0  # ... in which this is the variance of a lidar's readings, times theirs
+_UNSEEN: Final = 3.5  # s without a wall across
 _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 _SAID: Final = 3  # times in a row that a reading does not fit until it is said
 _REACH: Final = 4.0  # m: about as far as the sheaves are, for how B's way bends
@@ -68,8 +69,8 @@ def place(settings: FilterSettings, state: FilterState) -> None:
     if not seen:
         watch.say(source, "walls", "no wall is in sight: no straight line long enough")
         return
-    swept = [_swept(looked.scan, one, settings.chain.walls.lidars[one.lidar].yaw) for one in seen]
-    left, used, refused = set(range(len(seen))), 0, 0
+    swept = [swept_by(looked.scan, one, settings.chain.walls.lidars[one.lidar].yaw) for one in seen]
+    left, used, refused = set(range(len(seen))), 0.0, 0.0
     while left:
         found = equations_of(settings, state, looked, swept, left)
         if not found:
@@ -77,12 +78,12 @@ def place(settings: FilterSettings, state: FilterState) -> None:
         rivals = {each.seen: sum(other.fits and other.wall == each.wall for other in found) for each in found}
         best = min(found, key=lambda each: (not each.fits, rivals[each.seen], each.size))
         if not best.fits:
-            refused += len({each.seen for each in found})
+            refused = sum(seen[i].line.length for i in {each.seen for each in found})
             break
         left.discard(best.seen)
         _take(state, best)
         state.across[room.walls[best.wall].kind] = state.time
-        used += 1
+        used += seen[best.seen].line.length
     _judge(state, source, used, refused)
 
 
@@ -106,7 +107,8 @@ class Swept(NamedTuple):
     shifted: float  # m s: what its points' middle is off then
 
 
-def _swept(scan: Scan, one: SeenLine, yaw: float) -> Swept:
+def swept_by(scan: Scan, one: SeenLine, yaw: float) -> Swept:
+    """Say how the beam of a lidar that is mounted at *yaw* (rad) passed a line that it saw."""
     ends = one.line.ends - one.mount
     first, last = np.arctan2(ends[:, 1], ends[:, 0]).tolist()
     bearings = first + wrapped(last - first) * _SHARES
@@ -209,20 +211,24 @@ def _add_unknown_motion(settings: FilterSettings, state: FilterState, swept: Swe
         R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])
 
 
-def _judge(state: FilterState, source: str, used: int, refused: int) -> None:
-    """Say what is wrong with a turn."""
+def _judge(state: FilterState, source: str, used: float, refused: float) -> None:
+    """Say what is wrong with a turn of which lines of *used* metres fit, and *refused* are nowhere near a wall."""
     watch = state.watch
     if used:
-        watch.clear(source, "walls")
-        watch.clear(source, "gate")
-        state.refused[source] = 0
+        unseen = [kind for kind, last in state.across.items() if state.time - last > _UNSEEN]
+        if unseen:
+            watch.say(source, "walls", "all walls in sight bound the same direction: the place along them is not known")
+        else:
+            watch.clear(source, "walls")
         state.fixed = state.time
-        return
-    if refused:
+    elif not refused:
+        watch.say(source, "walls", "no wall is in sight at a yaw that is allowed")
+    if refused > used:
         state.refused[source] = state.refused.get(source, 0) + 1
         watch.say(source, "gate", "its walls put the drum elsewhere than it can be: not used")
     else:
-        watch.say(source, "walls", "no wall is in sight at a yaw that is allowed")
+        state.refused[source] = 0
+        watch.clear(source, "gate")
 
 
 def doubt(state: FilterState) -> float:
