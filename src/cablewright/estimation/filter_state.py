@@ -51,7 +51,7 @@ class FilterSettings:
     chain: ObserverSettings
     travel: float = 5e-4
     time: float = 1e-4
-    radius_walk: float = 5.2e-3
+    radius_walk: float = 3.6e-3
     push: float = 0.01
     ground: float = 0.03
     radius: float = 0.1

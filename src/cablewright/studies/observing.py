@@ -75,9 +75,7 @@ def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Seq
     chain = observer_settings(robot, settings, lasers)
     winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
-    # A coil's radius walks and, once in a layer, jumps: what both are in a turn, per root radian.
-    turns = max(1.0, winch.width / (robot.lines[0].cable.diameter or winch.width))
-    walk = math.sqrt((2.0 * winch.radius_walk**2 / winch.walk_turns + winch.pitch**2 / turns) / math.tau) / bare
+    walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # of what forgets in some turns
     known: dict[str, float] = {"radius_walk": walk} if walk > 0.0 else {}
     if inertial is not None:
         known |= {
