@@ -81,10 +81,12 @@ def carry(settings: FilterSettings, state: FilterState, turned: Array, since: fl
     if since > 0.0 and turned.any():
         share = min(1.0, since / settings.chain.slackness.smooth)
         state.rates = state.rates + share * (turned / since - state.rates)
-    both = np.vstack([J * paid, np.diag(paid)])  # of position and lengths per share of each radius
-    rows = np.r_[lay.position, lay.lengths]
-    P[rows] += both @ P[lay.radii]
-    P[:, rows] += P[:, lay.radii] @ both.T
+    by_place, rows = J * paid, P[lay.radii]  # per share of each radius
+    P[lay.position] += by_place @ rows
+    P[lay.lengths] += paid[:, None] * rows
+    columns = P[:, lay.radii]
+    P[:, lay.position] += columns @ by_place.T
+    P[:, lay.lengths] += columns * paid
     way = math.sqrt(float(moved @ moved))
     spread = settings.travel**2 * way + settings.time**2 * since
     diagonal = P.reshape(-1)[:: len(P) + 1]
