@@ -276,6 +276,12 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
     assert found[-1].valid
 
 
+def test_a_quasi_static_machine_is_found_too() -> None:
+    told = drive(30.0, seed=2, plant="quasi-static")
+    found = run(told)
+    assert errors(found, told, 8.0).max() < 0.015
+
+
 def test_a_window_is_not_taken_for_the_wall(whole: Any) -> None:
     """All of the east wall 5 cm farther than the survey says, as if it were window: it is left out, not believed."""
     shifted = dataclasses.replace(

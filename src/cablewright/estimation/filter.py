@@ -8,6 +8,7 @@ lidars. The paper's chain finds the first place. docs/estimation.md has the equa
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -32,10 +33,9 @@ _FIRST_TILT: Final = math.radians(0.15)
 _FIRST_YAW: Final = math.radians(0.5)
 _FIRST_LENGTH: Final = 5e-3  # m: of lengths besides the place's
 _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
-_ENCODERS_GAP: Final = 0.1  # s without counts after which the drum goes on by itself
+_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not gone by
 _TURNED: Final = math.radians(2.0)  # of the drum, while the clock jumped
 _AGAIN: Final = 10.0  # s from one search for the place to the next
-_FROZEN: Final = 0.1  # s with the same counts: the drum stands, or the encoders do
 _GOES: Final = 0.01  # m/s: who is as fast does not stand
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
 _GROUND: Final = 0.1  # m: of what lies under the valve, at first
@@ -68,16 +68,9 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     if not frame.time > state.time:
         _clock_back(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
-    state.time = frame.time
-    told: LineAngles | None = None
-    for reading in frame.readings:
-        if state.watch.heard(reading, frame.time) is None:
-            continue
-        if isinstance(reading, LineAngles):
-            told = reading
-        else:
-            _take(settings, state, reading)
-    if state.time - state.told > _ENCODERS_GAP:
+    _tick(settings, state, frame.time, dt)
+    told = _hear(settings, state, frame)
+    if state.time - state.told > state.gap:
         _go_free(state)
     if state.free:
         _drift(settings, state, dt)
@@ -95,6 +88,27 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         _again(settings, state)
         return _guess(_estimate(settings, state))
     return _estimate(settings, state)
+
+
+def _tick(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
+    """Let the clock go on."""
+    state.time, state.gap = now, max(_GAP, 1.5 * dt)
+    if state.coarse:  # in so long a step a drum turns by what no gyro that is read once in it tells
+        yaw = state.layout.attitude.stop - 1
+        state.P[yaw, yaw] += (settings.turning * dt) ** 2
+
+
+def _hear(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> LineAngles | None:
+    """Take all readings but those of the lines' angles, of which the last is returned."""
+    told: LineAngles | None = None
+    for reading in frame.readings:
+        if state.watch.heard(reading, frame.time) is None:
+            continue
+        if isinstance(reading, LineAngles):
+            told = reading
+        else:
+            _take(settings, state, reading)
+    return told
 
 
 def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, now: float) -> bool:
@@ -147,8 +161,7 @@ def _first(settings: FilterSettings, lay: Layout, toward: Array) -> Array:
 
 def _guess(estimate: Estimate) -> Estimate:
     """Return *estimate* as one that nobody should go by."""
-    kept = {name: getattr(estimate, name) for name in estimate.__dataclass_fields__}
-    return Estimate(**(kept | {"valid": False}))
+    return replace(estimate, valid=False)
 
 
 def _astray(settings: FilterSettings, state: FilterState) -> bool:
@@ -203,7 +216,7 @@ def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> N
     """Carry B and the lengths on; counts that come after a gap tell nothing, since lidars told meanwhile."""
     own = settings.chain
     by, since = turned(state.intake, reading, own.counts, own.fastest)
-    late = reading.time - state.told > _ENCODERS_GAP
+    late = reading.time - state.told > state.gap
     state.told = reading.time
     if by is None:
         if since > 0.0:
@@ -214,7 +227,7 @@ def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> N
             state.went = reading.time
             if state.free:
                 _hold(state)
-        elif reading.time - state.went > _FROZEN:
+        elif reading.time - state.went > state.gap:  # the drum stands, or the encoders do
             _go_free(state)
         if not late and not state.free:
             filter_lines.carry(settings, state, by, since)
@@ -287,7 +300,7 @@ def _see(settings: FilterSettings, state: FilterState) -> None:
     if not state.pending:
         return
     scan = state.pending.pop(0)
-    if scan.time - state.felt > _ENCODERS_GAP:
+    if scan.time - state.felt > state.gap:
         filter_attitude.coast(settings, state, scan.time)
     if scan.source == "vertical":
         filter_vertical.vertical(settings, state, scan)
@@ -298,7 +311,7 @@ def _see(settings: FilterSettings, state: FilterState) -> None:
 def _stand(state: FilterState) -> None:
     """Say that the counts stand while the lidars see the drum go."""
     spread = float(np.trace(state.P[state.layout.velocity, state.layout.velocity]))
-    if state.free and state.time - state.told < _ENCODERS_GAP and _sure(state.velocity, spread):
+    if state.free and state.time - state.told < state.gap and _sure(state.velocity, spread):
         state.watch.say("encoders", "stand", "no winch drum turns by its counts, but the drum goes on: not used")
 
 
@@ -312,9 +325,9 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     """Say what is believed, and how surely."""
     if not state.free:
         state.velocity = state.jacobian @ (state.radii * state.rates)
-    late = min(max(state.time - state.told, 0.0), _ENCODERS_GAP) if not state.free else 0.0
+    late = min(max(state.time - state.told, 0.0), state.gap) if not state.free else 0.0
     place, paid = state.position + late * state.velocity, late * state.radii * state.rates
-    turning = min(max(state.time - state.felt, 0.0), _ENCODERS_GAP) * state.turn_rate
+    turning = min(max(state.time - state.felt, 0.0), state.gap) * state.turn_rate
     covariance = _covariance(settings, state)
     own = settings.chain
     sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.unsure**2
@@ -352,7 +365,7 @@ def _covariance(settings: FilterSettings, state: FilterState) -> Array:
     diagonal[3:6] += settings.speed**2
     late = state.time - state.felt
     diagonal[6:] += settings.tremble**2
-    if late > _ENCODERS_GAP:
+    if late > state.gap:
         diagonal[6:8] += settings.swing**2
         diagonal[8] += settings.turning**2 * late * (1.0 + late)
     made = 0.5 * (found + found.T)

@@ -14,14 +14,13 @@ __all__ = ["coast", "feel"]
 _LEANS: Final = 10  # readings of the accelerometer that are used at once
 _HELD: Final = 0.1  # s in which so many come
 _SMOOTH: Final = 0.2  # share of B's acceleration that such a time tells
-_GAP: Final = 0.1  # s without a reading after which the gyro's last rate tells nothing
 
 
 def feel(settings: FilterSettings, state: FilterState, reading: Inertial) -> None:
     """Carry the attitude on to the time of a *reading* that is believed."""
     since = reading.time - state.felt
-    if not since <= _GAP:
-        coast(settings, state, reading.time - 0.5 * _GAP)
+    if not since <= state.gap:
+        coast(settings, state, reading.time - 0.5 * state.gap)
         since = reading.time - state.felt if state.felt > -np.inf else 0.0
     wx, wy, wz = (reading.rate - state.gyro).tolist()
     x, y = state.tilt.tolist()

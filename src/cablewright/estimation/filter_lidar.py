@@ -205,7 +205,7 @@ def _add_unknown_motion(settings: FilterSettings, state: FilterState, swept: Swe
     if state.free:
         pivot = np.array([1.0, swept.along])
         R += settings.push**2 * blind * (swept.rate**2 * np.outer(pivot, pivot) + np.diag([0.0, blind**2]))
-    if state.watch.unheard("inertial"):
+    if state.coarse or state.watch.unheard("inertial"):
         about = np.array([1.0, -swept.aside])
         turn = settings.turning**2
         R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.estimation.height import Height
 from cablewright.estimation.intake import Intake
 from cablewright.estimation.observer_state import Looked, ObserverSettings, ObserverState
 from cablewright.estimation.slackness import SlacknessState, Taut
@@ -22,6 +21,7 @@ __all__ = ["FilterSettings", "FilterState", "Layout", "Since", "correct", "fuse"
 
 Array = NDArray[np.float64]
 
+_COARSE: Final = 0.15  # s that a step and a half take
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1}  # of so many numbers, exceeded by one of 10 000
 
 
@@ -140,6 +140,7 @@ class FilterState:
     turning: Trail = field(default_factory=lambda: Trail(3, 1))  # yaw by the gyro, tilt, at the inertial readings'
     turn_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw
     gyro_yaw: float = 0.0  # rad: what the gyro made of yaw since the beginning
+    gap: float = 0.1  # s without readings after which a sensor is not gone by
     told: float = -math.inf  # s: when the encoders were read last, ...
     went: float = -math.inf  # ... when they last told another count, ...
     felt: float = -math.inf  # ... and the inertial unit
@@ -157,8 +158,6 @@ class FilterState:
     begun: float = -math.inf  # s: when the chain handed over
     fixed: float = -math.inf  # s: when a lidar told a place last
     across: dict[str, float] = field(default_factory=dict)  # s: when walls of each kind were seen last
-    height: Height | None = None
-    height_fault: float = 0.0
     clearance_off: float = math.nan  # m: fictive height less the height of B
     free: bool = False  # no encoder tells where the drum goes
     nis: list[tuple[str, float, int]] | None = None  # what was made of innovations, for who wants to know
@@ -167,6 +166,11 @@ class FilterState:
     def watch(self) -> Watch:
         """Faults."""
         return self.intake.watch
+
+    @property
+    def coarse(self) -> bool:
+        """Whether steps are so long that the gyro does not tell how the drum turns: those of a quasi-static plant."""
+        return self.gap > _COARSE
 
     def since(self, times: ArrayLike) -> Since:
         """Return what happened to B since *times* (k,), s."""
