@@ -16,6 +16,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.estimation_campaign import Found as Campaign
+from benchmarks.estimation_campaign import run as beside
 from benchmarks.timing import Row, best
 from cablewright.estimation import observer
 from cablewright.estimation.observer import ObserverSettings
@@ -27,7 +29,8 @@ from cablewright.signals import Scan, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.track import Tracker, TrackerSettings
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import observer_settings
+from cablewright.studies.observing import ESTIMATORS, observer_settings
+from cablewright.studies.replay import WITHIN
 
 Array = NDArray[np.float64]
 STILL, DRIVES = range(20), range(1, 6)  # seeds
@@ -79,6 +82,28 @@ def rows() -> Iterator[Row]:
     yield Row("estimation: slack lines over 5 mm named rightly", rightly, "%", ">= 98 %", rightly >= 98.0)
     within = 100.0 * float(np.mean(np.abs(moving.radii) <= 0.01))
     yield Row("estimation: radii within 1 %, from 10 s on", within, "%", "100 %", within >= 99.5)
+    yield from filter_rows(settings)
+
+
+def filter_rows(settings: MachineSettings) -> Iterator[Row]:
+    """Rows of the filter, on the same drives."""
+    robot, found = load("merlet2023"), Campaign()
+    for seed in DRIVES:
+        found.add(beside(robot, settings, seed, DRIVEN)["filter"])
+    times, _ = step_times("filter")
+    mean, p99 = 1e6 * float(times.mean()), 1e3 * float(np.percentile(times, 99))
+    yield Row("estimation: filter, a step of 10 ms, mean", mean, "us", "<= 300 us", mean <= 300.0)
+    yield Row("estimation: filter, a step, 99 of 100", p99, "ms", "<= 2 ms", p99 <= 2.0)
+    size = 1e3 * np.linalg.norm(np.array(found.errors), axis=1)
+    rms, most = float(np.sqrt((size**2).mean())), float(size.max())
+    yield Row("estimation: filter, moving, rms", rms, "mm", "<= 5 mm", rms <= 5.0)
+    yield Row("estimation: filter, moving, most", most, "mm", "<= 15 mm", most <= 15.0)
+    share = 100.0 * float(np.mean(np.array(found.nees) <= WITHIN))
+    yield Row("estimation: filter, within the 95 % ellipsoid", share, "%", "93 to 97 %", 93.0 <= share <= 97.0)
+    named = 100.0 * float(np.mean(found.named))
+    yield Row("estimation: filter, slack lines named rightly", named, "%", ">= 98 %", named >= 98.0)
+    radii = 100.0 * float(np.mean(np.abs(found.radii) <= 0.01))
+    yield Row("estimation: filter, radii within 1 %", radii, "%", "100 %", radii >= 99.5)
 
 
 def run(settings: MachineSettings, seed: int, seconds: float, found: Found, *, held: bool) -> None:
@@ -105,17 +130,18 @@ def run(settings: MachineSettings, seed: int, seconds: float, found: Found, *, h
             found.radii.append(estimate.radii / truth.radii - 1.0)
 
 
-def step_times() -> tuple[Array, NDArray[np.bool_]]:
+def step_times(estimator: str = "paper") -> tuple[Array, NDArray[np.bool_]]:
     """Time of each step of a drive, s, the shortest of some runs; and which have to do with a lidar's turn."""
-    drive, known = told(TIMED), observer_settings(load("merlet2023"), load_settings("merlet2023"))
+    one = ESTIMATORS[estimator]
+    drive, known = told(TIMED), one.settings(load("merlet2023"), load_settings("merlet2023"), ())
     runs, turned = [], np.zeros(len(drive), np.bool_)
     for _ in range(RUNS):
-        state, times = observer.start(known), []
+        state, times = one.start(known), []
         for k, (frame, _) in enumerate(drive):
-            waits = bool(state.pending) or state.looked is not None
+            waits = estimator == "paper" and (bool(state.pending) or state.looked is not None)
             turned[k] = waits or any(isinstance(reading, Scan) for reading in frame.readings)
             begin = time.perf_counter()
-            observer.step(known, state, frame)
+            one.step(known, state, frame)
             times.append(time.perf_counter() - begin)
         runs.append(times)
     return np.asarray(np.min(runs, axis=0)), turned

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.estimation import observer
 from cablewright.machine.settings import FaultPlan, MachineSettings
 from cablewright.robot import load
 from cablewright.signals import Estimate, SensorFrame, Truth
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import observer_settings
+from cablewright.studies.observing import ESTIMATORS
 from twins import SETTINGS, machine
 
 
@@ -34,13 +33,16 @@ def observe(
     told: list[tuple[SensorFrame, Truth]],
     settings: MachineSettings = SETTINGS,
     each: Callable[[Estimate, Truth], None] | None = None,
+    *,
+    estimator: str = "paper",
     **changes: Any,
 ) -> list[Estimate]:
     """Estimates of all frames."""
-    known = dataclasses.replace(observer_settings(load("merlet2023"), settings), **changes)
-    state, found = observer.start(known), []
+    one = ESTIMATORS[estimator]
+    known = dataclasses.replace(one.settings(load("merlet2023"), settings, ()), **changes)
+    state, found = one.start(known), []
     for frame, truth in told:
-        found.append(observer.step(known, state, frame))
+        found.append(one.step(known, state, frame))
         if each is not None:
             each(found[-1], truth)
     return found

@@ -10,7 +10,7 @@ import pytest
 from cablewright.errors import InputError
 from cablewright.machine.log import LogHead, LogWriter
 from cablewright.robot import load
-from cablewright.studies.replay import replay, spread
+from cablewright.studies.replay import WITHIN, replay, spread
 from observed import drive, errors, observe
 from twins import SETTINGS
 
@@ -45,6 +45,28 @@ def test_a_replay_is_the_estimation_as_it_was(told, path: Path) -> None:
     assert len(found.step_times) == found.steps
 
 
+def test_the_filter_is_replayed_with_its_coverage(told, path: Path) -> None:
+    found, live = replay(path, "filter"), observe(told, estimator="filter")
+    assert found.valid == sum(estimate.valid for estimate in live)
+    size = found.column("nees")
+    assert len(size) == len(found.column("time"))
+    share, mean = found.coverage()
+    assert share == pytest.approx(np.mean(size <= WITHIN))
+    assert mean == pytest.approx(size.mean())
+    assert np.isnan(replay(path).coverage()[0])
+    inside = [row for row in found.trace if row[5] <= row[6]]
+    assert len(inside) > 0.8 * len(found.trace)
+
+
+def test_both_estimators_read_a_cut_log_up_to_there(path: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[: int(0.6 * path.stat().st_size)])
+    paper, error_state = replay(cut), replay(cut, "filter")
+    assert paper.steps == error_state.steps > 0
+    assert paper.notes == error_state.notes
+    assert any("cut or damaged" in note for note in error_state.notes)
+
+
 def test_slack_lines_are_counted_as_defined(told, path: Path) -> None:
     found, live = replay(path), observe(told)
     right, due = 0, 0
@@ -76,7 +98,7 @@ def test_a_cut_log_is_replayed_up_to_there(path: Path, tmp_path: Path) -> None:
 
 def test_what_cannot_be_replayed_is_refused(path: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="filter"):
-        replay(path, "filter")
+        replay(path, "magic")
     with pytest.raises(InputError, match="no such file"):
         replay(tmp_path / "none.mcap")
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.signals import Scan
 
-__all__ = ["Height", "HeightSettings", "height_of"]
+__all__ = ["Height", "HeightSettings", "height_of", "leaned"]
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
     rays = c[good, None] * x + s[good, None] * y  # (k, 3), drum
     points = np.array(settings.place) + scan.ranges[good, None] * rays
-    level = _leaned(points, lean)
+    level = leaned(points, lean)
     depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
     near = np.abs(np.diff(depth)) <= settings.alone
     kept = np.append(near, False) | np.append(False, near)
@@ -76,7 +76,7 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     if len(depth) < 2 * settings.lowest:
         return Height(math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together")
     order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
-    under = float(_leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
+    under = float(leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
     slope, at = _line(along[order] - under, depth[order])
     at -= _too_low(settings, depth, at + slope * (along - under))
     fictive = settings.floor + float(depth.mean())
@@ -110,7 +110,7 @@ def _heading(settings: HeightSettings) -> Array:
     return np.asarray(way / np.hypot(*way))
 
 
-def _leaned(points: Array, lean: Array) -> Array:
+def leaned(points: Array, lean: Array) -> Array:
     """Points (n, 3) turned by small rotation vectors (n, 2), to second order."""
     (x, y, z), (rx, ry) = points.T, lean.T
     ux, uy, uz = ry * z, -rx * z, rx * y - ry * x  # turn x point

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from cablewright.errors import Status
 from cablewright.estimation import drum_radius, lengths, lidar_walls, slackness, tilt
 from cablewright.estimation.height import height_of
+from cablewright.estimation.intake import Intake, felt, line_faults, queue, seen, turned
 from cablewright.estimation.lidar_walls import LidarTurn, WallPose, WallState
 from cablewright.estimation.observer_state import Looked, ObserverSettings, ObserverState
 from cablewright.estimation.slackness import taut_at
@@ -40,7 +41,6 @@ Array = NDArray[np.float64]
 
 _KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
-_STUCK: Final = 10  # readings in a row, the same to the last bit
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
 _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _STALE: Final = 2.5  # turns after which a lidar is quiet
@@ -57,7 +57,7 @@ def start(settings: ObserverSettings) -> ObserverState:
         tracker, paid = begun
         lengths.bring(settings.slackness, unheard, tracker, paid, middle)
     return ObserverState(
-        Watch(dict(settings.quiet)),
+        Intake(Watch(dict(settings.quiet))),
         lidar_walls.start(),
         unheard,
         drum_radius.start(settings.radius),
@@ -93,7 +93,8 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         state.taut = taut_at(settings.model, state.tracker.pose)
         if told is not None:
             state.slackness = slackness.step(settings.slackness, state.slackness, told, state.taut)
-            _check_lines(settings, state)
+            found = state.slackness
+            line_faults(state.watch, settings.model.robot.lines, np.isnan(found.excess), found.stuck)
     elif told is not None and np.isfinite(state.anchor).all():
         there = taut_at(settings.model, state.anchor + state.odometry)
         state.slackness = slackness.step(settings.slackness, state.slackness, told, there)
@@ -121,7 +122,8 @@ def _clock_back(state: ObserverState, now: float) -> None:
     state.walls = WallState(yaw=state.walls.yaw, position=state.walls.position)
     state.turns_end.clear()
     state.looked = None
-    state.turn_end, state.inertial, state.encoders = None, None, None
+    state.turn_end = None
+    state.intake.forget()
     state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
     state.settled_at = state.whole = now
 
@@ -134,46 +136,19 @@ def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) ->
         _count(settings, state, reading)
     elif isinstance(reading, Distance):
         state.depth = reading
-    elif isinstance(reading, Scan):
-        last = state.last_ranges.get(reading.source)
-        if last is not None and np.array_equal(last, reading.ranges, equal_nan=True):
-            state.watch.say(reading.source, "stuck", "tells the same scan again and again: not used")
-            return
-        state.watch.clear(reading.source, "stuck")
-        state.last_ranges[reading.source] = reading.ranges
-        if len(reading.ranges) and reading.source in (*settings.lidars, "vertical"):
-            _queue(settings, state, reading)
-
-
-def _queue(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
-    """Put a turn in the queue; of more of one lidar than count, as after a gap of the link, the oldest are left out."""
-    state.pending.append(scan)
-    own = [each for each in state.pending if each.source == scan.source]
-    if len(own) > settings.walls.keep:
-        state.pending.remove(own[0])
-    state.gathering = min(state.gathering, state.time)
+    elif isinstance(reading, Scan) and seen(state.intake, reading) and reading.source in (*settings.lidars, "vertical"):
+        queue(state.pending, reading, settings.walls.keep)
+        state.gathering = min(state.gathering, state.time)
 
 
 def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
     """Carry yaw and tilt on."""
-    if not settings.tilt.believes(reading):
-        state.astray += 1
-        if state.astray >= _STUCK:
-            state.watch.say("inertial", "astray", "tells what no drum on lines does: not used")
+    last = state.intake.inertial
+    counts = felt(state.intake, settings.tilt, reading)
+    if not counts:
+        if counts is not None:
             state.yaw_rate = 0.0
         return
-    state.astray = 0
-    state.watch.clear("inertial", "astray")
-    last = state.inertial
-    same = last is not None and np.array_equal(last.rate, reading.rate)
-    same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)
-    state.alike = state.alike + 1 if same else 0
-    state.inertial = reading
-    if state.alike >= _STUCK:
-        state.watch.say("inertial", "stuck", "tells the same again and again: not used")
-        state.yaw_rate = 0.0
-        return
-    state.watch.clear("inertial", "stuck")
     rate = float(reading.rate[2]) - state.yaw_bias
     state.yaw_rate = rate
     if last is not None:
@@ -184,21 +159,19 @@ def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -
 
 def _count(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
     """Carry the lengths on."""
-    last, state.encoders = state.encoders, reading
-    if last is None or state.angles is None:
-        if state.angles is None:
-            state.angles = np.zeros(len(reading.counts))
+    by, since = turned(state.intake, reading, settings.counts, settings.fastest)
+    if state.angles is None:
+        state.angles = np.zeros(len(reading.counts))
         return
-    turned = (reading.counts - last.counts) / settings.counts
-    if np.abs(turned).max() > 2.0 * settings.fastest * max(reading.time - last.time, 0.02):
-        state.watch.say("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
-        state.radius = drum_radius.unhooked(state.radius)
+    if by is None:
+        if since > 0.0:
+            state.radius = drum_radius.unhooked(state.radius)
         return
-    state.angles = state.angles + turned
-    if last.time < state.settled_at - _ENCODERS_GAP:  # the lidars have told meanwhile where that led
+    state.angles = state.angles + by
+    if reading.time - since < state.settled_at - _ENCODERS_GAP:  # the lidars have told meanwhile where that led
         state.radius = drum_radius.unhooked(state.radius)
     elif state.lengths is not None:
-        state.lengths = state.lengths + state.radius.radii * turned
+        state.lengths = state.lengths + state.radius.radii * by
 
 
 def _carry_on(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
@@ -214,8 +187,8 @@ def _carry_on(settings: ObserverSettings, state: ObserverState, dt: float) -> No
     state.watch.clear("encoders", "lost")
     moved = tracker.pose - before
     state.odometry = state.odometry + moved
-    if state.encoders is not None:
-        state.places.add(state.encoders.time, state.odometry)
+    if state.intake.encoders is not None:
+        state.places.add(state.intake.encoders.time, state.odometry)
     if dt > 0.0:
         state.velocity = state.velocity + min(1.0, dt / settings.slackness.smooth) * (moved / dt - state.velocity)
 
@@ -228,6 +201,8 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     if scan.source == "vertical":
         if settings.height is not None:
             state.height = height_of(settings.height, scan, attitudes[:, 1:])
+            if math.isfinite(state.height.over_structure):
+                state.clearance = state.height.over_structure - float(places[len(times) // 2, 2])
             if state.height.note:
                 state.watch.say("vertical", "floor", state.height.note)
             else:
@@ -366,29 +341,19 @@ def _measure_radii(settings: ObserverSettings, state: ObserverState, found: Arra
     state.radius = drum_radius.step(settings.radius, state.radius, found, state.angles, known)
 
 
-def _check_lines(settings: ObserverSettings, state: ObserverState) -> None:
-    """Say which lines' accelerometers are dead."""
-    found, names = state.slackness, settings.model.robot.lines
-    for line, dead, stuck in zip(names, np.isnan(found.excess), found.stuck, strict=True):
-        if stuck or dead:
-            why = "tells the same again and again" if stuck else "tells nothing"
-            state.watch.say("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
-        else:
-            state.watch.clear("line_angles", line.name)
-
-
 def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
     """Say what is believed."""
     m = settings.model.m
     yaw = state.yaw + (state.anchor_yaw if math.isfinite(state.anchor_yaw) else 0.0)
     rotation = frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y))
+    clear = float(state.odometry[2]) + state.clearance
     if state.tracker is None or state.lengths is None or state.taut is None:
         nothing = frozen(np.full(m, np.nan))
         place, still = frozen(state.anchor + state.odometry), frozen(np.zeros(3))
         slack = np.zeros(m, dtype=np.bool_)
         radii = frozen(state.radius.radii)
         return Estimate(
-            state.time, place, still, rotation, nothing, nothing, slack, radii, None, state.watch.faults, valid=False
+            state.time, place, still, rotation, nothing, nothing, slack, radii, None, state.watch.faults, False, clear
         )
     excess = lengths.excess_now(settings.slackness, state.slackness, state.taut, state.lengths)
     return Estimate(
@@ -403,4 +368,5 @@ def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
         None,
         state.watch.faults,
         valid=state.time - state.fixed <= settings.lost and not state.watch.has("encoders", "lost"),
+        clearance=clear,
     )

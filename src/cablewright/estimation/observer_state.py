@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.estimation.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.height import Height, HeightSettings
+from cablewright.estimation.intake import Intake
 from cablewright.estimation.lidar_walls import KeptTurn, LidarTurn, WallPose, WallSettings, WallState
 from cablewright.estimation.room import Laser
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut
@@ -20,7 +21,7 @@ from cablewright.estimation.tilt import TiltSettings, TiltState
 from cablewright.estimation.trail import Trail
 from cablewright.estimation.watch import Watch
 from cablewright.models.statics import Model
-from cablewright.signals import Distance, Encoders, Inertial, Scan
+from cablewright.signals import Distance, Scan
 from cablewright.solvers.track import Tracker
 
 __all__ = ["Looked", "ObserverSettings", "ObserverState"]
@@ -75,7 +76,7 @@ class Looked(NamedTuple):
     scan: Scan
     turn: LidarTurn
     kept: KeptTurn
-    end: Array  # (3,) m, by odometry, at the end of the turn
+    end: Array  # (3,) m, by odometry, at the end of the turn; of the filter, from there to now
     yaw: float  # rad, likewise
 
 
@@ -83,7 +84,7 @@ class Looked(NamedTuple):
 class ObserverState:
     """What `step` changes. Odometry (x, y, z, yaw) goes on without the lidars; `anchor` is what they add to it."""
 
-    watch: Watch
+    intake: Intake
     walls: WallState
     slackness: SlacknessState
     radius: RadiusState
@@ -98,10 +99,6 @@ class ObserverState:
     anchor: Array = field(default_factory=lambda: np.full(3, np.nan))  # m: position less odometry
     anchor_yaw: float = math.nan
     yaw_fixed: float = -math.inf  # s: when the lidars told a yaw last
-    inertial: Inertial | None = None
-    alike: int = 0  # inertial readings in a row to the last bit the same ...
-    astray: int = 0  # ... and that no drum causes
-    encoders: Encoders | None = None
     angles: Array | None = None  # (m,) rad paid out
     lengths: Array | None = None
     tracker: Tracker | None = None
@@ -109,7 +106,6 @@ class ObserverState:
     taut: Taut | None = None
     pending: list[Scan] = field(default_factory=list)
     looked: Looked | None = None
-    last_ranges: dict[str, Array] = field(default_factory=dict)
     turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
     turns_end: dict[str, float] = field(default_factory=dict)  # s: when each lidar turned last
     gathered: set[str] = field(default_factory=set)
@@ -121,4 +117,10 @@ class ObserverState:
     settled_at: float = -math.inf  # s: when lengths were made of it last
     pose: WallPose | None = None
     height: Height | None = None
+    clearance: float = math.nan  # m: fictive height less height by odometry
     depth: Distance | None = None
+
+    @property
+    def watch(self) -> Watch:
+        """Faults."""
+        return self.intake.watch

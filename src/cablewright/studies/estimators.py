@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.errors import InputError, UnknownName
-from cablewright.estimation import dead_reckoning, observer
+from cablewright.errors import AnswerError, InputError, Status, UnknownName
+from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
-from cablewright.estimation.observer import ObserverSettings
+from cablewright.estimation.filter_state import FilterSettings
 from cablewright.estimation.room import Laser
 from cablewright.kernels.layout import TAU
 from cablewright.machine.settings import MachineSettings
@@ -20,14 +20,16 @@ from cablewright.models.coil import Coil, wind
 from cablewright.models.statics import Model
 from cablewright.robot import Line, Robot
 from cablewright.signals import Estimate, SensorFrame
-from cablewright.solvers.track import Tracker
-from cablewright.studies.observing import believed, observer_settings
+from cablewright.solvers.track import Tracker, TrackerSettings
+from cablewright.studies.observing import ESTIMATORS as OBSERVERS
+from cablewright.studies.observing import believed
 
 __all__ = ["ESTIMATORS", "Estimator", "estimator"]
 
 Array = NDArray[np.float64]
 
-ESTIMATORS: Final = ("paper", "encoders")
+ESTIMATORS: Final = (*OBSERVERS, "encoders")
+"""All that a print may be told by."""
 
 
 class Estimator(Protocol):
@@ -57,12 +59,8 @@ def estimator(
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
-    if name == "paper":
-        told = observer_settings(robot, settings, lasers)
-        if radii is not None and (radii > 0.0).all():
-            inside = np.clip(radii, told.radius.least, told.radius.most)
-            told = replace(told, radius=replace(told.radius, nominal=tuple(inside.tolist())))
-        return _Observed(told)
+    if name in OBSERVERS:
+        return _Observed(name, robot, settings, lasers, radii)
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     return _Reckoned(reckoning_settings(robot, settings), place)
@@ -85,15 +83,45 @@ def _as_it_should_lie(line: Line, settings: MachineSettings) -> Coil:
 
 
 class _Observed:
-    def __init__(self, settings: ObserverSettings) -> None:
-        self._settings, self._state = settings, observer.start(settings)
+    def __init__(
+        self, name: str, robot: Robot, settings: MachineSettings, lasers: Sequence[Laser], radii: Array | None
+    ) -> None:
+        self._one = OBSERVERS[name]
+        told = self._one.settings(robot, settings, lasers)
+        if radii is not None and (radii > 0.0).all():
+            told = _with_radii(told, radii)
+        self._settings, self._state = told, self._one.start(told)
+        self._model = Model(believed(robot, settings))
+        self._tracker: Tracker | None = None
 
     def step(self, frame: SensorFrame) -> Estimate:
-        return observer.step(self._settings, self._state, frame)
+        estimate = self._one.step(self._settings, self._state, frame)
+        self._follow(estimate)
+        return estimate
+
+    def _follow(self, estimate: Estimate) -> None:
+        """What the lengths would give, apart from where the platform is seen."""
+        if not (estimate.valid and (estimate.lengths > 0.0).all()):
+            self._tracker = None
+        elif self._tracker is None:
+            try:
+                self._tracker = Tracker(self._model, estimate.lengths, TrackerSettings(certify=False))
+            except AnswerError:  # they give nothing, so no tensions either
+                self._tracker = None
+        elif self._tracker.step(estimate.lengths) is not Status.OK:
+            self._tracker = None
 
     @property
     def tensions(self) -> Array | None:
-        return _tensions(self._state.tracker)
+        return _tensions(self._tracker)
+
+
+def _with_radii(told: Any, radii: Array) -> Any:
+    """The settings of an observer, or of the filter over it, that begins with *radii* (m,), m."""
+    if isinstance(told, FilterSettings):
+        return replace(told, chain=_with_radii(told.chain, radii))
+    inside = np.clip(radii, told.radius.least, told.radius.most)
+    return replace(told, radius=replace(told.radius, nominal=tuple(inside.tolist())))
 
 
 class _Reckoned:

@@ -1,13 +1,18 @@
-"""What an observer is told of a machine: its description and its sensors' data sheets, never how it was built."""
+"""What an estimator is told of a machine: its description and its sensors' data sheets, never how it was built."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final
 
 from cablewright.errors import InputError
+from cablewright.estimation import filter as error_state
+from cablewright.estimation import observer
 from cablewright.estimation.drum_radius import RadiusSettings
+from cablewright.estimation.filter_state import FilterSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.lidar_walls import WallSettings
 from cablewright.estimation.observer import ObserverSettings
@@ -18,8 +23,9 @@ from cablewright.estimation.tilt import TiltSettings
 from cablewright.machine import settings as machine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.signals import Estimate, SensorFrame
 
-__all__ = ["believed", "observer_settings", "surveyed"]
+__all__ = ["ESTIMATORS", "Estimator", "believed", "filter_settings", "observer_settings", "surveyed"]
 
 _LEAST_WALL: Final = 3.0  # m: a shorter face is a window or a corner
 _SAME: Final = 1e-6  # m, by which two faces may be off one line
@@ -64,6 +70,42 @@ def observer_settings(
         lasers=tuple(lasers),
         quiet=_quiet(settings),
     )
+
+
+def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Sequence[Laser] = ()) -> FilterSettings:
+    """Return what the filter is told, from the same sources as `observer_settings`; raises what that raises."""
+    chain = observer_settings(robot, settings, lasers)
+    winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
+    bare = min(chain.radius.nominal)
+    walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # of what forgets in some turns
+    known: dict[str, float] = {"radius_walk": walk} if walk > 0.0 else {}
+    if inertial is not None:
+        known |= {
+            "gyro": max(inertial.rate_bias, 1e-5),
+            "gyro_noise": max(inertial.rate_deviation, 1e-5) / math.sqrt(inertial.rate),
+            "lean": max(inertial.acceleration_bias / robot.scene.gravity, 1e-5),
+        }
+    if vertical is not None:
+        known["height_bias"] = max(vertical.bias, 1e-4)
+    if settings.distance is not None:
+        known["level_height"] = max(settings.distance.deviation, 1e-4)
+    return FilterSettings(chain, **known)
+
+
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """How an estimator is told of a machine, begun and given frames: ``step(settings, state, frame)``."""
+
+    settings: Callable[[Robot, machine.MachineSettings, Sequence[Laser]], Any]
+    start: Callable[[Any], Any]
+    step: Callable[[Any, Any, SensorFrame], Estimate]
+
+
+ESTIMATORS: Final[Mapping[str, Estimator]] = MappingProxyType({
+    "paper": Estimator(observer_settings, observer.start, observer.step),
+    "filter": Estimator(filter_settings, error_state.start, error_state.step),
+})  # fmt: skip
+"""By name: the chain of Merlet and Papegay 2023, and the filter that fuses all of it."""
 
 
 def believed(robot: Robot, settings: machine.MachineSettings) -> Robot:

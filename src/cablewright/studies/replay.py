@@ -15,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import UnknownName
-from cablewright.estimation import observer
-from cablewright.estimation.observer import ObserverState
 from cablewright.estimation.room import Laser
+from cablewright.estimation.slackness import Taut
 from cablewright.machine.log import Entry, LogHead, read_log
 from cablewright.signals import Estimate, Fault, LineAngles, Scan, Truth
-from cablewright.studies.observing import observer_settings
+from cablewright.studies.observing import ESTIMATORS
 
-__all__ = ["ESTIMATORS", "SLACK", "Replay", "Spread", "replay", "spread"]
+__all__ = ["SLACK", "WITHIN", "Replay", "Spread", "bound", "replay", "spread"]
 
 Array = NDArray[np.float64]
-ESTIMATORS: Final = ("paper",)
+
+WITHIN: Final = 7.8147
+"""Squared size of an error in space, in standard deviations, under which 95 of 100 are."""
 
 SLACK: Final = 5e-3
 """True excess from which a slack line has to be named, m."""
@@ -59,8 +60,21 @@ def spread(values: Array) -> Spread:
     return Spread(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
 
 
+def bound(covariance: Array) -> float:
+    """Distance, m, that 95 of 100 errors with that *covariance* (3, 3), m^2, stay under; by two moments of its square.
+
+    As the square's law is near a chi-square of as many numbers as count (Satterthwaite), by Wilson and Hilferty.
+    """
+    trace, square = float(np.trace(covariance)), float(np.sum(covariance * covariance))
+    if not square > 0.0:
+        return 0.0
+    numbers = trace * trace / square
+    root = 1.0 - 2.0 / (9.0 * numbers) + 1.645 * math.sqrt(2.0 / (9.0 * numbers))
+    return math.sqrt(trace * root**3)
+
+
 _COLUMNS: Final = (
-    "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "named", "clean",
+    "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "named", "clean", "nees",
 )  # fmt: skip
 
 
@@ -86,7 +100,8 @@ class Replay:
     step_times: array[float] = field(default_factory=lambda: array("d"))
     """s of processor time that each step took: what else the machine does meanwhile does not count."""
     trace: list[tuple[float, ...]] = field(default_factory=list)
-    """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position, then gamma taut and measured by line."""
+    """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position and its `bound`, then gamma taut and measured
+    by line."""
     errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
     """By column, steps that count: see `column`."""
     radii: list[array[float]] = field(default_factory=list)
@@ -96,7 +111,8 @@ class Replay:
         """Return a column of the errors (k,): m and rad; ``moving``, ``named`` and ``clean`` are 0 or 1.
 
         ``true_excess``: of the loosest line, ``excess_error`` the estimate's of it. ``named``: each line with an excess
-        over `SLACK` is called slack; ``clean``: no line is that has none.
+        over `SLACK` is called slack; ``clean``: no line is that has none. ``nees``: the position's squared error by its
+        covariance; NaN without one.
         """
         return np.array(self.errors[name])
 
@@ -126,6 +142,15 @@ class Replay:
         count = int(np.count_nonzero(due))
         return count, float(np.count_nonzero(right)) / count if count else math.nan
 
+    def coverage(self) -> tuple[float, float]:
+        """Return the share of steps whose position is within its 95 % ellipsoid, and the mean of ``nees``, at best 3.
+
+        NaN for an estimator without a covariance.
+        """
+        told = self.column("nees")
+        told = told[np.isfinite(told)]
+        return (float(np.mean(told <= WITHIN)), float(told.mean())) if len(told) else (math.nan, math.nan)
+
 
 def replay(
     path: str | Path,
@@ -141,12 +166,14 @@ def replay(
     if estimator not in ESTIMATORS:
         raise UnknownName("estimator", estimator, ESTIMATORS)
     with read_log(path) as log:
-        settings = observer_settings(log.head.robot, log.head.settings, lasers)
-        state, judge = observer.start(settings), _Judge(Replay(log.head, estimator), settings.lidars)
+        one = ESTIMATORS[estimator]
+        settings = one.settings(log.head.robot, log.head.settings, lasers)
+        turning = tuple(name for name in ("north", "south") if name in log.head.settings.lidars)
+        state, judge = one.start(settings), _Judge(Replay(log.head, estimator), turning)
         for entry in log.entries():
             begin = time.thread_time()
-            estimate = observer.step(settings, state, entry.frame)
-            judge.add(entry, estimate, state, time.thread_time() - begin)
+            estimate = one.step(settings, state, entry.frame)
+            judge.add(entry, estimate, state.taut, time.thread_time() - begin)
             if progress is not None and judge.found.steps % 500 == 0:
                 progress("replaying (bytes)", log.position, log.size)
         judge.found.notes = tuple(log.notes)
@@ -167,7 +194,7 @@ class _Judge:
         self._angles = np.full(m, np.nan)
         self._traced = -math.inf
 
-    def add(self, entry: Entry, estimate: Estimate, state: ObserverState, seconds: float) -> None:
+    def add(self, entry: Entry, estimate: Estimate, taut: Taut | None, seconds: float) -> None:
         """Count one step in."""
         found, now = self.found, entry.frame.time
         found.steps += 1
@@ -192,7 +219,7 @@ class _Judge:
             self._compare(now, estimate, entry.truth)
         if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MOST_TRACE:
             self._traced = now
-            self._draw(now, estimate, entry.truth, state)
+            self._draw(now, estimate, entry.truth, taut)
 
     def _note(self, faults: tuple[Fault, ...], now: float) -> None:
         for fault in faults:
@@ -206,15 +233,17 @@ class _Judge:
         self._way.append((now, truth.position))
         while now - self._way[0][0] > 1.0 + 1e-9:
             self._way.popleft()
-        error = (estimate.position - truth.position).tolist()
+        off = estimate.position - truth.position
+        told = estimate.covariance
+        nees = math.nan if told is None else float(off @ np.linalg.solve(told[:3, :3], off))
         line = int(np.argmax(truth.excess))
         slack, excess = estimate.slack, truth.excess
         row = (
-            now, *error, math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
+            now, *off.tolist(), math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
             _lean(estimate.rotation) - _lean(truth.rotation),
             float(not self._stands(now, truth)),
             float(estimate.excess[line] - excess[line]), float(excess[line]),
-            float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()),
+            float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()), nees,
         )  # fmt: skip
         for name, value in zip(_COLUMNS, row, strict=True):
             self.found.errors[name].append(value)
@@ -226,14 +255,15 @@ class _Judge:
         since, place = self._way[0]
         return now - since > _WHILE and float(np.sqrt(((truth.position - place) ** 2).sum())) <= _STILL
 
-    def _draw(self, now: float, estimate: Estimate, truth: Truth | None, state: ObserverState) -> None:
+    def _draw(self, now: float, estimate: Estimate, truth: Truth | None, taut: Taut | None) -> None:
         nothing = (math.nan,) * 3
         true = nothing
         if truth is not None:
             away = float(np.sqrt(((estimate.position - truth.position) ** 2).sum()))
             true = float(truth.rotation[2]), _lean(truth.rotation), away
-        taut = np.full(len(self._angles), np.nan) if state.taut is None else state.taut.angles
-        row = (now, estimate.yaw, _lean(estimate.rotation), *true, *taut.tolist(), *self._angles.tolist())
+        within = math.nan if estimate.covariance is None else bound(estimate.covariance[:3, :3])
+        angles = np.full(len(self._angles), np.nan) if taut is None else taut.angles
+        row = (now, estimate.yaw, _lean(estimate.rotation), *true, within, *angles.tolist(), *self._angles.tolist())
         self.found.trace.append(row)
 
 

@@ -46,6 +46,26 @@ def test_it_is_told_to_people(cli, log: Path) -> None:
     assert "in 99 of 100, processor time" in answer.out
 
 
+def test_both_estimators_stand_side_by_side(cli, log: Path, tmp_path: Path) -> None:
+    plot = tmp_path / "both.png"
+    answer = cli("replay", log, "--estimator", "both", "--plot", plot, "--json")
+    assert answer.code == 0
+    values = answer.json
+    assert values["status"] == "ok"
+    assert set(values["estimators"]) == {"paper", "filter"}
+    paper, error_state = values["estimators"]["paper"], values["estimators"]["filter"]
+    assert paper["coverage"] is None
+    assert 0.5 < error_state["coverage"] <= 1.0
+    assert 0.0 < error_state["nees"] < 10.0
+    assert error_state["moving"]["position"]["rms"] < paper["moving"]["position"]["rms"]
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    told = cli("replay", log, "--estimator", "both").out
+    assert "estimators paper and filter" in told
+    assert "moving    in space    paper   rms" in told
+    assert "moving    in space    filter  rms" in told
+    assert "ellipsoid filter" in told
+
+
 def test_faults_and_cuts_are_told(cli, tmp_path: Path) -> None:
     out = tmp_path / "run.mcap"
     faults = ["--fault", "north,0,100", "--fault", "south,0,100"]
@@ -61,7 +81,7 @@ def test_faults_and_cuts_are_told(cli, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--estimator", "filter"], "estimator"),
+        (["--estimator", "magic"], "unknown estimator"),
         (["--laser", "east"], "WALL=D is wanted"),
         (["--laser", "moon=1"], "no wall 'moon'"),
         (["--plot", "a.gif"], "--plot"),

@@ -1,0 +1,111 @@
+"""Both estimators beside many simulated machines: errors, coverage, slack lines, radii; too long for the benchmarks.
+
+`python -m benchmarks.estimation_campaign RUNS [SECONDS] [FIRST_SEED]` drives machines FIRST_SEED, FIRST_SEED + 1, ..
+(from 1001 on: tests and settings have seen others) along random closed paths of 28 m at 3 cm/s, one round (935 s) or as
+long as SECONDS, and prints a row for each and one for all. A position counts from the third turn of both lidars on, ten
+a second: a machine's biases and its noise are in it, and with many machines the law of the biases is. Coverage is the
+share of these within the 95 % ellipsoid of the estimate's own covariance.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.machine.settings import MachineSettings, load_settings
+from cablewright.machine.simulated import SimulatedMachine
+from cablewright.robot import Robot, load
+from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.observing import ESTIMATORS
+from cablewright.studies.replay import SLACK, WITHIN
+
+Array = NDArray[np.float64]
+LENGTH, SPEED = 28.0, 0.03  # m, m/s
+COUNTS_FROM, LEARNT = 3.1, 13.1  # s
+EVERY = 10  # steps
+HEAD = (
+    f"{'seed':>6} {'estimator':<9} {'valid':>7} {'rms':>7} {'95 %':>7} {'most':>7}   {'coverage':>8} {'nees':>6} "
+    f"{'slack named':>11} {'radii in 1 %':>12}"
+)
+
+
+@dataclass
+class Found:
+    """What came of one run by one estimator, or of all."""
+
+    errors: list[Array] = field(default_factory=list)
+    nees: list[float] = field(default_factory=list)
+    named: list[bool] = field(default_factory=list)
+    radii: list[Array] = field(default_factory=list)
+    valid: list[bool] = field(default_factory=list)
+
+    def add(self, other: Found) -> None:
+        """Take in another's."""
+        for name in vars(self):
+            getattr(self, name).extend(getattr(other, name))
+
+    def row(self, seed: str, estimator: str) -> str:
+        """One line of the table."""
+        size = 1e3 * np.linalg.norm(np.array(self.errors).reshape(-1, 3), axis=1)
+        if not len(size):
+            return f"{seed:>6} {estimator:<9} never valid"
+        told = np.array(self.nees)
+        share = f"{100.0 * np.mean(told <= WITHIN):6.1f} % {told.mean():6.2f}" if len(told) else f"{'-':>8} {'-':>6}"
+        named = f"{100.0 * np.mean(self.named):9.2f} %" if self.named else f"{'-':>11}"
+        radii = f"{100.0 * np.mean(np.abs(self.radii) <= 0.01):10.1f} %" if self.radii else f"{'-':>12}"
+        return (
+            f"{seed:>6} {estimator:<9} {100.0 * np.mean(self.valid):5.1f} % {np.sqrt((size**2).mean()):4.2f} mm "
+            f"{np.percentile(size, 95):4.1f} mm {size.max():4.1f} mm  {share} {named} {radii}"
+        )
+
+
+def run(robot: Robot, settings: MachineSettings, seed: int, seconds: float) -> dict[str, Found]:
+    """Drive the machine of *seed* with all estimators beside it."""
+    way = random_round(robot, LENGTH, seed)
+    machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
+    pilot = Pilot(machine, way, DriveSettings(), seed)
+    beside = [(name, one, one.settings(robot, settings, ())) for name, one in ESTIMATORS.items()]
+    states = {name: one.start(known) for name, one, known in beside}
+    found = {name: Found() for name, _, _ in beside}
+    for step in range(round(seconds / machine.period)):
+        frame, truth = machine.step(pilot.command()), machine.truth
+        for name, one, known in beside:
+            estimate, into = one.step(known, states[name], frame), found[name]
+            if step % EVERY or frame.time < COUNTS_FROM:
+                continue
+            into.valid.append(estimate.valid)
+            if not estimate.valid:
+                continue
+            off = estimate.position - truth.position
+            into.errors.append(off)
+            if estimate.covariance is not None:
+                into.nees.append(float(off @ np.linalg.solve(estimate.covariance[:3, :3], off)))
+            loose = truth.excess > SLACK
+            if loose.any():
+                into.named.append(bool(estimate.slack[loose].all() and not estimate.slack[truth.excess <= 0.0].any()))
+            if frame.time > LEARNT:
+                into.radii.append(estimate.radii / truth.radii - 1.0)
+    return found
+
+
+def main() -> None:
+    """Print the table."""
+    given = [float(value) for value in sys.argv[1:]]
+    runs, seconds = (int(given[0]) if given else 100), (given[1] if len(given) > 1 else LENGTH / SPEED)
+    first = int(given[2]) if len(given) > 2 else 1001
+    robot, settings = load("merlet2023"), load_settings("merlet2023")
+    all_found = {name: Found() for name in ESTIMATORS}
+    print(HEAD, flush=True)
+    for seed in range(first, first + runs):
+        for name, found in run(robot, settings, seed, seconds).items():
+            print(found.row(str(seed), name), flush=True)
+            all_found[name].add(found)
+    for name, found in all_found.items():
+        print(found.row("all", name))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
