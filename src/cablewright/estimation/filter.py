@@ -36,6 +36,7 @@ _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all 
 _GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not gone by
 _TURNED: Final = math.radians(2.0)  # of the drum, while the clock jumped
 _AGAIN: Final = 10.0  # s from one search for the place to the next
+_LET_OUT: Final = 5e-3  # m per root second: by which a winch that is not told makes a line slack
 _GOES: Final = 0.01  # m/s: who is as fast does not stand
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
 _GROUND: Final = 0.1  # m: of what lies under the valve, at first
@@ -93,6 +94,8 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
 def _tick(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
     """Let the clock go on."""
     state.time, state.gap = now, max(_GAP, 1.5 * dt)
+    if now - state.slackness.time > settings.chain.slackness.quiet:
+        state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
     if state.coarse:  # in so long a step a drum turns by what no gyro that is read once in it tells
         yaw = state.layout.attitude.stop - 1
         state.P[yaw, yaw] += (settings.turning * dt) ** 2
@@ -250,17 +253,17 @@ def _sound(settings: FilterSettings, state: FilterState, reading: Distance) -> N
 
 def _go_free(state: FilterState) -> None:
     """Let B go on as it went, since no encoder tells; it may as well have stopped."""
-    if not state.free:
-        state.free = True
-        state.P[state.layout.velocity, state.layout.velocity] = np.eye(3) * _FASTEST**2 / 4.0
+    if state.free:
+        return
+    state.free, velocity = True, state.layout.velocity
+    state.P[velocity] = 0.0
+    state.P[:, velocity] = 0.0
+    state.P[velocity, velocity] = np.eye(3) * _FASTEST**2 / 4.0
 
 
 def _hold(state: FilterState) -> None:
     """Go by the encoders again."""
-    lay = state.layout
-    state.free = False
-    state.P[lay.velocity] = 0.0
-    state.P[:, lay.velocity] = 0.0
+    state.free = False  # what its velocity was off stays in the covariance, for turns that began before
     state.watch.clear("encoders", "stand")
 
 
@@ -283,6 +286,7 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
     F[lay.lengths, lay.velocity] = dt * taut.toward
     P = F @ state.P @ F.T
     P[lay.velocity, lay.velocity] += settings.push**2 * dt * np.eye(3)
+    P[lay.lengths, lay.lengths] += _LET_OUT**2 * dt * np.eye(len(state.lengths))
     state.P = 0.5 * (P + P.T)
     moved = dt * state.velocity
     state.position = state.position + moved
