@@ -35,7 +35,9 @@ _FIRST_LENGTH: Final = 5e-3  # m: of lengths besides the place's
 _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not gone by
 _TURNED: Final = math.radians(2.0)  # of the drum, while the clock jumped
+_DOUBTED: Final = 2  # turns in a row of which most does not fit: B is as unsure as at first
 _AGAIN: Final = 10.0  # s from one search for the place to the next
+_LET_OUT: Final = 5e-3  # m per root second: by which a winch that is not told makes a line slack
 _GOES: Final = 0.01  # m/s: who is as fast does not stand
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
 _GROUND: Final = 0.1  # m: of what lies under the valve, at first
@@ -93,6 +95,8 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
 def _tick(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
     """Let the clock go on."""
     state.time, state.gap = now, max(_GAP, 1.5 * dt)
+    if now - state.slackness.time > settings.chain.slackness.quiet:
+        state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
     if state.coarse:  # in so long a step a drum turns by what no gyro that is read once in it tells
         yaw = state.layout.attitude.stop - 1
         state.P[yaw, yaw] += (settings.turning * dt) ** 2
@@ -222,15 +226,16 @@ def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> N
         if since > 0.0:
             _add_unknown(state, _FASTEST * since)
     else:
-        state.angles = state.angles + by
         if by.any():
             state.went = reading.time
             if state.free:
                 _hold(state)
         elif reading.time - state.went > state.gap:  # the drum stands, or the encoders do
             _go_free(state)
-        if not late and not state.free:
-            filter_lines.carry(settings, state, by, since)
+        if not late:
+            state.angles = state.angles + by
+            if not state.free:
+                filter_lines.carry(settings, state, by, since)
     state.way.add(reading.time, np.concatenate([state.angles, state.drifted]))
 
 
@@ -250,17 +255,19 @@ def _sound(settings: FilterSettings, state: FilterState, reading: Distance) -> N
 
 def _go_free(state: FilterState) -> None:
     """Let B go on as it went, since no encoder tells; it may as well have stopped."""
-    if not state.free:
-        state.free = True
-        state.P[state.layout.velocity, state.layout.velocity] = np.eye(3) * _FASTEST**2 / 4.0
+    if state.free:
+        return
+    state.free, velocity = True, state.layout.velocity
+    state.P[velocity] = 0.0
+    state.P[:, velocity] = 0.0
+    state.P[velocity, velocity] = np.eye(3) * _FASTEST**2 / 4.0
 
 
 def _hold(state: FilterState) -> None:
     """Go by the encoders again."""
-    lay = state.layout
-    state.free = False
-    state.P[lay.velocity] = 0.0
-    state.P[:, lay.velocity] = 0.0
+    state.free = False  # what its velocity was off stays in the covariance, for turns that began before
+    state.begun = state.time  # such turns are bent: lidars count less for a while
+    _add_unknown(state, _FIRST)
     state.watch.clear("encoders", "stand")
 
 
@@ -283,6 +290,7 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
     F[lay.lengths, lay.velocity] = dt * taut.toward
     P = F @ state.P @ F.T
     P[lay.velocity, lay.velocity] += settings.push**2 * dt * np.eye(3)
+    P[lay.lengths, lay.lengths] += _LET_OUT**2 * dt * np.eye(len(state.lengths))
     state.P = 0.5 * (P + P.T)
     moved = dt * state.velocity
     state.position = state.position + moved
@@ -294,8 +302,13 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
 def _see(settings: FilterSettings, state: FilterState) -> None:
     """Do the next bit of work on the lidars' turns: as much as there is time for in one step."""
     if state.looked is not None:
+        source = state.looked.scan.source
         filter_lidar.place(settings, state)
         _stand(state)
+        if state.refused.get(source, 0) >= _DOUBTED:
+            _add_unknown(state, _FIRST)
+            yaw = state.layout.attitude.stop - 1
+            state.P[yaw, yaw] += _FIRST_YAW**2
         return
     if not state.pending:
         return

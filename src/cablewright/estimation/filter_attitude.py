@@ -70,7 +70,7 @@ def coast(settings: FilterSettings, state: FilterState, time: float) -> None:
         state.felt = max(state.felt, time)
         return
     lay, P = state.layout, state.P
-    state.felt = time
+    state.felt = state.blind = time
     state.leans.clear()
     diagonal = P.reshape(-1)[:: len(P) + 1]
     tilt = slice(lay.attitude.start, lay.attitude.start + 2)

@@ -182,7 +182,7 @@ def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swep
     H[:, lay.bias.start + one.lidar] = -line.per_bias
     R = line.covariance + settings.wall_angle**2 * np.outer(pivot, pivot)
     R += np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
-    _add_unknown_motion(settings, state, swept, since.moved[1], R)
+    _add_unknown_motion(settings, state, swept, looked.scan.begin, since.moved[1], R)
     R *= doubt(state)
     innovation = -np.array([turned, off])
     fits, size = likely(state.P, H, innovation, R)
@@ -197,7 +197,9 @@ def _by_attitude(n: Array, yaw: float, point: Array) -> Array:
     return np.array([-left * z, ahead * z, left * x - ahead * y])
 
 
-def _add_unknown_motion(settings: FilterSettings, state: FilterState, swept: Swept, moved: Array, R: Array) -> None:
+def _add_unknown_motion(
+    settings: FilterSettings, state: FilterState, swept: Swept, begin: float, moved: Array, R: Array
+) -> None:
     """Add what the linearisation since the beam passed leaves out, and turns and motion that nothing told."""
     blind, far = min(swept.before, 1.0), math.sqrt(float(moved @ moved))
     R[1, 1] += (far * far / (2.0 * _REACH)) ** 2 + settings.travel**2 * far
@@ -205,7 +207,7 @@ def _add_unknown_motion(settings: FilterSettings, state: FilterState, swept: Swe
     if state.free:
         pivot = np.array([1.0, swept.along])
         R += settings.push**2 * blind * (swept.rate**2 * np.outer(pivot, pivot) + np.diag([0.0, blind**2]))
-    if state.coarse or state.watch.unheard("inertial"):
+    if state.coarse or begin < state.blind:
         about = np.array([1.0, -swept.aside])
         turn = settings.turning**2
         R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])

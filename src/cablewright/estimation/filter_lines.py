@@ -26,6 +26,7 @@ _DRAWN: Final = 0.05  # s after which the lines are drawn anew
 _LISTEN: Final = 0.2  # s between uses of the angles, which are smoothed over as long
 _SAME: Final = 10.0  # s for which what a taut line's stretch is off stays the same
 _TAUT: Final = 1e6  # N: as good as straight
+_DEAF: Final = 0.02  # m per root metre that B goes otherwise, if a slack line is taken for taut
 _LOOSE: Final = 1e-4  # m of excess from which a line whose angle is not told sags
 
 
@@ -88,7 +89,8 @@ def carry(settings: FilterSettings, state: FilterState, turned: Array, since: fl
     P[:, lay.position] += columns @ by_place.T
     P[:, lay.lengths] += columns * paid
     way = math.sqrt(float(moved @ moved))
-    spread = settings.travel**2 * way + settings.time**2 * since
+    deaf = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack is not known
+    spread = (_DEAF if deaf else settings.travel) ** 2 * way + settings.time**2 * since
     diagonal = P.reshape(-1)[:: len(P) + 1]
     diagonal[lay.position] += spread
     diagonal[lay.lengths] += spread

@@ -143,7 +143,8 @@ class FilterState:
     gap: float = 0.1  # s without readings after which a sensor is not gone by
     told: float = -math.inf  # s: when the encoders were read last, ...
     went: float = -math.inf  # ... when they last told another count, ...
-    felt: float = -math.inf  # ... and the inertial unit
+    felt: float = -math.inf  # ... and the inertial unit,
+    blind: float = -math.inf  # ... without which all was until then
     pending: list[Scan] = field(default_factory=list)
     looked: Looked | None = None
     taut: Taut | None = None

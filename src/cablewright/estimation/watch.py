@@ -76,10 +76,6 @@ class Watch:
         """Whether a fault goes on."""
         return (source, kind) in self._faults
 
-    def unheard(self, source: str) -> bool:
-        """Whether *source* is quiet, or tells what is not used."""
-        return any(self.has(source, kind) for kind in ("quiet", "stuck", "astray"))
-
     def restart(self, now: float, sentence: str) -> None:
         """Forget when what was heard, since the clock begins anew at *now*."""
         self._last.clear()
