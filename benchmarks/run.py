@@ -21,6 +21,7 @@ from benchmarks import (
     interference,
     keeping,
     machine,
+    print_job,
     statics,
     walls,
     workspace,

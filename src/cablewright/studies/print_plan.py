@@ -92,8 +92,14 @@ def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices
     nozzle = 0.0 if settings.extrusion is None else settings.drum.valve  # a strand's path is the nozzle's
     course = course_of(job, choices.layers, nozzle)
     settings = _intruded(settings, choices, course.duration)
-    able = settings.line_angles is not None and bool({"north", "south"} & settings.lidars.keys())
-    return MachineTwin(robot, settings, choices, choices.estimator or ("paper" if able else "encoders"), course)
+    return MachineTwin(robot, settings, choices, choices.estimator or _best(settings, choices), course)
+
+
+def _best(settings: MachineSettings, choices: Choices) -> str:
+    """The estimator for what a machine has: the filter, or over long steps, for which it is not made, the chain."""
+    if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
+        return "encoders"
+    return "filter" if choices.plant == "dynamic" else "paper"
 
 
 def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> MachineSettings:

@@ -26,7 +26,7 @@ def print_job(
     ] = None,
     layers: Annotated[int | None, typer.Option("--layers", metavar="N", help="The first so many; all.")] = None,
     estimator: Annotated[
-        str | None, typer.Option("--estimator", help="paper or encoders; paper where the machine has lidars.")
+        str | None, typer.Option("--estimator", help="filter, paper or encoders; by what the machine has.")
     ] = None,
     control: Annotated[str, typer.Option("--control", help="model, or the paper's: paper.")] = "model",
     height: Annotated[
