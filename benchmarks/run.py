@@ -48,6 +48,7 @@ def main() -> None:
         machine,
         keeping,
         estimation,
+        print_job,
         hanging,
         commands,
     ):
