@@ -126,6 +126,7 @@ def _clock_back(state: ObserverState, now: float) -> None:
     state.intake.forget()
     state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
     state.settled_at = state.whole = now
+    state.floor = math.nan
 
 
 def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
@@ -207,7 +208,8 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
                 state.watch.say("vertical", "floor", state.height.note)
             else:
                 state.watch.clear("vertical", "floor")
-                state.anchor[2] = state.height.over_floor - float(places[len(times) // 2, 2])
+                told = state.height.over_floor - float(places[len(times) // 2, 2])
+                state.anchor[2] = _not_a_ridge(settings, state, scan.time, told)
         return
     _forget_stale(settings, state, scan)
     end, yaw = places[-1], float(attitudes[-1, 0])
@@ -219,6 +221,21 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     state.turn_end = end, yaw
     turn = LidarTurn(scan.angles, scan.ranges, settings.lidars.index(scan.source), attitudes[:, 1:], drift, moved)
     state.looked = Looked(scan, turn, lidar_walls.look(settings.walls, turn), end, yaw)
+
+
+def _not_a_ridge(settings: ObserverSettings, state: ObserverState, now: float, told: float) -> float:
+    """Height less odometry's, m, as *told* by the lowest points, but no lower than the floor can have come up since.
+
+    Where the scan's plane runs along a ridge of what was laid, its lowest points are no floor: B seems too low, never
+    too high.
+    """
+    lost = any(fault.source == "encoders" for fault in state.watch.faults)
+    if settings.ridge is None or lost or math.isnan(state.floor):
+        state.floor = told
+    else:
+        state.floor = max(told, state.floor - settings.drift * (now - state.floor_at))
+    state.floor_at = now
+    return told if settings.ridge is None else max(told, state.floor - settings.ridge)
 
 
 def _place(settings: ObserverSettings, state: ObserverState, looked: Looked) -> None:
