@@ -16,10 +16,10 @@ from cablewright.estimation.room import Laser
 from cablewright.estimation.trail import Trail
 from cablewright.machine.settings import LidarSettings
 from cablewright.robot import load
-from cablewright.signals import Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.studies.observing import observer_settings, surveyed
 from observed import broken, drive, errors, observe
-from twins import SETTINGS, changed
+from twins import SETTINGS, changed, machine
 
 ROBOT = load("merlet2023")
 NAMES = [line.name for line in ROBOT.lines]
@@ -246,3 +246,17 @@ def test_start_knows_nothing() -> None:
     state = observer.start(observer_settings(ROBOT, SETTINGS))
     assert state.tracker is None
     assert math.isnan(state.anchor_yaw)
+
+
+@pytest.mark.parametrize(("ridge", "least", "most"), [(8e-3, -0.02, 0.01), (None, -0.3, -0.05)])
+def test_a_ridge_under_the_vertical_lidar_is_no_floor(ridge: float | None, least: float, most: float) -> None:
+    """Powder that comes to lie all along the scan: without the rule the drum seems lower by the ridge's height."""
+    twin = machine(plant="quasi-static", seed=3)
+    known = dataclasses.replace(observer_settings(load("merlet2023"), twin.settings), ridge=ridge)
+    state, still = observer.start(known), Command(0.0, np.zeros(4))
+    x, y, _ = twin.truth.position.tolist()
+    for step in range(100):
+        if step == 40:
+            twin.rig.ground.lay((x - 1.0, y), (x + 1.0, y), 60.0)
+        found = observer.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
+    assert least < found.position[2] - twin.truth.position[2] < most
