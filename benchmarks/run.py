@@ -52,21 +52,24 @@ SOURCES = (
 
 
 def main() -> None:
-    """Run everything, or the files that are named and keep the other rows; an aim that is missed is said, not hidden."""
+    """Run everything, or the files that are named and keep the others' rows; a missed aim is said, not hidden."""
     by_name = {source.__name__.rpartition(".")[2]: source for source in SOURCES}
-    chosen = [by_name[name] for name in sys.argv[1:]] or list(SOURCES)
-    kept = json.loads(RESULTS.read_text())["rows"] if sys.argv[1:] else []
-    rows = {row["name"]: row for row in kept}
+    chosen = sys.argv[1:] or list(by_name)
+    rows: dict[str, list[dict[str, object]]] = {name: [] for name in by_name}
+    if sys.argv[1:]:
+        for row in json.loads(RESULTS.read_text())["rows"]:
+            rows[row["file"]].append(row)
     print(f"{'':<52} {'measured':>12} {'':<10} {'aim':<14} {'met':<4} beside")
-    for source in chosen:
-        for row in source.rows():
+    for name in chosen:
+        rows[name] = []
+        for row in by_name[name].rows():
             print(row.text(), flush=True)
-            rows[row.name] = row.fields()
+            rows[name].append({"file": name, **row.fields()})
     host = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
     host |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")}
+    table = {"schema": 1, "machine": host, "rows": [row for each in rows.values() for row in each]}
     part = RESULTS.with_suffix(".part")
-    text = json.dumps({"schema": 1, "machine": host, "rows": list(rows.values())}, indent=2, default=float)
-    part.write_text(text + "\n")
+    part.write_text(json.dumps(table, indent=2, default=float) + "\n")
     part.replace(RESULTS)
 
 
