@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.filter_lidar import doubt, measure
 from cablewright.estimation.filter_state import FilterSettings, FilterState, Since
-from cablewright.estimation.height import HeightSettings, height_of, leaned
+from cablewright.estimation.height import HeightSettings, height_of, leaned, lowest_of_many
 from cablewright.signals import Scan
 
 __all__ = ["vertical"]
@@ -27,7 +27,6 @@ _OFF_FLOOR: Final = 0.1  # m over the floor, of points that are the walls'
 _LEAST: Final = 8  # points of a wall, twice as many of the floor
 _NEAR: Final = 3.0  # sigmas from the middle, of points that count
 _MANY: Final = 0.4  # of the most that lie together, of points that are the floor
-_ROUNDS: Final = 3
 _WIDE: Final = 0.03  # m from where a wall is believed to be, of points that are looked at
 _BAND: Final = 0.01  # m likewise of the floor, besides what the height is uncertain by
 
@@ -96,7 +95,7 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         good = inside & (np.abs(up) < band)
         if np.count_nonzero(good) >= 2 * _LEAST:
             good &= (
-                np.abs(up - _lowest(up[good], _NEAR * sigma * float(turn.down[good].mean())))
+                np.abs(up - lowest_of_many(up[good], _NEAR * sigma * float(turn.down[good].mean()), _MANY))
                 < _NEAR * sigma * turn.down
             )
         count = int(np.count_nonzero(good))
@@ -119,19 +118,6 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         state.watch.clear("vertical", "floor")
     else:
         state.watch.say("vertical", "floor", "no floor in sight where it should be")
-
-
-def _lowest(values: Array, reach: float) -> float:
-    """The lowest of the values that many lie within *reach* of: the floor, not what lies on it."""
-    ordered = np.sort(values)
-    count = np.searchsorted(ordered, ordered + reach) - np.arange(len(ordered))
-    middle = float(ordered[np.argmax(count >= _MANY * count.max())]) + 0.5 * reach
-    for _ in range(_ROUNDS):
-        near = ordered[np.abs(ordered - middle) < reach]
-        if not len(near):
-            break
-        middle = float(near.mean())
-    return middle
 
 
 def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:

@@ -13,11 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.signals import Scan
 
-__all__ = ["Height", "HeightSettings", "height_of", "leaned"]
+__all__ = ["Height", "HeightSettings", "height_of", "leaned", "lowest_of_many"]
 
 Array = NDArray[np.float64]
 
 _NORMAL: Final = NormalDist()
+_NEAR: Final = 3.0  # sigmas from the middle, of points that count as one level
+_FEW: Final = 8  # points at least that are the floor ...
+_MANY: Final = 0.1  # ... and of the most that lie together
+_ROUNDS: Final = 3
+_LEAST_SIGMA: Final = 1e-3  # m
 _ON_FLOOR: Final = 6.0  # sigmas above the lowest points' line: what else counts as floor
 
 
@@ -29,7 +34,8 @@ class HeightSettings:
     axis. ``lowest``: how many points count as floor. ``alone``: m by which a point that both its neighbours differ from
     is no point. ``sigma``: m, of one range: by how much the lowest of noisy points are too low is then known, and taken
     off; 0 leaves it, as the paper does. ``slope``: of the line through the lowest, beyond which they are no floor.
-    ``floor``: m, world.
+    ``wide``: rad to both sides in which the floor is looked for instead, as the lowest level that many points lie on,
+    for the cone may hold nothing but what was laid; None, as the paper: in the cone. ``floor``: m, world.
     """
 
     place: tuple[float, float, float]
@@ -39,6 +45,7 @@ class HeightSettings:
     alone: float = 0.05
     sigma: float = 0.0
     slope: float = 0.2
+    wide: float | None = None
     floor: float = 0.0
 
     def __post_init__(self) -> None:
@@ -80,10 +87,42 @@ def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     slope, at = _line(along[order] - under, depth[order])
     at -= _too_low(settings, depth, at + slope * (along - under))
     fictive = settings.floor + float(depth.mean())
+    if settings.wide is not None:
+        return Height(settings.floor + _wide(settings, scan, tilt), fictive, slope, len(depth), "")
     if not abs(slope) <= settings.slope:
         said = f"the lowest points slope by {slope:.2f}: no floor"
         return Height(math.nan, fictive, slope, len(depth), said)
     return Height(settings.floor + at, fictive, slope, len(depth), "")
+
+
+def _wide(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
+    """Depth of the floor below B, m, by all points that may be on it."""
+    assert settings.wide is not None
+    x, y = np.array(settings.axes)
+    angles = scan.angles
+    c, s = np.cos(angles), np.sin(angles)
+    good = np.isfinite(scan.ranges) & (-(c * x[2] + s * y[2]) >= math.cos(settings.wide))
+    lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
+    rays = c[good, None] * x + s[good, None] * y
+    level = leaned(np.array(settings.place) + scan.ranges[good, None] * rays, lean)
+    return -lowest_of_many(level[:, 2], _NEAR * max(settings.sigma, _LEAST_SIGMA), _MANY)
+
+
+def lowest_of_many(values: Array, reach: float, many: float) -> float:
+    """The lowest of *values* (k,) that many lie within *reach* of: the floor, not what lies on it.
+
+    That is *many* times the most that lie so near to each other, and some at least.
+    """
+    ordered = np.sort(values)
+    count = np.searchsorted(ordered, ordered + reach) - np.arange(len(ordered))
+    most = int(count.max())
+    middle = float(ordered[np.argmax(count >= max(many * most, min(_FEW, most)))]) + 0.5 * reach
+    for _ in range(_ROUNDS):
+        near = ordered[np.abs(ordered - middle) < reach]
+        if not len(near):
+            break
+        middle = float(near.mean())
+    return middle
 
 
 def _too_low(settings: HeightSettings, depth: Array, floor: Array) -> float:

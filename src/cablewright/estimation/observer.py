@@ -126,7 +126,6 @@ def _clock_back(state: ObserverState, now: float) -> None:
     state.intake.forget()
     state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
     state.settled_at = state.whole = now
-    state.floor = math.nan
 
 
 def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
@@ -209,7 +208,7 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
             else:
                 state.watch.clear("vertical", "floor")
                 told = state.height.over_floor - float(places[len(times) // 2, 2])
-                state.anchor[2] = _not_a_ridge(settings, state, scan.time, told)
+                _stand(settings, state, told)
         return
     _forget_stale(settings, state, scan)
     end, yaw = places[-1], float(attitudes[-1, 0])
@@ -223,19 +222,16 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     state.looked = Looked(scan, turn, lidar_walls.look(settings.walls, turn), end, yaw)
 
 
-def _not_a_ridge(settings: ObserverSettings, state: ObserverState, now: float, told: float) -> float:
-    """Height less odometry's, m, as *told* by the lowest points, but no lower than the floor can have come up since.
-
-    Where the scan's plane runs along a ridge of what was laid, its lowest points are no floor: B seems too low, never
-    too high.
-    """
+def _stand(settings: ObserverSettings, state: ObserverState, told: float) -> None:
+    """Believe the height less odometry's, m, that the vertical lidar *told*, unless it is far off what was."""
+    off = abs(told - float(state.anchor[2]))
     lost = any(fault.source == "encoders" for fault in state.watch.faults)
-    if settings.ridge is None or lost or math.isnan(state.floor):
-        state.floor = told
-    else:
-        state.floor = max(told, state.floor - settings.drift * (now - state.floor_at))
-    state.floor_at = now
-    return told if settings.ridge is None else max(told, state.floor - settings.ridge)
+    if off > settings.step and not lost and state.unbelieved < settings.stubborn:
+        state.unbelieved += 1
+        state.watch.say("vertical", "gate", f"its floor puts the drum {off:.2f} m from where it should be: not used")
+        return
+    state.unbelieved, state.anchor[2] = 0, told
+    state.watch.clear("vertical", "gate")
 
 
 def _place(settings: ObserverSettings, state: ObserverState, looked: Looked) -> None:

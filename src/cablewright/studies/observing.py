@@ -30,6 +30,7 @@ __all__ = ["ESTIMATORS", "Estimator", "believed", "filter_settings", "observer_s
 _LEAST_WALL: Final = 3.0  # m: a shorter face is a window or a corner
 _SAME: Final = 1e-6  # m, by which two faces may be off one line
 _RADII: Final = (0.8, 1.5)  # of the bare drum's radius: what a wound one may have
+_WIDE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
 
 
@@ -63,7 +64,9 @@ def observer_settings(
         ),
         radius=RadiusSettings(radii, _RADII[0] * min(radii), _RADII[1] * max(radii)),
         counts=winch.counts * winch.ratio / math.tau,
-        height=None if vertical is None else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation),
+        height=None
+        if vertical is None
+        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, wide=_WIDE),
         tilt=TiltSettings(robot.scene.gravity),
         fastest=winch.max_speed,
         valve=settings.drum.valve,

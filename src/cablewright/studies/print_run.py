@@ -42,6 +42,7 @@ LOCK: Final = "lock"
 
 _EVERY: Final = 0.5  # s between checkpoints, of the wall clock
 _TELL: Final = 50  # steps between words of progress
+_TIDY: Final = 100  # steps of a paced print between collections of garbage
 _MOST_STEPS: Final = 100_000_000
 _MANIFEST_BYTES: Final = 1 << 20
 
@@ -114,9 +115,12 @@ def run_print(
                 Keeper(folder / CHECKPOINT) as keeper,
             ):
                 gc.freeze()  # what is there by now need not be looked through again and again
+                if real_time:
+                    gc.disable()  # it is done when there is time for it
                 try:
                     _go_on(run, log, keeper, real_time, progress)
                 finally:
+                    gc.enable()
                     gc.unfreeze()
         return run
 
@@ -147,6 +151,8 @@ def _go_on(
         if over:
             return
         if real_time:
+            if run.steps % _TIDY == 0:
+                gc.collect(1)
             left = begun + run.steps * machine.period - time.monotonic()
             timing.late.append(-left)
             if left > 0.0:
