@@ -147,6 +147,20 @@ def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
     assert second.printer.finished
 
 
+def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> None:
+    made = twin(plant="quasi-static")
+    first, notes = Print(made), Notes()
+    for _ in first.steps(40):
+        pass
+    first.printer.keep(notes)
+    away = made.course.track.at(0.0).position + np.array([0.0, -0.4, 0.2])
+    second = Print(made, notes, SimulatedMachine(ROBOT, made.settings, away, seed=4, plant="quasi-static"))
+    steps = [(step.progress.state, second.beside(step), step.command.valve) for step in second.steps(400)]
+    assert second.printer.finished
+    assert max(abs(off) for state, off, _ in steps if state is PrintState.PRINTING) < 0.02
+    assert all(valve == 0.0 for state, off, valve in steps if abs(off) > 0.02)
+
+
 def test_what_cannot_be_printed_is_said_at_once() -> None:
     far = RING.model_copy(update={"origin": (2.3, -0.5, 0.0)})
     with pytest.raises(AnswerError, match=r"leaves the frame of 'merlet2023' at 2\.7"):

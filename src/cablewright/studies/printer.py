@@ -75,6 +75,7 @@ class Printer:
         self.framed = (0.0, 0.0)
         """When the last frame had come, s: by the wall clock and by the processor's."""
         self._command = Command(now, frozen(np.zeros(plan.velocity.model.m)))
+        self._unseated = True  # the way back to the path begins where the platform is, once that is known
         self._mark = math.inf  # s of the law's time where powder ran out
         if book is not None:
             self.keep(book)
@@ -119,14 +120,17 @@ class Printer:
         )
         if estimate.valid:
             self.place[:], self.radii[:] = estimate.position, estimate.radii
-        self._change(was, verdict, estimate)
+        self._change(was, verdict)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
             self.guide.lift = height.step(self.plan.height, self.guide.lift, estimate.clearance, dt)
-        self.target = guide.step(self.plan.course, self.guide, dt, verdict.wish)
-        self._command = self._decide(frame.time, verdict, estimate, self.target, dt)
-        return Step(command, frame, estimate, self._progress(verdict, estimate, self.target))
+        if self._unseated and estimate.valid:
+            self.guide.place, self._unseated = estimate.position.copy(), False
+        target = guide.step(self.plan.course, self.guide, dt, verdict.wish)
+        self.target = None if self._unseated else target
+        self._command = self._decide(frame.time, verdict, estimate, target, dt)
+        return Step(command, frame, estimate, self._progress(verdict, estimate, target))
 
-    def _change(self, was: PrintState, verdict: Verdict, estimate: Estimate) -> None:
+    def _change(self, was: PrintState, verdict: Verdict) -> None:
         """What a new state means for where the target goes on."""
         if verdict.state is was:
             return
@@ -136,8 +140,7 @@ class Printer:
             if math.isfinite(self._mark):
                 self.guide.clock, self._mark = self._mark, math.inf
             self.guide.place, self.guide.pace, self.guide.speed = None, 0.0, 0.0
-            if estimate.valid:
-                self.guide.place = estimate.position.copy()
+            self._unseated = True
 
     def _decide(self, now: float, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         m = self.plan.velocity.model.m
