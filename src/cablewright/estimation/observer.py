@@ -207,8 +207,7 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
                 state.watch.say("vertical", "floor", state.height.note)
             else:
                 state.watch.clear("vertical", "floor")
-                told = state.height.over_floor - float(places[len(times) // 2, 2])
-                _stand(settings, state, told)
+                state.anchor[2] = state.height.over_floor - float(places[len(times) // 2, 2])
         return
     _forget_stale(settings, state, scan)
     end, yaw = places[-1], float(attitudes[-1, 0])
@@ -220,18 +219,6 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     state.turn_end = end, yaw
     turn = LidarTurn(scan.angles, scan.ranges, settings.lidars.index(scan.source), attitudes[:, 1:], drift, moved)
     state.looked = Looked(scan, turn, lidar_walls.look(settings.walls, turn), end, yaw)
-
-
-def _stand(settings: ObserverSettings, state: ObserverState, told: float) -> None:
-    """Believe the height less odometry's, m, that the vertical lidar *told*, unless it is far off what was."""
-    off = abs(told - float(state.anchor[2]))
-    lost = any(fault.source == "encoders" for fault in state.watch.faults)
-    if off > settings.step and not lost and state.unbelieved < settings.stubborn:
-        state.unbelieved += 1
-        state.watch.say("vertical", "gate", f"its floor puts the drum {off:.2f} m from where it should be: not used")
-        return
-    state.unbelieved, state.anchor[2] = 0, told
-    state.watch.clear("vertical", "gate")
 
 
 def _place(settings: ObserverSettings, state: ObserverState, looked: Looked) -> None:

@@ -36,11 +36,10 @@ class ObserverSettings:
     ``model``: the robot as described, with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
     ``counts``: of an encoder for a radian of a winch drum. ``fastest``: rad/s of a winch drum. ``valve``: m, from B
     down to the distance sensor. ``lasers``: what an operator measured at the start. ``straighten``: bring the rays of
-    a turn to its end by odometry, not by tilt alone. ``step``: m by which the vertical lidar may put the drum
-    elsewhere; after ``stubborn`` turns in a row it is believed. ``gather``: s to wait for the other lidars' turns.
-    ``gate``: m, by which lidars may put the drum elsewhere than expected; after ``believe`` times in a row they are
-    believed. ``lost``: s without lidars until the position is a guess. ``quiet``: s by source, without a reading,
-    until it is said.
+    a turn to its end by odometry, not by tilt alone. ``gather``: s to wait for the other lidars' turns. ``gate``: m,
+    by which lidars may put the drum elsewhere than expected; after ``believe`` times in a row they are believed.
+    ``lost``: s without lidars until the position is a guess. ``quiet``: s by source, without a reading, until it is
+    said.
     """
 
     model: Model
@@ -55,8 +54,6 @@ class ObserverSettings:
     valve: float | None = None
     lasers: tuple[Laser, ...] = ()
     straighten: bool = True
-    step: float = 0.03
-    stubborn: int = 30
     certify: bool = False
     gather: float = 0.1
     gate: float = 0.1
@@ -102,7 +99,6 @@ class ObserverState:
     yaw_bias: float = 0.0
     anchor: Array = field(default_factory=lambda: np.full(3, np.nan))  # m: position less odometry
     anchor_yaw: float = math.nan
-    unbelieved: int = 0  # turns in a row of the vertical lidar that were far off
     yaw_fixed: float = -math.inf  # s: when the lidars told a yaw last
     angles: Array | None = None  # (m,) rad paid out
     lengths: Array | None = None
