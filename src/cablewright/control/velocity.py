@@ -87,8 +87,9 @@ def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, t
     if size > settings.most:
         push *= settings.most / size
     rates = taut.toward @ (target.velocity + push)
-    rates += _slack_term(settings, taut, estimate, dt) if settings.law == "paper" else 0.0
-    if settings.law == "model":
+    if settings.law == "paper":
+        rates += _slack_term(settings, taut, estimate, dt)
+    else:
         rates += _stiffened(settings, state, taut, estimate, target, dt)
     speeds = rates / estimate.radii
     fastest = float(np.abs(speeds).max())

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.filter_lidar import doubt, measure
 from cablewright.estimation.filter_state import FilterSettings, FilterState, Since
-from cablewright.estimation.height import HeightSettings, height_of, leaned, lowest_of_many
+from cablewright.estimation.height import HeightSettings, leaned, lowest_of_many, over_structure
 from cablewright.signals import Scan
 
 __all__ = ["vertical"]
@@ -52,9 +52,9 @@ def vertical(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
         return
     turning, since = state.turning.at(scan.times), state.since(scan.times)
     turn = _turn(state, height, scan, turning, since)
-    found = height_of(height, scan, turning[:, 1:])
-    if math.isfinite(found.over_structure):
-        state.clearance_off = found.over_structure - float((state.position - since.moved[len(turning) // 2])[2])
+    over = over_structure(height, scan, turning[:, 1:])
+    if math.isfinite(over):
+        state.clearance_off = over - float((state.position - since.moved[len(turning) // 2])[2])
     _floor(settings, state, height, turn)
     _walls(settings, state, height, turn)
 

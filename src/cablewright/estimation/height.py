@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.signals import Scan
 
-__all__ = ["Height", "HeightSettings", "height_of", "leaned", "lowest_of_many"]
+__all__ = ["Height", "HeightSettings", "height_of", "leaned", "lowest_of_many", "over_structure"]
 
 Array = NDArray[np.float64]
 
@@ -59,53 +59,64 @@ class Height(NamedTuple):
 
     over_floor: float  # world: z of B
     over_structure: float  # over all that lies in the cone, on average: the paper's fictive height
-    slope: float  # of the line through the lowest points; near 0 on a level floor
+    slope: float  # of the line through the lowest points; near 0 on a level floor; NaN where none was drawn
     points: int  # in the cone
     note: str
 
 
 def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
     """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray."""
-    x, y = np.array(settings.axes)
-    angles = scan.angles
-    c, s = np.cos(angles), np.sin(angles)
-    good = np.isfinite(scan.ranges) & (-(c * x[2] + s * y[2]) >= math.cos(settings.cone))
-    if np.count_nonzero(good) < 2 * settings.lowest:
-        return Height(math.nan, math.nan, math.nan, int(np.count_nonzero(good)), "no floor in sight")
-    lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
-    rays = c[good, None] * x + s[good, None] * y  # (k, 3), drum
-    points = np.array(settings.place) + scan.ranges[good, None] * rays
-    level = leaned(points, lean)
-    depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
-    near = np.abs(np.diff(depth)) <= settings.alone
-    kept = np.append(near, False) | np.append(False, near)
-    depth, along = depth[kept], along[kept]
-    if len(depth) < 2 * settings.lowest:
-        return Height(math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together")
-    order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
-    under = float(leaned(np.array([settings.place]), lean[-1:])[0, :2] @ _heading(settings))
-    slope, at = _line(along[order] - under, depth[order])
-    at -= _too_low(settings, depth, at + slope * (along - under))
+    cone = _cone(settings, scan, tilt)
+    if isinstance(cone, Height):
+        return cone
+    depth, along, last = cone
     fictive = settings.floor + float(depth.mean())
     if settings.wide is not None:
-        return Height(settings.floor + _wide(settings, scan, tilt), fictive, slope, len(depth), "")
+        level, _ = _within(settings, scan, tilt, settings.wide)
+        low = lowest_of_many(level[:, 2], _NEAR * max(settings.sigma, _LEAST_SIGMA), _MANY)
+        return Height(settings.floor - low, fictive, math.nan, len(depth), "")
+    order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
+    under = float(leaned(np.array([settings.place]), last)[0, :2] @ _heading(settings))
+    slope, at = _line(along[order] - under, depth[order])
+    at -= _too_low(settings, depth, at + slope * (along - under))
     if not abs(slope) <= settings.slope:
         said = f"the lowest points slope by {slope:.2f}: no floor"
         return Height(math.nan, fictive, slope, len(depth), said)
     return Height(settings.floor + at, fictive, slope, len(depth), "")
 
 
-def _wide(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
-    """Depth of the floor below B, m, by all points that may be on it."""
-    assert settings.wide is not None
+def over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
+    """`Height.over_structure` alone, m; NaN where nothing is in sight."""
+    cone = _cone(settings, scan, tilt)
+    return math.nan if isinstance(cone, Height) else settings.floor + float(cone[0].mean())
+
+
+def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height | tuple[Array, Array, Array]:
+    """Depth (k,) below B and place (k,) along the scan of the points in the cone, m, and the last lean (1, 2), rad.
+
+    A height that says why where there are too few.
+    """
+    level, lean = _within(settings, scan, tilt, settings.cone)
+    if len(level) < 2 * settings.lowest:
+        return Height(math.nan, math.nan, math.nan, len(level), "no floor in sight")
+    depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
+    near = np.abs(np.diff(depth)) <= settings.alone
+    kept = np.append(near, False) | np.append(False, near)
+    depth, along = depth[kept], along[kept]
+    if len(depth) < 2 * settings.lowest:
+        return Height(math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together")
+    return depth, along, lean[-1:]
+
+
+def _within(settings: HeightSettings, scan: Scan, tilt: ArrayLike, reach: float) -> tuple[Array, Array]:
+    """Points (k, 3), m from B, level, that are up to *reach* (rad) from the drum's axis, and its lean (k, 2)."""
     x, y = np.array(settings.axes)
     angles = scan.angles
     c, s = np.cos(angles), np.sin(angles)
-    good = np.isfinite(scan.ranges) & (-(c * x[2] + s * y[2]) >= math.cos(settings.wide))
+    good = np.isfinite(scan.ranges) & (-(c * x[2] + s * y[2]) >= math.cos(reach))
     lean = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
-    rays = c[good, None] * x + s[good, None] * y
-    level = leaned(np.array(settings.place) + scan.ranges[good, None] * rays, lean)
-    return -lowest_of_many(level[:, 2], _NEAR * max(settings.sigma, _LEAST_SIGMA), _MANY)
+    rays = c[good, None] * x + s[good, None] * y  # drum
+    return leaned(np.array(settings.place) + scan.ranges[good, None] * rays, lean), lean
 
 
 def lowest_of_many(values: Array, reach: float, many: float) -> float:

@@ -12,7 +12,7 @@ from cablewright.machine.snapshot import Book
 from cablewright.models.coil import Coil, wind
 from cablewright.robot import Line, Robot
 
-__all__ = ["Winches"]
+__all__ = ["Winches", "coil_of"]
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ class Winches:
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
         self.settings = settings
-        self.coils = tuple(_coil(line, settings, [seed, 1, i]) for i, line in enumerate(robot.lines))
+        self.coils = tuple(coil_of(line, settings, [seed, 1, i]) for i, line in enumerate(robot.lines))
         turns = min(len(coil.radii) for coil in self.coils)
         self.radii, self.wound, self.sideways = (
             np.array([getattr(coil, column)[:turns] for coil in self.coils])
@@ -89,17 +89,21 @@ class Winches:
         self.state[:, winding.STRAIN] = strains
 
 
-def _coil(line: Line, settings: WinchSettings, seed: list[int]) -> Coil:
+def coil_of(line: Line, settings: WinchSettings, seed: list[int] | None = None) -> Coil:
+    """Return the cable of a *line* on its drum: as it came to lie by *seed*, or as it should lie.
+
+    Raises `InputError` for a line without drum radius or cable diameter.
+    """
     if line.winch.drum_radius is None or line.cable.diameter is None:
         missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
-        raise InputError(f"line {line.name!r} gives no {missing}, which a simulated winch needs")
+        raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
     return wind(
         settings.capacity,
         line.winch.drum_radius,
         settings.width,
         line.cable.diameter,
         settings.pitch,
-        random=np.random.default_rng(seed),
+        random=None if seed is None else np.random.default_rng(seed),
         radius_walk=settings.radius_walk,
         sideways_walk=settings.sideways_walk,
         memory=settings.walk_turns,

@@ -16,9 +16,9 @@ from cablewright.estimation.filter_state import FilterSettings
 from cablewright.estimation.room import Laser
 from cablewright.kernels.layout import TAU
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.coil import Coil, wind
+from cablewright.machine.winches import coil_of
 from cablewright.models.statics import Model
-from cablewright.robot import Line, Robot
+from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.track import Tracker, TrackerSettings
 from cablewright.studies.observing import ESTIMATORS as OBSERVERS
@@ -60,7 +60,8 @@ def estimator(
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     if name in OBSERVERS:
-        return _Observed(name, robot, settings, lasers, radii)
+        kind = _Filtered if name == "filter" else _Observed
+        return kind(name, robot, settings, lasers, radii)
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     return _Reckoned(reckoning_settings(robot, settings), place)
@@ -69,20 +70,14 @@ def estimator(
 def reckoning_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
     """What is known of a machine's winches by description."""
     winch = settings.winch
-    coils = tuple(_as_it_should_lie(line, settings) for line in robot.lines)
+    coils = tuple(coil_of(line, winch) for line in robot.lines)
     model = Model(believed(robot, settings))
     return ReckoningSettings(model, winch.counts * winch.ratio / (2.0 * np.pi), coils, winch.held)
 
 
-def _as_it_should_lie(line: Line, settings: MachineSettings) -> Coil:
-    radius, diameter, winch = line.winch.drum_radius, line.cable.diameter, settings.winch
-    if radius is None or diameter is None:
-        missing = "winch.drum_radius" if radius is None else "cable.diameter"
-        raise InputError(f"line {line.name!r} gives no {missing}, which the estimation needs")
-    return wind(winch.capacity, radius, winch.width, diameter, winch.pitch)
-
-
 class _Observed:
+    """The chain, which follows an equilibrium itself."""
+
     def __init__(
         self, name: str, robot: Robot, settings: MachineSettings, lasers: Sequence[Laser], radii: Array | None
     ) -> None:
@@ -91,25 +86,32 @@ class _Observed:
         if radii is not None and (radii > 0.0).all():
             told = _with_radii(told, radii)
         self._settings, self._state = told, self._one.start(told)
-        self._model = Model(believed(robot, settings))
-        self._tracker: Tracker | None = None
 
     def step(self, frame: SensorFrame) -> Estimate:
-        estimate = self._one.step(self._settings, self._state, frame)
-        self._follow(estimate)
-        return estimate
+        return self._one.step(self._settings, self._state, frame)
 
-    def _follow(self, estimate: Estimate) -> None:
-        """What the lengths would give, apart from where the platform is seen."""
+    @property
+    def tensions(self) -> Array | None:
+        return _tensions(self._state.tracker)
+
+
+class _Filtered(_Observed):
+    """The filter: what its lengths would give is followed apart from where it sees the platform."""
+
+    _tracker: Tracker | None = None
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        estimate = super().step(frame)
         if not (estimate.valid and (estimate.lengths > 0.0).all()):
             self._tracker = None
         elif self._tracker is None:
             try:
-                self._tracker = Tracker(self._model, estimate.lengths, TrackerSettings(certify=False))
+                self._tracker = Tracker(self._settings.chain.model, estimate.lengths, TrackerSettings(certify=False))
             except AnswerError:  # they give nothing, so no tensions either
                 self._tracker = None
         elif self._tracker.step(estimate.lengths) is not Status.OK:
             self._tracker = None
+        return estimate
 
     @property
     def tensions(self) -> Array | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -43,10 +45,13 @@ def finish(
         return recorder.finish(true_structure, notes=tuple(log.notes)), joined
 
 
-def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> None:
-    """Write metrics.json to *folder*. Raises `EnvironmentFault`."""
+def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> dict[str, Any]:
+    """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
+    text = metrics_text(found, {"step_time": step_times(timing), **more})
     with appearing(folder / METRICS) as file:
-        file.write(metrics_text(found, {"step_time": step_times(timing), **more}).encode())
+        file.write(text.encode())
+    told: dict[str, Any] = json.loads(text)
+    return told
 
 
 def step_times(timing: Timing) -> dict[str, float | int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping
@@ -20,6 +19,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.machine.files import appearing, refused
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import Study
@@ -169,17 +169,12 @@ def write_stream(file: Path, write: Callable[[IO[bytes]], object]) -> None:
 
     Raises `EnvironmentFault`.
     """
-    part = file.with_name(f".{file.name}.part")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as stream:
-            write(stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(file)
     except OSError as reason:
-        part.unlink(missing_ok=True)
-        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror}") from reason
+        raise refused(file, reason) from reason
+    with appearing(file) as stream:
+        write(stream)
 
 
 def robot_hash(robot: str) -> str:

@@ -90,8 +90,6 @@ def _options(choices: Any) -> dict[str, Any]:
 
 def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Any) -> dict[str, Any]:
     """Make and write all that is known of the print; return what is told of it."""
-    import json
-
     import numpy as np
 
     from cablewright.apps.report import print as report
@@ -102,9 +100,7 @@ def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Any) -> dict[st
     page = report.write(found, run.folder, name, np.array(run.timing.wall))
     status = "finished" if run.finished else run.state.value
     more: dict[str, object] = {"status": status, "reason": run.reason, "log": str(log), "report": str(page)}
-    write_metrics(run.folder, found, run.timing, more)
-    told = json.loads((run.folder / "metrics.json").read_text())
-    assert isinstance(told, dict)
+    told = write_metrics(run.folder, found, run.timing, more)
     return {"robot": twin.robot.name, "machine": twin.settings.name, "estimator": twin.estimator} | told
 
 
