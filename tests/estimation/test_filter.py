@@ -106,7 +106,9 @@ def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], filter_lidar.
     filter_lidar.look(KNOWN, state, scan)
     looked = state.looked
     assert looked is not None
-    swept = [filter_lidar.swept_by(scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw) for one in looked.kept.seen]
+    swept = [
+        filter_lidar.swept_by(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw) for one in looked.kept.seen
+    ]
     every = set(range(len(swept)))
     return {(one.seen, one.wall): one for one in filter_lidar.equations_of(KNOWN, state, looked, swept, every)}
 

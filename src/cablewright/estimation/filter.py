@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation import filter_attitude, filter_lidar, filter_lines, filter_vertical, observer, slackness
-from cablewright.estimation.filter_state import FilterSettings, FilterState, Layout
+from cablewright.estimation.filter_state import FilterSettings, FilterState, Layout, add_unknown
 from cablewright.estimation.intake import felt, line_faults, queue, seen, turned
 from cablewright.estimation.observer_state import ObserverState
 from cablewright.estimation.tilt import rotation_vector
@@ -39,6 +39,7 @@ _DOUBTED: Final = 2  # turns in a row of which most does not fit: B is as unsure
 _AGAIN: Final = 10.0  # s from one search for the place to the next
 _LET_OUT: Final = 5e-3  # m per root second: by which a winch that is not told makes a line slack
 _GOES: Final = 0.01  # m/s: who is as fast does not stand
+_RESTS: Final = 4.0  # s of counts that stand, after which B stands too if no lidar sees it go
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
 _GROUND: Final = 0.1  # m: of what lies under the valve, at first
 _TRIES: Final = 5  # readings of the distance sensor in a row that do not fit: then the ground is another
@@ -197,7 +198,7 @@ def _clock_back(state: FilterState, now: float) -> None:
     state.time, state.told, state.felt, state.fixed, state.begun = -math.inf, now, now, now, now
     state.went = now
     state.across = dict.fromkeys(state.across, now)
-    _add_unknown(state, _FASTEST)  # how far it went and turned meanwhile is not known
+    add_unknown(state, _FASTEST)  # how far it went and turned meanwhile is not known
     yaw = state.layout.attitude.stop - 1
     state.P[yaw, yaw] += _TURNED**2
 
@@ -224,14 +225,17 @@ def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> N
     state.told = reading.time
     if by is None:
         if since > 0.0:
-            _add_unknown(state, _FASTEST * since)
+            add_unknown(state, _FASTEST * since)
     else:
+        still = reading.time - state.went
         if by.any():
             state.went = reading.time
             if state.free:
                 _hold(state)
-        elif reading.time - state.went > state.gap:  # the drum stands, or the encoders do
+        elif state.gap < still <= state.gap + _RESTS:  # the drum stands, or the encoders do
             _go_free(state)
+        elif state.free and not late and not state.watch.has("encoders", "stand"):
+            _rest(state)
         if not late:
             state.angles = state.angles + by
             if not state.free:
@@ -263,21 +267,20 @@ def _go_free(state: FilterState) -> None:
     state.P[velocity, velocity] = np.eye(3) * _FASTEST**2 / 4.0
 
 
+def _rest(state: FilterState) -> None:
+    """Believe that B stands: no winch drum has turned for a while, and no lidar saw it go."""
+    state.free, velocity = False, state.layout.velocity
+    state.P[velocity] = 0.0
+    state.P[:, velocity] = 0.0
+    state.rates = np.zeros_like(state.rates)
+
+
 def _hold(state: FilterState) -> None:
     """Go by the encoders again."""
     state.free = False  # what its velocity was off stays in the covariance, for turns that began before
     state.begun = state.time  # such turns are bent: lidars count less for a while
-    _add_unknown(state, _FIRST)
+    add_unknown(state, _FIRST)
     state.watch.clear("encoders", "stand")
-
-
-def _add_unknown(state: FilterState, moved: float) -> None:
-    """Add that B and the lengths with it may be elsewhere by *moved*, m."""
-    lay = state.layout
-    rows = np.r_[lay.position, lay.lengths]
-    toward = np.eye(3) if state.taut is None else state.taut.toward
-    by_place = np.vstack([np.eye(3), toward])
-    state.P[np.ix_(rows, rows)] += moved**2 * (by_place @ by_place.T)
 
 
 def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
@@ -305,8 +308,10 @@ def _see(settings: FilterSettings, state: FilterState) -> None:
         source = state.looked.scan.source
         filter_lidar.place(settings, state)
         _stand(state)
+        if state.refused.get(source, 0) and not state.free:
+            state.went = max(state.went, state.time - state.gap)  # if the counts stand, B may not
         if state.refused.get(source, 0) >= _DOUBTED:
-            _add_unknown(state, _FIRST)
+            add_unknown(state, _FIRST)
             yaw = state.layout.attitude.stop - 1
             state.P[yaw, yaw] += _FIRST_YAW**2
         return

@@ -69,7 +69,7 @@ def place(settings: FilterSettings, state: FilterState) -> None:
     if not seen:
         watch.say(source, "walls", "no wall is in sight: no straight line long enough")
         return
-    swept = [swept_by(looked.scan, one, settings.chain.walls.lidars[one.lidar].yaw) for one in seen]
+    swept = [swept_by(state, looked.scan, one, settings.chain.walls.lidars[one.lidar].yaw) for one in seen]
     left, used, refused = set(range(len(seen))), 0.0, 0.0
     while left:
         found = equations_of(settings, state, looked, swept, left)
@@ -105,9 +105,10 @@ class Swept(NamedTuple):
     aside: float  # m along the line, from B's foot on it to the lidar's
     bent: float  # s: what the line turns by if the drum's rate of turn is off by 1 rad/s, from the end of the turn back
     shifted: float  # m s: what its points' middle is off then
+    gone: Array  # (2, m + 4) of `FilterState.gone`: since the end of the turn, and since the middle
 
 
-def swept_by(scan: Scan, one: SeenLine, yaw: float) -> Swept:
+def swept_by(state: FilterState, scan: Scan, one: SeenLine, yaw: float) -> Swept:
     """Say how the beam of a lidar that is mounted at *yaw* (rad) passed a line that it saw."""
     ends = one.line.ends - one.mount
     first, last = np.arctan2(ends[:, 1], ends[:, 0]).tolist()
@@ -128,6 +129,7 @@ def swept_by(scan: Scan, one: SeenLine, yaw: float) -> Swept:
         aside,
         float(away @ turned) / spread,
         float(turned.mean()),
+        state.gone([scan.time, scan.time - middle]),
     )
 
 
@@ -152,39 +154,42 @@ def equations_of(
 
 def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swept: Swept, i: int, j: int) -> Equation:
     one, wall, lay, J = looked.kept.seen[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
-    line, bias = one.line, float(state.bias[one.lidar])
-    since = state.since([looked.scan.time, swept.middle])
-    end = state.position - since.moved[0]
+    line, bias, m = one.line, float(state.bias[one.lidar]), len(state.radii)
+    since_end, since_middle = state.moved(swept.gone)
+    x, y = (state.position - since_end)[:2].tolist()
     yaw = state.yaw - state.gyro_yaw + looked.yaw
-    n = np.array(wall.normal)
     c, s = math.cos(yaw), math.sin(yaw)
-    lever = np.array([[c, -s], [s, c]]) @ one.mount
-    turned = wrapped(yaw + line.angle - wall.azimuth) - line.per_bias[0] * bias
-    off = float(n @ (end[:2] + lever)) + line.distance - line.per_bias[1] * bias - wall.distance
+    n, (nx, ny), (ahead, left) = np.array(wall.normal), wall.normal, one.mount.tolist()
+    turned = wrapped(yaw + line.angle - wall.azimuth) - float(line.per_bias[0]) * bias
+    off = nx * (x + c * ahead - s * left) + ny * (y + s * ahead + c * left) - wall.distance
+    off += line.distance - float(line.per_bias[1]) * bias
     # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
-    pivot = np.array([1.0, swept.along])
+    rate, along = swept.rate, swept.along
     toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
     H[0, lay.attitude.stop - 1] = 1.0
     H[1, lay.position][:2] = n
     if state.free:
-        H[:, lay.velocity][:, :2] = swept.rate * np.outer(pivot, n)
+        H[0, lay.velocity][:2] = rate * n
+        H[1, lay.velocity][:2] = (rate * along - float(swept.gone[1, m + 3])) * n
+        H[1, lay.radii] = -toward * swept.gone[1, :m]
     else:
-        H[:, lay.radii] = swept.rate * np.outer(pivot, toward * state.rates)
-    H[1, lay.radii] -= toward * since.turned[1]
-    H[1, lay.velocity][:2] -= n * since.alone[1]
-    H[1, lay.attitude] = _by_attitude(n, yaw, np.array([*one.mount, settings.chain.walls.lidars[one.lidar].mount[2]]))
+        H[0, lay.radii] = by_rates = rate * toward * state.rates
+        H[1, lay.radii] = along * by_rates - toward * swept.gone[1, :m]
+        H[1, lay.velocity][:2] = -float(swept.gone[1, m + 3]) * n
+    H[1, lay.attitude] = _by_attitude(n, yaw, np.array([ahead, left, settings.chain.walls.lidars[one.lidar].mount[2]]))
     late = state.felt - looked.scan.time
     bent = late + swept.bent
-    shifted = late * (swept.along + swept.aside) + swept.shifted
+    shifted = late * (along + swept.aside) + swept.shifted
     H[1, lay.gyro] = (state.felt - swept.middle) * H[1, lay.attitude]
-    H[:, lay.gyro.stop - 1] = bent, swept.along * bent - shifted
+    H[:, lay.gyro.stop - 1] = bent, along * bent - shifted
     H[:, lay.bias.start + one.lidar] = -line.per_bias
-    R = line.covariance + settings.wall_angle**2 * np.outer(pivot, pivot)
-    R += np.diag([wall.angle_sigma**2, settings.wall**2 + wall.distance_sigma**2])
-    _add_unknown_motion(settings, state, swept, looked.scan.begin, since.moved[1], R)
+    R = line.covariance + settings.wall_angle**2 * _levered(along)
+    R[0, 0] += wall.angle_sigma**2
+    R[1, 1] += settings.wall**2 + wall.distance_sigma**2
+    _add_unknown_motion(settings, state, swept, looked.scan.begin, since_middle, R)
     R *= doubt(state)
-    innovation = -np.array([turned, off])
+    innovation = np.array([-turned, -off])
     fits, size = likely(state.P, H, innovation, R)
     return Equation(i, j, innovation, H, R, size, fits)
 
@@ -205,12 +210,16 @@ def _add_unknown_motion(
     R[1, 1] += (far * far / (2.0 * _REACH)) ** 2 + settings.travel**2 * far
     R[0, 0] += settings.gyro_noise**2 * abs(state.felt - swept.middle)
     if state.free:
-        pivot = np.array([1.0, swept.along])
-        R += settings.push**2 * blind * (swept.rate**2 * np.outer(pivot, pivot) + np.diag([0.0, blind**2]))
+        R += settings.push**2 * blind * swept.rate**2 * _levered(swept.along)
+        R[1, 1] += settings.push**2 * blind**3
     if state.coarse or begin < state.blind:
-        about = np.array([1.0, -swept.aside])
-        turn = settings.turning**2
-        R += turn * max(blind, 0.2) ** 2 * np.outer(about, about) + turn * np.diag([0.0, settings.bend**2])
+        R += (settings.turning * max(blind, 0.2)) ** 2 * _levered(-swept.aside)
+        R[1, 1] += (settings.turning * settings.bend) ** 2
+
+
+def _levered(arm: float) -> Array:
+    """What a turn of variance 1, rad^2, does to a line's angle and to its distance at an *arm*, m, from there."""
+    return np.array([[1.0, arm], [arm, arm * arm]])
 
 
 def _judge(state: FilterState, source: str, used: float, refused: float) -> None:

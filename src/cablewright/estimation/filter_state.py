@@ -17,7 +17,7 @@ from cablewright.estimation.trail import Trail
 from cablewright.estimation.watch import Watch
 from cablewright.signals import Scan
 
-__all__ = ["FilterSettings", "FilterState", "Layout", "Since", "correct", "fuse", "likely"]
+__all__ = ["FilterSettings", "FilterState", "Layout", "Since", "add_unknown", "correct", "fuse", "likely"]
 
 Array = NDArray[np.float64]
 
@@ -175,10 +175,18 @@ class FilterState:
 
     def since(self, times: ArrayLike) -> Since:
         """Return what happened to B since *times* (k,), s."""
-        gone = np.concatenate([self.angles, self.drifted]) - self.way.at(times)
+        gone = self.gone(times)
         m = len(self.angles)
-        turned, drifted, alone = gone[:, :m], gone[:, m : m + 3], gone[:, m + 3]
-        return Since(turned, alone, (turned * self.radii) @ self.jacobian.T + drifted)
+        return Since(gone[:, :m], gone[:, m + 3], self.moved(gone))
+
+    def gone(self, times: ArrayLike) -> Array:
+        """Return what `way` keeps, less that at *times* (k,), s: (k, m + 4)."""
+        return np.concatenate([self.angles, self.drifted]) - self.way.at(times)
+
+    def moved(self, gone: Array) -> Array:
+        """Return how far B went, (k, 3) m, while so much was *gone* (k, m + 4), by the radii as they are now."""
+        m = len(self.angles)
+        return np.asarray((gone[:, :m] * self.radii) @ self.jacobian.T + gone[:, m : m + 3])
 
 
 def fuse(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Array, Array]:
@@ -215,3 +223,12 @@ def correct(state: FilterState, by: Array) -> None:
     state.lean = state.lean + by[lay.lean]
     state.bias = state.bias + by[lay.bias]
     state.ground += float(by[lay.ground])
+
+
+def add_unknown(state: FilterState, moved: ArrayLike) -> None:
+    """Add that B, and the lengths with it, may be elsewhere by *moved*, m: along every axis, or (3,) along each."""
+    lay = state.layout
+    toward = np.zeros((len(state.lengths), 3)) if state.taut is None else state.taut.toward
+    by_place = np.vstack([np.eye(3), toward]) * moved
+    rows = np.r_[lay.position, lay.lengths]
+    state.P[np.ix_(rows, rows)] += by_place @ by_place.T

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.filter_lidar import doubt, measure
-from cablewright.estimation.filter_state import FilterSettings, FilterState, Since
+from cablewright.estimation.filter_state import FilterSettings, FilterState, Since, add_unknown
 from cablewright.estimation.height import HeightSettings, leaned, lowest_of_many, over_structure
 from cablewright.signals import Scan
 
@@ -92,12 +92,12 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
     heard = False
     for low, high in _RINGS:
         inside = (turn.down <= math.cos(math.radians(low))) & (turn.down > math.cos(math.radians(high)))
-        good = inside & (np.abs(up) < band)
+        good = inside & (up < band)  # and how far ever below: nothing is under a floor
         if np.count_nonzero(good) >= 2 * _LEAST:
-            good &= (
-                np.abs(up - lowest_of_many(up[good], _NEAR * sigma * float(turn.down[good].mean()), _MANY))
-                < _NEAR * sigma * turn.down
-            )
+            low = lowest_of_many(up[good], _NEAR * sigma * float(turn.down[good].mean()), _MANY)
+            good &= np.abs(up - low) < _NEAR * sigma * turn.down
+            if low < -band and np.count_nonzero(good) >= 2 * _LEAST:
+                add_unknown(state, [0.0, 0.0, low])  # lower than B can be
         count = int(np.count_nonzero(good))
         if count < 2 * _LEAST:
             continue
@@ -107,11 +107,14 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H = np.zeros((1, lay.size))
         H[0, lay.position][2] = 1.0
         H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.turned[good].mean(axis=0)
-        H[0, lay.velocity][2] = -turn.alone[good].mean()
+        alone = float(turn.alone[good].mean())
+        H[0, lay.velocity][2] = -alone
         H[0, lay.attitude] = y, -x, 0.0
         H[0, lay.gyro] = turn.late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep.mean())
-        R = doubt(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + settings.height**2]])
+        R = doubt(state) * np.array(
+            [[sigma**2 * float(steep @ steep) / count**2 + settings.height**2 + _wandered(settings, alone)]]
+        )
         off = np.array([-float(up[good].mean())])
         measure(state, "height", H, off, R, ("vertical", "gate"), "its floor is not where it should be: not used")
     if heard:
@@ -145,9 +148,16 @@ def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H = np.zeros((1, lay.size))
         H[0, lay.position][:2] = n
         H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * turned[good].mean(axis=0)
-        H[0, lay.velocity][:2] = -n * alone[good].mean()
+        by_itself = float(alone[good].mean())
+        H[0, lay.velocity][:2] = -n * by_itself
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
         H[0, lay.gyro] = late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep[good].mean())
-        R = doubt(state) * np.array([[sigma**2 / count + settings.wall**2 + wall.distance_sigma**2]])
+        own = settings.wall**2 + wall.distance_sigma**2 + _wandered(settings, by_itself)
+        R = doubt(state) * np.array([[sigma**2 / count + own]])
         measure(state, f"vertical {wall.name}", H, np.array([-float(off[good].mean())]), R, ("vertical", "wall"), "")
+
+
+def _wandered(settings: FilterSettings, alone: float) -> float:
+    """Variance, m^2, of how far B is from where its velocity led it in the s that no encoder told."""
+    return settings.push**2 * alone**3

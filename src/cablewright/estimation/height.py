@@ -64,16 +64,26 @@ class Height(NamedTuple):
     note: str
 
 
-def height_of(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height:
-    """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray."""
+def height_of(
+    settings: HeightSettings, scan: Scan, tilt: ArrayLike, expected: float = math.nan, reach: float = math.inf
+) -> Height:
+    """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray.
+
+    *expected*: m, B's height; then what lies more than *reach*, m, over the floor is none. What lies under it is, how
+    far ever: nothing is under a floor. Not looked at where the floor is looked for in the cone.
+    """
     cone = _cone(settings, scan, tilt)
     if isinstance(cone, Height):
         return cone
     depth, along, last = cone
     fictive = settings.floor + float(depth.mean())
     if settings.wide is not None:
-        level, _ = _within(settings, scan, tilt, settings.wide)
-        low = lowest_of_many(level[:, 2], _NEAR * max(settings.sigma, _LEAST_SIGMA), _MANY)
+        level = _within(settings, scan, tilt, settings.wide)[0][:, 2]
+        if math.isfinite(expected):
+            level = level[level < settings.floor - expected + reach]
+        if len(level) < _FEW:
+            return Height(math.nan, fictive, math.nan, len(depth), "no floor in sight where it should be")
+        low = lowest_of_many(level, _NEAR * max(settings.sigma, _LEAST_SIGMA), _MANY)
         return Height(settings.floor - low, fictive, math.nan, len(depth), "")
     order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
     under = float(leaned(np.array([settings.place]), last)[0, :2] @ _heading(settings))

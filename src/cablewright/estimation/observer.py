@@ -44,6 +44,8 @@ _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
 _UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _STALE: Final = 2.5  # turns after which a lidar is quiet
+_FLOOR: Final = 0.02  # m over where the floor should be, beyond which nothing is floor, ...
+_FLOOR_GROWS: Final = 0.02  # ... and by how much more for each metre that B went without seeing it
 _ENCODERS_GAP: Final = 0.1  # s without counts
 
 
@@ -187,6 +189,7 @@ def _carry_on(settings: ObserverSettings, state: ObserverState, dt: float) -> No
     state.watch.clear("encoders", "lost")
     moved = tracker.pose - before
     state.odometry = state.odometry + moved
+    state.floorless += float(np.sqrt(moved @ moved))
     if state.intake.encoders is not None:
         state.places.add(state.intake.encoders.time, state.odometry)
     if dt > 0.0:
@@ -200,14 +203,16 @@ def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     attitudes, places = state.attitudes.at(times), state.places.at(times)
     if scan.source == "vertical":
         if settings.height is not None:
-            state.height = height_of(settings.height, scan, attitudes[:, 1:])
+            risen = float(places[len(times) // 2, 2])
+            reach = _FLOOR + _FLOOR_GROWS * state.floorless
+            state.height = height_of(settings.height, scan, attitudes[:, 1:], float(state.anchor[2]) + risen, reach)
             if math.isfinite(state.height.over_structure):
-                state.clearance = state.height.over_structure - float(places[len(times) // 2, 2])
+                state.clearance = state.height.over_structure - risen
             if state.height.note:
                 state.watch.say("vertical", "floor", state.height.note)
             else:
                 state.watch.clear("vertical", "floor")
-                state.anchor[2] = state.height.over_floor - float(places[len(times) // 2, 2])
+                state.anchor[2], state.floorless = state.height.over_floor - risen, 0.0
         return
     _forget_stale(settings, state, scan)
     end, yaw = places[-1], float(attitudes[-1, 0])

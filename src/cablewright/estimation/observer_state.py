@@ -118,6 +118,7 @@ class ObserverState:
     settled_at: float = -math.inf  # s: when lengths were made of it last
     pose: WallPose | None = None
     height: Height | None = None
+    floorless: float = 0.0  # m that B went since the floor was seen
     clearance: float = math.nan  # m: fictive height less height by odometry
     depth: Distance | None = None
 

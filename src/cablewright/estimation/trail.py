@@ -42,8 +42,11 @@ class Trail:
     def at(self, times: ArrayLike) -> Array:
         """Rows at *times* (k,): (k, width); zeros where nothing was added yet."""
         wanted = np.asarray(times, dtype=np.float64)
-        found = np.zeros((len(wanted), self._rows.shape[1]))
-        if self._count:
-            for j, column in enumerate(self._rows[: self._count].T):
-                found[:, j] = np.interp(wanted, self._times[: self._count], column)
-        return found
+        if not self._count:
+            return np.zeros((len(wanted), self._rows.shape[1]))
+        known, rows = self._times[: self._count], self._rows
+        after = np.minimum(known.searchsorted(wanted), self._count - 1)
+        before = np.maximum(after - 1, 0)
+        since, lasts = wanted - known[before], known[after] - known[before]
+        share = np.clip(since / np.where(lasts > 0.0, lasts, 1.0), 0.0, 1.0)
+        return np.asarray(rows[before] + share[:, None] * (rows[after] - rows[before]))

@@ -1,0 +1,61 @@
+"""Sensors at rates that do not fit each other, and walls that leave a direction open."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cablewright.errors import InputError
+from cablewright.machine.settings import MachineSettings
+from cablewright.signals import Scan, SensorFrame
+from observed import drive, errors, observe
+from twins import SETTINGS, changed, machine
+
+
+def at_odd_rates() -> MachineSettings:
+    """Each a whole number of steps, else the machine refuses it; none divides another."""
+    turns = {"north": 0.93, "south": 0.57, "vertical": 1.31}
+    lidars = {name: lidar.model_copy(update={"turn": turns[name]}) for name, lidar in SETTINGS.lidars.items()}
+    rates = {"inertial": 0.03, "line_angles": 0.31, "distance": 1.43, "encoders": 0.07}
+    odd = changed(**{name: {"rate": 1.0 / every} for name, every in rates.items()})
+    return odd.model_copy(update={"lidars": lidars})
+
+
+@pytest.mark.parametrize(("estimator", "most"), [("paper", 0.03), ("filter", 0.015)])
+def test_rates_that_fit_nothing_are_lived_with(estimator: str, most: float) -> None:
+    settings = at_odd_rates()
+    told = drive(16.0, settings, seed=2)
+    found = observe(told, settings, estimator=estimator)
+    assert errors(found, told, 6.0).max() < most
+    assert all(estimate.valid for estimate, (frame, _) in zip(found, told, strict=True) if frame.time > 6.0)
+    assert not found[-1].faults
+
+
+def test_the_chain_keeps_what_parallel_walls_do_not_tell() -> None:
+    """Without the north wall only east and west bound the place: along them encoders lead."""
+
+    def open_to_the_north(reading: Any) -> Any:
+        if not (isinstance(reading, Scan) and reading.source == "north" and reading.begin > 5.0):
+            return reading
+        away = np.abs(np.remainder(reading.angles, 2.0 * np.pi) - 0.5 * np.pi) < 0.7
+        return dataclasses.replace(reading, ranges=np.where(away, np.nan, reading.ranges))
+
+    told = drive(14.0, seed=2)
+    told = [(SensorFrame(f.time, tuple(map(open_to_the_north, f.readings)), f.notices), truth) for f, truth in told]
+    found = observe(told)
+    late = found[-1]
+    assert any("parallel" in fault.sentence or "direction" in fault.sentence for fault in late.faults)
+    assert late.valid
+    off = np.array([e.position - t.position for e, (f, t) in zip(found, told, strict=True) if f.time > 6.0])
+    assert np.abs(off[:, 0]).max() < 0.02
+    assert np.abs(off[:, 1]).max() < 0.06
+
+
+def test_a_rate_that_no_step_meets_is_refused() -> None:
+    with pytest.raises(
+        InputError, match=r"^inertial\.rate = 37 Hz: .* no whole number of the machine's steps, 0\.01 s"
+    ):
+        machine(changed(inertial={"rate": 37.0}))
