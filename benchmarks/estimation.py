@@ -29,7 +29,7 @@ from cablewright.signals import Scan, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.track import Tracker, TrackerSettings
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import ESTIMATORS, observer_settings
+from cablewright.studies.observing import OBSERVERS, observer_settings
 from cablewright.studies.replay import WITHIN
 
 Array = NDArray[np.float64]
@@ -132,7 +132,7 @@ def run(settings: MachineSettings, seed: int, seconds: float, found: Found, *, h
 
 def step_times(estimator: str = "paper") -> tuple[Array, NDArray[np.bool_]]:
     """Time of each step of a drive, s, the shortest of some runs; and which have to do with a lidar's turn."""
-    one = ESTIMATORS[estimator]
+    one = OBSERVERS[estimator]
     drive, known = told(TIMED), one.settings(load("merlet2023"), load_settings("merlet2023"), ())
     runs, turned = [], np.zeros(len(drive), np.bool_)
     for _ in range(RUNS):

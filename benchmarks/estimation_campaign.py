@@ -28,7 +28,7 @@ from cablewright.machine.settings import load_settings
 from cablewright.machine.simulated import SimulatedMachine
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import ESTIMATORS
+from cablewright.studies.observing import OBSERVERS
 from cablewright.studies.replay import SLACK, WITHIN
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def run(seed: int, seconds: float) -> dict[str, Found]:
     way = random_round(robot, LENGTH, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, way, DriveSettings(), seed)
-    beside = [(name, one, one.settings(robot, settings, ())) for name, one in ESTIMATORS.items()]
+    beside = [(name, one, one.settings(robot, settings, ())) for name, one in OBSERVERS.items()]
     states = {name: one.start(known) for name, one, known in beside}
     found = {name: Found() for name, _, _ in beside}
     wound: deque[Array] = deque(maxlen=2 * LATELY + 1)  # radii that are true
@@ -132,7 +132,7 @@ def main() -> None:
     given = [float(value) for value in sys.argv[1:]]
     runs, seconds = (int(given[0]) if given else 100), (given[1] if len(given) > 1 else LENGTH / SPEED)
     first = int(given[2]) if len(given) > 2 else 1001
-    all_found = {name: Found() for name in ESTIMATORS}
+    all_found = {name: Found() for name in OBSERVERS}
     print(HEAD, flush=True)
     seeds = range(first, first + runs)
     with ProcessPoolExecutor(os.cpu_count()) as pool:

@@ -12,7 +12,7 @@ from cablewright.machine.settings import FaultPlan, MachineSettings
 from cablewright.robot import load
 from cablewright.signals import Estimate, SensorFrame, Truth
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import ESTIMATORS
+from cablewright.studies.observing import OBSERVERS
 from twins import SETTINGS, machine
 
 
@@ -38,7 +38,7 @@ def observe(
     **changes: Any,
 ) -> list[Estimate]:
     """Estimates of all frames."""
-    one = ESTIMATORS[estimator]
+    one = OBSERVERS[estimator]
     known = dataclasses.replace(one.settings(load("merlet2023"), settings, ()), **changes)
     state, found = one.start(known), []
     for frame, truth in told:

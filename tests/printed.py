@@ -20,6 +20,19 @@ from cablewright.studies.drive import DriveSettings, Pilot, random_round
 from cablewright.studies.observing import observer_settings
 from twins import SETTINGS, machine
 
+RING = """schema = 1
+name = "a ring"
+origin = [0.3, -0.5, 0.0]
+[helix]
+radius = {radius}
+layers = 1
+layer_height = "1 mm"
+first_height = "1 m"
+[motion]
+print_speed = "3 cm/s"
+travel_speed = "3 cm/s"
+acceleration = "20 mm/s^2"
+"""
 SPEED = 0.03
 HEIGHT = 1.2
 

@@ -7,7 +7,7 @@ should lie, and nothing of how they do.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,7 @@ class ReckoningState:
     wound: Array  # (m,) rad: on each drum there
     watch: Watch
     counts: NDArray[np.int64] | None = None  # (m,) where it began
+    turned: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad since
     lengths: Array | None = None
     velocity: Array | None = None
     time: float = -math.inf
@@ -107,6 +108,7 @@ def _count(settings: ReckoningSettings, state: ReckoningState, reading: Encoders
         state.watch.say("encoders", "jump", "more turns are counted than a winch has: left out")
         return
     state.watch.clear("encoders", "jump")
+    state.turned = turned
     state.lengths = np.array([home + coil.length(on) - coil.length(on - turn) for coil, home, on, turn in rows])
 
 
@@ -114,8 +116,8 @@ def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, s
     assert state.velocity is not None
     pose = state.tracker.pose
     excess = paid - taut_at(settings.model, pose).lengths
-    angles = [coil.angle(settings.held - out) for coil, out in zip(settings.coils, paid.tolist(), strict=True)]
-    radii = [coil.radius(angle) for coil, angle in zip(settings.coils, angles, strict=True)]
+    wound = (state.wound - state.turned).tolist()
+    radii = [coil.radius(angle) for coil, angle in zip(settings.coils, wound, strict=True)]
     return Estimate(
         state.time,
         frozen(pose),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation import filter_attitude, filter_lidar, filter_lines, filter_vertical, observer, slackness
 from cablewright.estimation.filter_state import FilterSettings, FilterState, Layout, add_unknown
-from cablewright.estimation.intake import felt, line_faults, queue, seen, turned
+from cablewright.estimation.intake import KEPT, UNHURRIED, felt, line_faults, queue, seen, turned
 from cablewright.estimation.observer_state import ObserverState
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.trail import Trail
@@ -27,12 +27,10 @@ __all__ = ["FilterSettings", "FilterState", "start", "step"]
 
 Array = NDArray[np.float64]
 
-_KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _FIRST: Final = 0.01  # m: of the chain's first place
 _FIRST_TILT: Final = math.radians(0.15)
 _FIRST_YAW: Final = math.radians(0.5)
 _FIRST_LENGTH: Final = 5e-3  # m: of lengths besides the place's
-_UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not gone by
 _TURNED: Final = math.radians(2.0)  # of the drum, while the clock jumped
 _DOUBTED: Final = 2  # turns in a row of which most does not fit: B is as unsure as at first
@@ -79,7 +77,7 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         _drift(settings, state, dt)
     filter_lines.draw(settings, state)
     _see(settings, state)
-    while dt > _UNHURRIED and (state.pending or state.looked is not None):
+    while dt > UNHURRIED and (state.pending or state.looked is not None):
         _see(settings, state)
     if told is not None and state.taut is not None:
         state.slackness = slackness.step(settings.chain.slackness, state.slackness, told, state.taut)
@@ -131,7 +129,7 @@ def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, n
     state.leans.clear()
     state.radii, state.bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
     state.angles, state.rates, state.ground = np.zeros(m), np.zeros(m), 0.0
-    state.way, state.turning, state.gyro_yaw = Trail(m + 4, _KEPT), Trail(3, _KEPT), 0.0
+    state.way, state.turning, state.gyro_yaw = Trail(m + 4, KEPT), Trail(3, KEPT), 0.0
     state.drifted = np.zeros(4)
     heard = state.intake = chain.intake
     state.told = now if heard.encoders is None else heard.encoders.time

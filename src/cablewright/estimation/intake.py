@@ -13,9 +13,14 @@ from cablewright.estimation.watch import Watch
 from cablewright.robot import Line
 from cablewright.signals import Encoders, Inertial, Scan
 
-__all__ = ["Intake", "felt", "line_faults", "queue", "seen", "turned"]
+__all__ = ["KEPT", "UNHURRIED", "Intake", "felt", "line_faults", "queue", "seen", "turned"]
 
 Array = NDArray[np.float64]
+
+KEPT: Final = 1500
+"""Rows of the past: 15 s at 10 ms."""
+UNHURRIED: Final = 0.05
+"""s from one step to the next that leave time for all turns of lidars."""
 
 _STUCK: Final = 10  # readings in a row, the same to the last bit
 

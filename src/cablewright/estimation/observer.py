@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cablewright.errors import Status
 from cablewright.estimation import drum_radius, lengths, lidar_walls, slackness, tilt
 from cablewright.estimation.height import height_of
-from cablewright.estimation.intake import Intake, felt, line_faults, queue, seen, turned
+from cablewright.estimation.intake import KEPT, UNHURRIED, Intake, felt, line_faults, queue, seen, turned
 from cablewright.estimation.lidar_walls import LidarTurn, WallPose, WallState
 from cablewright.estimation.observer_state import Looked, ObserverSettings, ObserverState
 from cablewright.estimation.slackness import taut_at
@@ -39,10 +39,8 @@ __all__ = ["ObserverSettings", "ObserverState", "start", "step"]
 
 Array = NDArray[np.float64]
 
-_KEPT: Final = 1500  # rows of the past: 15 s at 10 ms
 _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
-_UNHURRIED: Final = 0.05  # s from one step to the next that leave time for all turns
 _STALE: Final = 2.5  # turns after which a lidar is quiet
 _FLOOR: Final = 0.02  # m over where the floor should be, beyond which nothing is floor, ...
 _FLOOR_GROWS: Final = 0.02  # ... and by how much more for each metre that B went without seeing it
@@ -64,8 +62,8 @@ def start(settings: ObserverSettings) -> ObserverState:
         unheard,
         drum_radius.start(settings.radius),
         tilt.start(),
-        Trail(3, _KEPT),
-        Trail(3, _KEPT),
+        Trail(3, KEPT),
+        Trail(3, KEPT),
     )
 
 
@@ -86,7 +84,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
             _take(settings, state, reading)
     _carry_on(settings, state, dt)
     _see(settings, state)
-    while dt > _UNHURRIED and (state.pending or state.looked is not None):
+    while dt > UNHURRIED and (state.pending or state.looked is not None):
         _see(settings, state)
     due = state.gathered.issuperset((*settings.lidars, "vertical")) or state.time - state.gathering > settings.gather
     if due and not state.pending and state.looked is None:

@@ -21,8 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.track import Tracker, TrackerSettings
-from cablewright.studies.observing import ESTIMATORS as OBSERVERS
-from cablewright.studies.observing import believed
+from cablewright.studies.observing import OBSERVERS, believed
 
 __all__ = ["ESTIMATORS", "Estimator", "estimator"]
 

@@ -25,7 +25,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 
-__all__ = ["ESTIMATORS", "Estimator", "believed", "filter_settings", "observer_settings", "surveyed"]
+__all__ = ["OBSERVERS", "Observer", "believed", "filter_settings", "observer_settings", "surveyed"]
 
 _LEAST_WALL: Final = 3.0  # m: a shorter face is a window or a corner
 _SAME: Final = 1e-6  # m, by which two faces may be off one line
@@ -96,7 +96,7 @@ def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Seq
 
 
 @dataclass(frozen=True, eq=False)
-class Estimator:
+class Observer:
     """How an estimator is told of a machine, begun and given frames: ``step(settings, state, frame)``."""
 
     settings: Callable[[Robot, machine.MachineSettings, Sequence[Laser]], Any]
@@ -104,9 +104,9 @@ class Estimator:
     step: Callable[[Any, Any, SensorFrame], Estimate]
 
 
-ESTIMATORS: Final[Mapping[str, Estimator]] = MappingProxyType({
-    "paper": Estimator(observer_settings, observer.start, observer.step),
-    "filter": Estimator(filter_settings, error_state.start, error_state.step),
+OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
+    "paper": Observer(observer_settings, observer.start, observer.step),
+    "filter": Observer(filter_settings, error_state.start, error_state.step),
 })  # fmt: skip
 """By name: the chain of Merlet and Papegay 2023, and the filter that fuses all of it."""
 

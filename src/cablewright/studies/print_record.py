@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from cablewright.machine.log import Entry, LogHead
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
-from cablewright.signals import Distance, Fault, Inertial, LineAngles, PrintState, Scan
+from cablewright.signals import Distance, Inertial, LineAngles, PrintState, Scan
+from cablewright.studies.fault_count import FaultCount, count_faults
 from cablewright.studies.moments import Moments, Thinned
 from cablewright.studies.print_errors import Follower
 from cablewright.studies.print_lines import Lines
@@ -32,11 +33,10 @@ __all__ = ["UNUSED", "Recorder", "record"]
 
 Array = NDArray[np.float64]
 
-UNUSED: Final = (Inertial, Distance)
+UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")
 """Signals that are not looked at: ``log.entries(without=UNUSED)`` is faster and gives the same record."""
 
 _PORTION: Final = 2048  # steps that are looked at in one go
-_MOST_FAULTS: Final = 1000
 _MOST_SPANS: Final = 10_000
 _DONE: Final = 0.02  # m before its end a layer counts as finished
 _DRAWN: Final = ("offset", "speed", "seen_offset", "seen_speed")
@@ -82,7 +82,7 @@ class Recorder:
         self._first, self._distance = math.nan, 0.0
         self._spans: list[Span] = []
         self._barrier_stops = self._refills = 0
-        self._faults: dict[tuple[str, str], tuple[float, float, int]] = {}
+        self._faults: FaultCount = {}
         self._notices: Counter[str] = Counter()
         self._expected = np.full(m, np.nan)  # Hz, as the window of vibration began
         self._vibration, self._believed = Vibration(m), Believed(head.robot, head.settings)
@@ -98,7 +98,7 @@ class Recorder:
         self._rows.put(entry)
         self._follow(entry)
         if entry.estimate is not None:
-            self._note(entry.estimate.faults)
+            count_faults(self._faults, entry.estimate.faults, self._time)
             if self._scans is not None:
                 self._scans.at(entry.estimate, self._distance)
         for notice in entry.frame.notices:
@@ -129,15 +129,6 @@ class Recorder:
 
     def _mass(self, powder: float) -> float:
         return self.head.settings.drum.empty_mass + max(powder, 0.0)
-
-    def _note(self, faults: tuple[Fault, ...]) -> None:
-        for fault in faults:
-            key = fault.source, fault.sentence
-            if key in self._faults:
-                since, _, steps = self._faults[key]
-                self._faults[key] = since, self._time, steps + 1
-            elif len(self._faults) < _MOST_FAULTS:
-                self._faults[key] = fault.since, self._time, 1
 
     def _follow(self, entry: Entry) -> None:
         """Keep count of distance and states."""

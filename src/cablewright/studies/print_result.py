@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cablewright.machine.log import LogHead
 from cablewright.printing.track import Track
 from cablewright.signals import PrintState
+from cablewright.studies.fault_count import FaultCount
 from cablewright.studies.moments import Histogram, Told
 from cablewright.studies.print_coil import Coiling
 from cablewright.studies.print_rows import Columns
@@ -114,7 +115,7 @@ class PrintRecord:
     spans: tuple[Span, ...]
     barrier_stops: int
     refills: int
-    faults: dict[tuple[str, str], tuple[float, float, int]]  # by source and sentence: since, until (s), steps
+    faults: FaultCount
     notices: Counter[str]  # steps by condition
     rows: Columns
     drawn: dict[

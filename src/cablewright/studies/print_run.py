@@ -31,12 +31,12 @@ from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.lock import held
 from cablewright.studies.print_plan import MachineTwin, plan_print
 from cablewright.studies.printer import Attendant, Plan, Printer
+from cablewright.studies.store import MANIFEST, MANIFEST_BYTES
 
-__all__ = ["CHECKPOINT", "LOCK", "MANIFEST", "PrintRun", "Timing", "run_print"]
+__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "run_print"]
 
 Array = NDArray[np.float64]
 
-MANIFEST: Final = "manifest.json"
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"
 
@@ -44,7 +44,6 @@ _EVERY: Final = 0.5  # s between checkpoints, of the wall clock
 _TELL: Final = 50  # steps between words of progress
 _TIDY: Final = 100  # steps of a paced print between collections of garbage
 _MOST_STEPS: Final = 100_000_000
-_MANIFEST_BYTES: Final = 1 << 20
 
 
 @dataclass
@@ -88,7 +87,7 @@ class PrintRun:
 def run_print(
     twin: MachineTwin,
     folder: Path,
-    about: Mapping[str, Any],
+    manifest: Mapping[str, Any],
     *,
     resume: bool = False,
     real_time: bool = False,
@@ -96,14 +95,14 @@ def run_print(
 ) -> PrintRun:
     """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
 
-    *about*: what makes this print the one it is, as JSON has it; a print is resumed only where it is the same. With
-    *real_time* each step waits for its time.
+    *manifest*: what makes this print the one it is, see `store.manifest_of`; a print is resumed only where all but the
+    version is the same. With *real_time* each step waits for its time.
 
     Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
     cannot be printed; `EnvironmentFault` where the folder cannot be written: the print then stands where it was.
     """
     plan = plan_print(twin)
-    _prepare(folder, about, resume)
+    _prepare(folder, manifest, resume)
     with held(folder / LOCK):
         machine, printer = _printer(twin, plan, folder, resume)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
@@ -185,7 +184,7 @@ def _printer(twin: MachineTwin, plan: Plan, folder: Path, resume: bool) -> tuple
     return machine, Printer(plan, machine, make, now=machine.time, book=book)
 
 
-def _prepare(folder: Path, about: Mapping[str, Any], resume: bool) -> None:
+def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
     """Make the folder, or look whether it holds the print that is to go on. Raises `InputError`."""
     there = folder.is_dir() and any(folder.iterdir())
     if not resume:
@@ -198,25 +197,18 @@ def _prepare(folder: Path, about: Mapping[str, Any], resume: bool) -> None:
         except OSError as reason:
             raise refused(folder, reason) from None
         with appearing(folder / MANIFEST) as file:
-            file.write(json.dumps(_told(about), indent=2).encode() + b"\n")
+            file.write(json.dumps(manifest, indent=2).encode() + b"\n")
         return
     try:
-        text = (folder / MANIFEST).read_bytes()[:_MANIFEST_BYTES]
+        text = (folder / MANIFEST).read_bytes()[:MANIFEST_BYTES]
         kept = json.loads(text)
     except (OSError, ValueError, RecursionError):
         raise InputError(f"--resume: {folder} holds no print") from None
     if not isinstance(kept, dict) or kept.get("command") != "print":
         raise InputError(f"--resume: {folder} holds no print")
-    for key, value in _told(about).items():
-        if kept.get(key) != value:
+    for key, value in manifest.items():
+        if key != "cablewright" and kept.get(key) != value:
             raise InputError(f"--resume: {folder} holds a print of another {_differs(key, kept.get(key), value)}")
-
-
-def _told(about: Mapping[str, Any]) -> dict[str, Any]:
-    """As JSON gives it back."""
-    told = json.loads(json.dumps({"schema": 1, "command": "print", **about}, default=str))
-    assert isinstance(told, dict)
-    return told
 
 
 def _differs(key: str, kept: Any, asked: Any) -> str:

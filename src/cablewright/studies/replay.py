@@ -18,8 +18,9 @@ from cablewright.errors import UnknownName
 from cablewright.estimation.room import Laser
 from cablewright.estimation.slackness import Taut
 from cablewright.machine.log import Entry, LogHead, read_log
-from cablewright.signals import Estimate, Fault, LineAngles, Scan, Truth
-from cablewright.studies.observing import ESTIMATORS
+from cablewright.signals import Estimate, LineAngles, Scan, Truth
+from cablewright.studies.fault_count import FaultCount, count_faults
+from cablewright.studies.observing import OBSERVERS
 
 __all__ = ["SLACK", "WITHIN", "Replay", "Spread", "bound", "replay", "spread"]
 
@@ -36,7 +37,6 @@ _WHILE: Final = 0.75  # s that have to be known of that second
 _TURNS: Final = 3  # of each horizontal lidar, before errors count
 _TRACE: Final = 0.1  # s between points of a picture
 _MOST_TRACE: Final = 100_000
-_MOST_FAULTS: Final = 1000
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Replay:
     """s on the machine's clock."""
     notes: tuple[str, ...] = ()
     """What is wrong with the file."""
-    faults: dict[tuple[str, str], list[float]] = field(default_factory=dict)
+    faults: FaultCount = field(default_factory=dict)
     """By source and sentence: since when, until when (s), in how many steps."""
     valid: int = 0
     """Steps whose estimate is not a guess."""
@@ -163,10 +163,10 @@ def replay(
 
     Raises `InputError` for a file that is no log, an estimator that is not there, a machine that cannot be observed.
     """
-    if estimator not in ESTIMATORS:
-        raise UnknownName("estimator", estimator, ESTIMATORS)
+    if estimator not in OBSERVERS:
+        raise UnknownName("estimator", estimator, OBSERVERS)
     with read_log(path) as log:
-        one = ESTIMATORS[estimator]
+        one = OBSERVERS[estimator]
         settings = one.settings(log.head.robot, log.head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in log.head.settings.lidars)
         state, judge = one.start(settings), _Judge(Replay(log.head, estimator), turning)
@@ -200,7 +200,7 @@ class _Judge:
         found.steps += 1
         found.duration = now
         found.step_times.append(seconds)
-        self._note(estimate.faults, now)
+        count_faults(found.faults, estimate.faults, now)
         for scan in entry.frame.of(Scan):
             assert isinstance(scan, Scan)
             if scan.source in self._turns:
@@ -220,14 +220,6 @@ class _Judge:
         if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MOST_TRACE:
             self._traced = now
             self._draw(now, estimate, entry.truth, taut)
-
-    def _note(self, faults: tuple[Fault, ...], now: float) -> None:
-        for fault in faults:
-            key = fault.source, fault.sentence
-            if key in self.found.faults:
-                self.found.faults[key][1:] = [now, self.found.faults[key][2] + 1]
-            elif len(self.found.faults) < _MOST_FAULTS:
-                self.found.faults[key] = [fault.since, now, 1]
 
     def _compare(self, now: float, estimate: Estimate, truth: Truth) -> None:
         self._way.append((now, truth.position))

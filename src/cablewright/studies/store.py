@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import IO
+from typing import IO, Any, Final
 
 import numpy as np
 import pyarrow as pa
@@ -26,9 +26,12 @@ from cablewright.studies.accuracy import Study
 from cablewright.studies.check import Check
 
 __all__ = [
+    "MANIFEST",
+    "MANIFEST_BYTES",
     "file_hash",
     "folder_name",
     "job_hashes",
+    "manifest_of",
     "robot_hash",
     "run_folder",
     "write_check",
@@ -37,8 +40,8 @@ __all__ = [
     "write_stream",
 ]
 
-MANIFEST = "manifest.json"
-MANIFEST_BYTES = 1 << 20
+MANIFEST: Final = "manifest.json"
+MANIFEST_BYTES: Final = 1 << 20
 
 
 def folder_name(command: str, *names: str) -> str:
@@ -130,8 +133,8 @@ def job_hashes(path: Path, job: Job) -> dict[str, str]:
     return {key: file_hash(file) for key, file in files.items()}
 
 
-def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> None:
-    """Write what a run was made of: the *command*, hashes of its *inputs*, its *options*, the version."""
+def manifest_of(command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> dict[str, Any]:
+    """What a run is made of, as JSON has it: the *command*, hashes of its *inputs*, its *options*, the version."""
     manifest = {
         "schema": 1,
         "command": command,
@@ -139,7 +142,14 @@ def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], option
         "inputs": dict(inputs),
         "options": dict(options),
     }
-    (folder / MANIFEST).write_text(json.dumps(manifest, indent=2, default=str) + "\n")
+    told = json.loads(json.dumps(manifest, default=str))
+    assert isinstance(told, dict)
+    return told
+
+
+def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> None:
+    """Write what a run was made of, see `manifest_of`, into its *folder*, which is not there under its name yet."""
+    (folder / MANIFEST).write_text(json.dumps(manifest_of(command, inputs, options), indent=2) + "\n")
 
 
 def write_places(study: Study, folder: Path) -> None:

@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 import json
+from importlib.metadata import version
 
 import pytest
 
 from cablewright.machine.log import read_log
+from printed import RING
 
-JOB = """schema = 1
-name = "a ring"
-origin = [0.3, -0.5, 0.0]
-[helix]
-radius = 0.2
-layers = 1
-layer_height = "1 mm"
-first_height = "1 m"
-[motion]
-print_speed = "3 cm/s"
-travel_speed = "3 cm/s"
-acceleration = "20 mm/s^2"
-"""
+JOB = RING.format(radius=0.2)
 KEYS = (
     "layers", "distance", "mean_speed", "speed_variance", "mean_path_error", "path_error_variance", "max_path_error",
     "estimated_max_path_error", "log", "report",
@@ -48,6 +38,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
     with read_log(values["log"]) as log:
         assert len(list(log.entries())) == values["steps"]
     assert "://" not in (out / "report.html").read_text()
+    assert json.loads((out / "manifest.json").read_text())["cablewright"] == version("cablewright")
     assert json.loads((out / "metrics.json").read_text())["max_path_error"] == values["max_path_error"]
     again = cli("print", "merlet2023", job, *FAST, "--out", out, "--json")
     assert again.code == 2

@@ -18,20 +18,9 @@ from cablewright.control.guide import course_of
 from cablewright.machine.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.signals import Scan
+from printed import RING
 
-JOB = """schema = 1
-name = "a ring"
-origin = [0.3, -0.5, 0.0]
-[helix]
-radius = 0.4
-layers = 1
-layer_height = "1 mm"
-first_height = "1 m"
-[motion]
-print_speed = "3 cm/s"
-travel_speed = "3 cm/s"
-acceleration = "20 mm/s^2"
-"""
+JOB = RING.format(radius=0.4)
 LONGEST = 0.03  # m of path that may be laid twice or not at all
 
 

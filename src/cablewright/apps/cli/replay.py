@@ -132,7 +132,7 @@ def _values(found: Replay, log: Path, plot: Path | None) -> dict[str, Any]:
             "max": float(times.max()) if len(times) else math.nan,
         },
         "faults": [
-            {"source": source, "sentence": sentence, "from": begin, "to": end, "steps": int(count)}
+            {"source": source, "sentence": sentence, "from": begin, "to": end, "steps": count}
             for (source, sentence), (begin, end, count) in found.faults.items()
         ],
         "notes": list(found.notes),

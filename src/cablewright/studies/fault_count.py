@@ -1,0 +1,26 @@
+"""What went wrong along a log: the faults that estimates name, each once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from cablewright.signals import Fault
+
+__all__ = ["FaultCount", "count_faults"]
+
+FaultCount = dict[tuple[str, str], tuple[float, float, int]]
+"""By source and sentence: since and until when, s, and in how many steps."""
+
+_MOST: Final = 1000
+
+
+def count_faults(counted: FaultCount, faults: Iterable[Fault], now: float) -> None:
+    """Add the *faults* of the step at *now*, s; of a log with very many kinds the last ones are left out."""
+    for fault in faults:
+        key = fault.source, fault.sentence
+        if key in counted:
+            since, _, steps = counted[key]
+            counted[key] = since, now, steps + 1
+        elif len(counted) < _MOST:
+            counted[key] = fault.since, now, 1
