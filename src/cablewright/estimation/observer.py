@@ -41,6 +41,8 @@ Array = NDArray[np.float64]
 
 _LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
 _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
+_AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
+_SQUARE: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
 _STALE: Final = 2.5  # turns after which a lidar is quiet
 _FLOOR: Final = 0.02  # m over where the floor should be, beyond which nothing is floor, ...
 _FLOOR_GROWS: Final = 0.02  # ... and by how much more for each metre that B went without seeing it
@@ -56,6 +58,7 @@ def start(settings: ObserverSettings) -> ObserverState:
     if not isinstance(begun, str):
         tracker, paid = begun
         lengths.bring(settings.slackness, unheard, tracker, paid, middle)
+    lidar_walls.step(settings.walls, lidar_walls.start(), _SQUARE)
     return ObserverState(
         Intake(Watch(dict(settings.quiet))),
         lidar_walls.start(),

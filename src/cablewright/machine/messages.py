@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-import json
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic_core import from_json, to_json
 
 from cablewright.errors import InputError
 from cablewright.machine.topics import BELIEVED, LIDARS, TRUE
@@ -58,7 +58,6 @@ Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
 _MOST: Final = 100_000  # numbers in one array of a message
-_ENCODER: Final = json.JSONEncoder(separators=(",", ":"))
 _LONGEST: Final = 99.99  # m: of ranges that tables write ...
 _GRAINS: Final = 1e5  # ... in steps of 10 um
 _COVARIANCE: Final = 9  # rows of an estimate's covariance
@@ -109,8 +108,8 @@ def decode(topic: str, data: bytes, origin: str) -> Signal | SensorFrame | None:
     if reader is None:
         return None
     try:
-        values = json.loads(data)
-    except (ValueError, RecursionError):
+        values = from_json(data)
+    except ValueError:
         raise InputError(f"{origin}: a message of {topic} is no JSON") from None
     message = _Message(values, f"{origin}: a message of {topic}")
     return reader(message, topic)
@@ -327,7 +326,7 @@ def _ranges(ranges: Array) -> bytes:
         if (counts >= 0).all() and (counts / _GRAINS == ranges).all():
             whole, rest = _tables()
             return b"[" + np.hstack([whole[counts // 1000], rest[counts % 1000]]).tobytes()[:-1] + b"]"
-    return _ENCODER.encode(ranges.tolist()).encode()
+    return to_json(ranges.tolist())
 
 
 def _scan(scan: Scan) -> bytes:
@@ -416,4 +415,4 @@ def _or_null(value: float) -> float | None:
 
 
 def _dump(values: _Values) -> bytes:
-    return _ENCODER.encode(values).encode()
+    return to_json(values)
