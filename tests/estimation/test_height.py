@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 
@@ -63,6 +64,18 @@ def test_a_heap_counts_for_the_structure_but_not_for_the_floor() -> None:
     found = height_of(KNOWN, scan(1.2, ground=lambda x: 0.1 if x > 0.2 else 0.0), (0.0, 0.0))
     assert found.over_floor == pytest.approx(1.2, abs=1e-9)
     assert 1.13 < found.over_structure < 1.17
+
+
+def test_what_lies_over_where_the_floor_should_be_is_none_and_what_lies_under_it_is() -> None:
+    wide = dataclasses.replace(KNOWN, wide=math.radians(70.0), sigma=2e-3)
+    covered = scan(1.3, ground=lambda _x: 0.08)
+    assert height_of(wide, covered, (0.0, 0.0)).over_floor == pytest.approx(1.22, abs=1e-3)
+    told = height_of(wide, covered, (0.0, 0.0), 1.3, 0.02)
+    assert math.isnan(told.over_floor)
+    assert told.over_structure == pytest.approx(1.22, abs=1e-3)
+    assert told.note == "no floor in sight where it should be"
+    assert height_of(wide, covered, (0.0, 0.0), 1.3, 0.1).over_floor == pytest.approx(1.22, abs=1e-3)
+    assert height_of(wide, scan(1.3), (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.3, abs=1e-3)
 
 
 def test_single_rays_astray_do_not_count() -> None:
