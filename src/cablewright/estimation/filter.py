@@ -39,6 +39,7 @@ _LET_OUT: Final = 5e-3  # m per root second: by which a winch that is not told m
 _GOES: Final = 0.01  # m/s: who is as fast does not stand
 _RESTS: Final = 4.0  # s of counts that stand, after which B stands too if no lidar sees it go
 _FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
+_CALM: Final = np.array([1.0, 1.0, 0.2])  # upwards it goes less than level
 _GROUND: Final = 0.1  # m: of what lies under the valve, at first
 _TRIES: Final = 5  # readings of the distance sensor in a row that do not fit: then the ground is another
 
@@ -262,7 +263,7 @@ def _go_free(state: FilterState) -> None:
     state.free, velocity = True, state.layout.velocity
     state.P[velocity] = 0.0
     state.P[:, velocity] = 0.0
-    state.P[velocity, velocity] = np.eye(3) * _FASTEST**2 / 4.0
+    state.P[velocity, velocity] = np.diag((0.5 * _FASTEST * _CALM) ** 2)
 
 
 def _rest(state: FilterState) -> None:
@@ -290,7 +291,7 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
     F[lay.position, lay.velocity] = dt * np.eye(3)
     F[lay.lengths, lay.velocity] = dt * taut.toward
     P = F @ state.P @ F.T
-    P[lay.velocity, lay.velocity] += settings.push**2 * dt * np.eye(3)
+    P[lay.velocity, lay.velocity] += np.diag((settings.push * _CALM) ** 2) * dt
     P[lay.lengths, lay.lengths] += _LET_OUT**2 * dt * np.eye(len(state.lengths))
     state.P = 0.5 * (P + P.T)
     moved = dt * state.velocity

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.filter_lidar import doubt, measure
 from cablewright.estimation.filter_state import FilterSettings, FilterState, Since, add_unknown
-from cablewright.estimation.height import HeightSettings, leaned, lowest_of_many, over_structure
+from cablewright.estimation.height import MOSTLY, HeightSettings, floor_among, leaned, over_structure
 from cablewright.signals import Scan
 
 __all__ = ["vertical"]
@@ -28,6 +28,7 @@ _LEAST: Final = 8  # points of a wall, twice as many of the floor
 _NEAR: Final = 3.0  # sigmas from the middle, of points that count
 _MANY: Final = 0.4  # of the most that lie together, of points that are the floor
 _WIDE: Final = 0.03  # m from where a wall is believed to be, of points that are looked at
+_DOUBTFUL: Final = 3.0  # times that by which it is over where it should be: the floor's standard deviation
 _BAND: Final = 0.01  # m likewise of the floor, besides what the height is uncertain by
 
 
@@ -92,16 +93,16 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
     heard = False
     for low, high in _RINGS:
         inside = (turn.down <= math.cos(math.radians(low))) & (turn.down > math.cos(math.radians(high)))
-        good = inside & (up < band)  # and how far ever below: nothing is under a floor
-        if np.count_nonzero(good) >= 2 * _LEAST:
-            low = lowest_of_many(up[good], _NEAR * sigma * float(turn.down[good].mean()), _MANY)
-            good &= np.abs(up - low) < _NEAR * sigma * turn.down
-            if low < -band and np.count_nonzero(good) >= 2 * _LEAST:
-                add_unknown(state, [0.0, 0.0, low])  # lower than B can be
+        good = inside.copy()
+        good[inside] = floor_among(
+            height, turn.points[inside], up[inside], _NEAR * sigma * turn.down[inside], _MANY, band
+        )
         count = int(np.count_nonzero(good))
         if count < 2 * _LEAST:
             continue
-        heard = True
+        over = float(up[good].mean())
+        if over < -band:  # however far below it may be: nothing is under a floor
+            add_unknown(state, [0.0, 0.0, over])
         x, y, _ = turn.points[good].mean(axis=0).tolist()
         steep = turn.rays[good, 2]
         H = np.zeros((1, lay.size))
@@ -112,10 +113,13 @@ def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings,
         H[0, lay.attitude] = y, -x, 0.0
         H[0, lay.gyro] = turn.late[good].mean() * H[0, lay.attitude]
         H[0, lay.bias.stop - 1] = -float(steep.mean())
-        R = doubt(state) * np.array(
-            [[sigma**2 * float(steep @ steep) / count**2 + settings.height**2 + _wandered(settings, alone)]]
-        )
-        off = np.array([-float(up[good].mean())])
+        own = settings.height**2 + _wandered(settings, alone)
+        R = doubt(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
+        if over > 0.0 and count < MOSTLY * np.count_nonzero(inside):  # it may as well be no floor
+            if over**2 > _NEAR**2 * float((H @ state.P @ H.T + R)[0, 0]):
+                continue
+            R += (_DOUBTFUL * over) ** 2
+        off, heard = np.array([-over]), True
         measure(state, "height", H, off, R, ("vertical", "gate"), "its floor is not where it should be: not used")
     if heard:
         state.watch.clear("vertical", "floor")

@@ -13,14 +13,30 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.signals import Scan
 
-__all__ = ["Height", "HeightSettings", "height_of", "leaned", "lowest_of_many", "over_structure"]
+__all__ = [
+    "MOSTLY",
+    "Height",
+    "HeightSettings",
+    "floor_among",
+    "height_of",
+    "leaned",
+    "lowest_of_many",
+    "over_structure",
+]
 
 Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 _NORMAL: Final = NormalDist()
 _NEAR: Final = 3.0  # sigmas from the middle, of points that count as one level
 _FEW: Final = 8  # points at least that are the floor ...
 _MANY: Final = 0.1  # ... and of the most that lie together
+MOSTLY: Final = 0.5
+"""Share of the points that lie on one level, of which this then is the floor."""
+_DOUBTFUL: Final = 0.25  # of how far over where it should be a floor may lie that is no such
+_APART: Final = 4  # rays from one point of a run on the floor to the next
+_RUN: Final = 4  # points of such a run
+_LEVEL: Final = 0.15  # slope of it, at most: powder lies at 0.4
 _ROUNDS: Final = 3
 _LEAST_SIGMA: Final = 1e-3  # m
 _ON_FLOOR: Final = 6.0  # sigmas above the lowest points' line: what else counts as floor
@@ -69,8 +85,9 @@ def height_of(
 ) -> Height:
     """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray.
 
-    *expected*: m, B's height; then what lies more than *reach*, m, over the floor is none. What lies under it is, how
-    far ever: nothing is under a floor. Not looked at where the floor is looked for in the cone.
+    *expected*: m, B's height; then what lies more than *reach*, m, over the floor is none, or more than a quarter of it
+    where little is level. What lies under it is, how far ever: nothing is under a floor. Not looked at where the floor
+    is looked for in the cone.
     """
     cone = _cone(settings, scan, tilt)
     if isinstance(cone, Height):
@@ -78,12 +95,15 @@ def height_of(
     depth, along, last = cone
     fictive = settings.floor + float(depth.mean())
     if settings.wide is not None:
-        level = _within(settings, scan, tilt, settings.wide)[0][:, 2]
-        if math.isfinite(expected):
-            level = level[level < settings.floor - expected + reach]
-        if len(level) < _FEW:
+        points = _within(settings, scan, tilt, settings.wide)[0]
+        below = settings.floor - expected + reach if math.isfinite(expected) else math.inf
+        near = np.full(len(points), _NEAR * max(settings.sigma, _LEAST_SIGMA))
+        floor = floor_among(settings, points, points[:, 2], near, _MANY, below)
+        count = int(np.count_nonzero(floor))
+        low = float(points[floor, 2].mean()) if count else math.nan
+        most = reach if count >= MOSTLY * len(points) else _DOUBTFUL * reach
+        if count < _FEW or settings.floor - low < expected - most:
             return Height(math.nan, fictive, math.nan, len(depth), "no floor in sight where it should be")
-        low = lowest_of_many(level, _NEAR * max(settings.sigma, _LEAST_SIGMA), _MANY)
         return Height(settings.floor - low, fictive, math.nan, len(depth), "")
     order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
     under = float(leaned(np.array([settings.place]), last)[0, :2] @ _heading(settings))
@@ -129,13 +149,32 @@ def _within(settings: HeightSettings, scan: Scan, tilt: ArrayLike, reach: float)
     return leaned(np.array(settings.place) + scan.ranges[good, None] * rays, lean), lean
 
 
-def lowest_of_many(values: Array, reach: float, many: float) -> float:
-    """The lowest of *values* (k,) that many lie within *reach* of: the floor, not what lies on it.
+def floor_among(settings: HeightSettings, points: Array, up: Array, reach: Array, many: float, below: float) -> Bools:
+    """Which *points* (k, 3), m from B, level, in the order of their rays, are floor by how high they are *up* (k,), m.
+
+    They are within *reach* (k,) of the lowest level *below* some height that *many* times the most lie on, and go on
+    level: a flank that comes near is none.
+    """
+    floor = np.zeros(len(up), dtype=np.bool_)
+    level = lowest_of_many(up, float(reach.mean()), many, below) if len(up) else math.nan
+    near = np.flatnonzero(np.abs(up - level) < reach)
+    along = points[:, :2] @ _heading(settings)
+    for run in np.split(near, np.flatnonzero(np.diff(near) > _APART) + 1):
+        if len(run) >= _RUN and abs(_line(along[run], up[run])[0]) < _LEVEL:
+            floor[run] = True
+    return floor
+
+
+def lowest_of_many(values: Array, reach: float, many: float, below: float = math.inf) -> float:
+    """The lowest of *values* (k,), all *below* some, that many lie within *reach* of; NaN where there is none.
 
     That is *many* times the most that lie so near to each other, and some at least.
     """
     ordered = np.sort(values)
-    count = np.searchsorted(ordered, ordered + reach) - np.arange(len(ordered))
+    starts = ordered[: np.searchsorted(ordered, below)]
+    if not len(starts):
+        return math.nan
+    count = np.searchsorted(ordered, starts + reach) - np.arange(len(starts))
     most = int(count.max())
     middle = float(ordered[np.argmax(count >= max(many * most, min(_FEW, most)))]) + 0.5 * reach
     for _ in range(_ROUNDS):

@@ -44,6 +44,7 @@ _ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 _SQUARE: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
 _STALE: Final = 2.5  # turns after which a lidar is quiet
+_SAME_PLACE: Final = 0.03  # m from where it should be, of one of several places that explain a scan
 _FLOOR: Final = 0.02  # m over where the floor should be, beyond which nothing is floor, ...
 _FLOOR_GROWS: Final = 0.02  # ... and by how much more for each metre that B went without seeing it
 _ENCODERS_GAP: Final = 0.1  # s without counts
@@ -269,6 +270,8 @@ def _judge(
     elif not (pose.status == "ok" or (pose.status == "ambiguous" and known)):
         return
     off = float(np.hypot(*(anchor - state.anchor[:2]))) if known else 0.0
+    if pose.status == "ambiguous" and off > _SAME_PLACE:
+        return  # the other of two places; what is wrong has been said
     if off > settings.gate and state.refused < settings.believe:
         state.refused += 1
         state.watch.say(scan.source, "gate", f"its walls put the drum {off:.2f} m from where it should be: not used")

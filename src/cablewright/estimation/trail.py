@@ -28,8 +28,10 @@ class Trail:
         self._count = 0
 
     def add(self, time: float, row: ArrayLike) -> None:
-        """Add a row; one that is not later than the last is left out."""
+        """Add a row. One of the last's time takes its place, one from before it is left out."""
         if self._count and not time > self._times[self._count - 1]:
+            if time == self._times[self._count - 1]:
+                self._rows[self._count - 1] = row
             return
         if self._count == len(self._times):
             self._times[: self._length] = self._times[self._length :]
