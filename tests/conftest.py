@@ -1,11 +1,15 @@
-"""What tests of several ranks share: small jobs to print."""
+"""What tests of several ranks share: small jobs to print, and no clock that a busy computer could lose against."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
 
+import hypothesis
 import pytest
+
+hypothesis.settings.register_profile("unhurried", deadline=None)
+hypothesis.settings.load_profile("unhurried")
 
 
 def square(layers: int = 3) -> str:

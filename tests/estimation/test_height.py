@@ -78,6 +78,15 @@ def test_what_lies_over_where_the_floor_should_be_is_none_and_what_lies_under_it
     assert height_of(wide, scan(1.3), (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.3, abs=1e-3)
 
 
+@pytest.mark.parametrize("slope", [0.3, 0.4])
+def test_flanks_are_no_floor_and_what_is_level_between_them_is(slope: float) -> None:
+    wide = dataclasses.replace(KNOWN, wide=math.radians(70.0), sigma=2e-3)
+    valley = scan(1.1, ground=lambda x: slope * abs(x - 0.2))
+    assert math.isnan(height_of(wide, valley, (0.0, 0.0), 1.1, 0.02).over_floor)
+    trough = scan(1.1, ground=lambda x: slope * max(0.0, abs(x - 0.2) - 0.15))
+    assert height_of(wide, trough, (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.1, abs=3e-3)
+
+
 def test_single_rays_astray_do_not_count() -> None:
     seen = scan(1.2)
     ranges = seen.ranges.copy()

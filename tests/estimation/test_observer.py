@@ -236,8 +236,9 @@ def test_nothing_is_kept_without_end() -> None:
     trail = Trail(1, 10)
     assert trail.at([0.0]).tolist() == [[0.0]]
     for k in range(1000):
-        trail.add(float(k), [2.0 * k])
-    trail.add(5.0, [0.0])
+        trail.add(float(k), [2.0 * k if k < 999 else 0.0])
+    trail.add(5.0, [0.0])  # from before: left out
+    trail.add(999.0, [1998.0])  # anew
     assert len(trail) <= 20
     assert trail.at([998.5, 2000.0]).tolist() == [[1997.0], [1998.0]]
 
