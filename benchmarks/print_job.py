@@ -46,6 +46,6 @@ def layer(choices: Choices) -> tuple[PrintRecord, Timing]:
     twin = twin_of(load("merlet2023"), load_job(JOB), None, choices)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "run"
-        run = run_print(twin, folder, {})
+        run = run_print(twin, folder, {}, {})
         found, _ = finish(folder, twin.course.track, twin.course.print_speed, run.machine.rig.ground.field)
     return found, run.timing

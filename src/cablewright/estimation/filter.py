@@ -260,18 +260,23 @@ def _go_free(state: FilterState) -> None:
     """Let B go on as it went, since no encoder tells; it may as well have stopped."""
     if state.free:
         return
-    state.free, velocity = True, state.layout.velocity
-    state.P[velocity] = 0.0
-    state.P[:, velocity] = 0.0
-    state.P[velocity, velocity] = np.diag((0.5 * _FASTEST * _CALM) ** 2)
+    state.free = True
+    _doubt_velocity(state, 0.5 * _FASTEST * _CALM)
 
 
 def _rest(state: FilterState) -> None:
     """Believe that B stands: no winch drum has turned for a while, and no lidar saw it go."""
-    state.free, velocity = False, state.layout.velocity
+    state.free = False
+    _doubt_velocity(state, np.zeros(3))
+    state.rates = np.zeros_like(state.rates)
+
+
+def _doubt_velocity(state: FilterState, deviation: Array) -> None:
+    """Let the velocity be known to a standard *deviation* (3,), m/s, and hang together with nothing else."""
+    velocity = state.layout.velocity
     state.P[velocity] = 0.0
     state.P[:, velocity] = 0.0
-    state.rates = np.zeros_like(state.rates)
+    state.P[velocity, velocity] = np.diag(deviation**2)
 
 
 def _hold(state: FilterState) -> None:

@@ -164,19 +164,19 @@ def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swep
     off = nx * (x + c * ahead - s * left) + ny * (y + s * ahead + c * left) - wall.distance
     off += line.distance - float(line.per_bias[1]) * bias
     # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
-    rate, along = swept.rate, swept.along
+    rate, along, alone = swept.rate, swept.along, float(swept.gone[1, m + 3])
     toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
     H[0, lay.attitude.stop - 1] = 1.0
     H[1, lay.position][:2] = n
     if state.free:
         H[0, lay.velocity][:2] = rate * n
-        H[1, lay.velocity][:2] = (rate * along - float(swept.gone[1, m + 3])) * n
+        H[1, lay.velocity][:2] = (rate * along - alone) * n
         H[1, lay.radii] = -toward * swept.gone[1, :m]
     else:
         H[0, lay.radii] = by_rates = rate * toward * state.rates
         H[1, lay.radii] = along * by_rates - toward * swept.gone[1, :m]
-        H[1, lay.velocity][:2] = -float(swept.gone[1, m + 3]) * n
+        H[1, lay.velocity][:2] = -alone * n
     H[1, lay.attitude] = _by_attitude(n, yaw, np.array([ahead, left, settings.chain.walls.lidars[one.lidar].mount[2]]))
     late = state.felt - looked.scan.time
     bent = late + swept.bent

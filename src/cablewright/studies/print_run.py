@@ -31,7 +31,7 @@ from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.lock import held
 from cablewright.studies.print_plan import MachineTwin, plan_print
 from cablewright.studies.printer import Attendant, Plan, Printer
-from cablewright.studies.store import MANIFEST, MANIFEST_BYTES
+from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
 
 __all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "run_print"]
 
@@ -88,7 +88,8 @@ class PrintRun:
 def run_print(
     twin: MachineTwin,
     folder: Path,
-    manifest: Mapping[str, Any],
+    inputs: Mapping[str, str],
+    options: Mapping[str, object],
     *,
     resume: bool = False,
     real_time: bool = False,
@@ -96,14 +97,14 @@ def run_print(
 ) -> PrintRun:
     """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
 
-    *manifest*: what makes this print the one it is, see `store.manifest_of`; a print is resumed only where all but the
-    version is the same. With *real_time* each step waits for its time, awake, which takes a core of its own.
+    *inputs* and *options*: what makes this print the one it is, see `store.manifest_of`; a print is resumed only where
+    they are the same. With *real_time* each step waits for its time, awake, which takes a core of its own.
 
     Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
     cannot be printed; `EnvironmentFault` where the folder cannot be written: the print then stands where it was.
     """
     plan = plan_print(twin)
-    _prepare(folder, manifest, resume)
+    _prepare(folder, manifest_of("print", inputs, options), resume)
     with held(folder / LOCK):
         machine, printer = _printer(twin, plan, folder, resume)
         run = PrintRun(folder, machine, printer, Timing(machine.period))

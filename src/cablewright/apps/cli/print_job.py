@@ -61,10 +61,9 @@ def print_job(
     folder = out or Path("runs") / store.folder_name("print", described.name, job.stem)
     inputs = {"robot": store.robot_hash(robot)} | store.job_hashes(job, wanted)
     options = _options(choices) | {"machine": twin.settings.model_dump(mode="json")}
-    manifest = store.manifest_of("print", inputs, options)
     try:
         with progress() as show:
-            run = run_print(twin, folder, manifest, resume=resume, real_time=real_time, progress=show)
+            run = run_print(twin, folder, inputs, options, resume=resume, real_time=real_time, progress=show)
             show("writing report", 0, 1)
             values = _finished(twin, run, wanted.name, show)
     except KeyboardInterrupt:
