@@ -8,6 +8,10 @@ from importlib.metadata import version
 import pytest
 
 from cablewright.machine.log import read_log
+from cablewright.printing.job import load_job
+from cablewright.robot import load
+from cablewright.studies.print_plan import Choices, twin_of
+from cablewright.studies.print_run import run_print
 from printed import RING
 
 JOB = RING.format(radius=0.2)
@@ -94,3 +98,11 @@ def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:
     answer = cli("print", "merlet2023", job, *FAST, "--out", tmp_path)
     assert answer.code == 2
     assert [each.name for each in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_print_begun_from_python_goes_on_too(job, tmp_path) -> None:
+    twin = twin_of(load("merlet2023"), load_job(job), None, Choices(plant="quasi-static"))
+    assert run_print(twin, tmp_path / "run", {}, {}).finished
+    again = run_print(twin, tmp_path / "run", {}, {}, resume=True)
+    assert again.finished
+    assert again.steps == 0
