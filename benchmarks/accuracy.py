@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from benchmarks.timing import Row, best
-from cablewright.analyses.accuracy import accuracy
-from cablewright.analyses.corners import signs_of_box
-from cablewright.analyses.spread import FirstOrder, MonteCarlo, Problem, sampled
+from cablewright.analyses.accuracy.corners import signs_of_box
+from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Problem, sampled
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward

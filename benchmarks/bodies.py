@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from benchmarks.statics import PLAIN, solver
 from benchmarks.timing import Row, best, medians
-from cablewright.kernels import layout, sweep
+from cablewright.kernels import batches, layout
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.rotation import angle_between, matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
+from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.track import Tracker
 
 Array = NDArray[np.float64]
 ROWS = 3000
@@ -61,7 +61,7 @@ def per_solve(model: Model, lengths: Array, held: Equilibrium, start: int) -> fl
 
 def single_solves(model: Model, held: Equilibrium) -> float:
     """Median time of cold forward solves one at a time, s."""
-    cold = solver(model, held.lengths, held, sweep.COLD, parallel=False)
+    cold = solver(model, held.lengths, held, batches.COLD, parallel=False)
     times = medians([lambda i=i: cold(slice(i, i + 1)) for i in range(len(held.lengths))], 3)  # type: ignore[misc]
     return float(np.median(times))
 
@@ -96,9 +96,9 @@ def inverse(model: Model, poses: Array) -> float:
     def solve() -> None:
         given[:] = poses
         if model.m < model.n:
-            sweep.hanging_rows(packed, given, *arrays, violations, 0, count)
+            batches.hanging_rows(packed, given, *arrays, violations, 0, count)
         else:
-            sweep.inverse_rows(packed, given, *arrays, violations, False, 0, count)
+            batches.inverse_rows(packed, given, *arrays, violations, False, 0, count)
 
     return best(solve) / count
 
@@ -108,12 +108,12 @@ def eight_rows() -> Iterator[Row]:
     model = Model(load("cogiro"))
     poses, held = some_poses(model, ROWS)
     lengths = off(held.lengths)
-    warm = per_solve(model, lengths, held, sweep.WARM)
+    warm = per_solve(model, lengths, held, batches.WARM)
     yield Row("body on 8 lines: forward, warm (1 mm), in a batch", warm * 1e6, "us", "<= 40", warm <= 40e-6)
     one = python_call(model, held, lengths)
     yield Row("  as one Python call", one * 1e6, "us")
     many = np.tile(np.arange(ROWS), 10)
-    batch = solver(model, lengths[many], held[many], sweep.WARM, parallel=True)
+    batch = solver(model, lengths[many], held[many], batches.WARM, parallel=True)
     rate = len(many) / best(lambda: batch(slice(None)))
     yield Row("  batch on all cores", rate, "solves/s")
     share = right(model, held)
@@ -142,7 +142,7 @@ def moorpy_rows() -> Iterator[Row]:
     _, held = some_poses(model, ROWS)
     lengths = off(held.lengths)
     ours = solve_forward(model, lengths[:BESIDE], guess=held.pose[:BESIDE]).checked()
-    own = per_solve(model, lengths, held, sweep.WARM)
+    own = per_solve(model, lengths, held, batches.WARM)
     call = python_call(model, held, lengths)
     peer, apart = moorpy(model, held, ours, TIGHT)
     beside = f"faster than MoorPy ({peer * 1e3:.1f} ms)"

@@ -29,7 +29,7 @@ def rows() -> Iterator[Row]:
 
 def compare() -> tuple[float, float, float, float]:
     """Time in s without imports, the process's memory in GB, the largest estimated error in %, the designs' ratio."""
-    from cablewright.analyses.bracket import bracket_at
+    from cablewright.analyses.bracket.stress import bracket_at
     from cablewright.models.statics import Model
     from cablewright.robot import load
 

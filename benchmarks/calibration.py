@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row, best
-from cablewright.calibration.fit import NEAR, fits
 from cablewright.calibration.observability import information
+from cablewright.calibration.pose_fit import NEAR, fits
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses
 from cablewright.calibration.solve import calibrate

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from benchmarks.timing import Row, best
 from cablewright.errors import Status
-from cablewright.kernels import sweep
+from cablewright.kernels import batches
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
+from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.forward import solve_forward
-from cablewright.solvers.hull import enclose_poses
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.track import Tracker
+from cablewright.solvers.pose_hull import enclose_poses
 
 Array = NDArray[np.float64]
 PACE = 3e-4  # m: a step of 10 ms at 3 cm/s
@@ -145,4 +145,4 @@ def in_batch(found: Equilibrium) -> float:
     rows, n = found.pose.shape
     marks = (np.zeros(rows, np.int64), np.zeros((rows, n)), np.zeros((rows, n)), np.zeros(rows, np.int64))
     arrays = (found.lengths, found.pose, found.states, SAME, *marks)
-    return float(best(lambda: sweep.certify_rows(found.packed, *arrays, 0, rows)) / rows)
+    return float(best(lambda: batches.certify_rows(found.packed, *arrays, 0, rows)) / rows)

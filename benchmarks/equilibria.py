@@ -15,7 +15,7 @@ from benchmarks.timing import Row
 from cablewright.errors import Status
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.solvers.branches import equilibria
+from cablewright.solvers.equilibria import equilibria
 from cablewright.solvers.exhaustive import begin, exhaust
 from cablewright.solvers.inverse import solve_inverse
 

@@ -19,17 +19,17 @@ from numpy.typing import NDArray
 from benchmarks.estimation_campaign import Found as Campaign
 from benchmarks.estimation_campaign import run as beside
 from benchmarks.timing import Row, best
-from cablewright.estimation import observer
-from cablewright.estimation.observer import ObserverSettings
-from cablewright.machine.settings import MachineSettings, load_settings
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.estimation.chain import observer
+from cablewright.estimation.chain.observer import ObserverSettings
+from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import Scan, SensorFrame, Truth
+from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.track import Tracker, TrackerSettings
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import OBSERVERS, observer_settings
+from cablewright.studies.estimator_settings import OBSERVERS, observer_settings
 from cablewright.studies.replay import WITHIN
 
 Array = NDArray[np.float64]

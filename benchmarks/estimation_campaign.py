@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from cablewright.estimation.filter_state import FilterState
-from cablewright.machine.settings import load_settings
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.estimation.kalman.state import FilterState
+from cablewright.machine.simulated.settings import load_settings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import OBSERVERS
+from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.replay import SLACK, WITHIN
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
-from cablewright.calibration.fit import NEAR, fit
-from cablewright.calibration.hanging import Hanging
+from cablewright.calibration.elastic_lines import Hanging
 from cablewright.calibration.plan import Plan, Sigmas
+from cablewright.calibration.pose_fit import NEAR, fit
 from cablewright.calibration.simulation import Beside, Simulated, aligned, measure, random_poses
 from cablewright.calibration.solve import Calibration, calibrate
 from cablewright.calibration.unknowns import unknowns_of, with_values

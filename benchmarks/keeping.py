@@ -18,10 +18,10 @@ import numpy as np
 
 from benchmarks.machine import speed
 from benchmarks.timing import Row, best, medians
-from cablewright.machine.log import LogHead, read_log, write_log
-from cablewright.machine.settings import MachineSettings, load_settings
-from cablewright.machine.simulated import PlantName, SimulatedMachine
-from cablewright.machine.snapshot import read_snapshots, write_snapshots
+from cablewright.machine.log.log import LogHead, read_log, write_log
+from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
+from cablewright.machine.simulated.snapshot import read_snapshots, write_snapshots
 from cablewright.robot import load
 from cablewright.signals import Command, Scan, SensorFrame, Truth
 

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import Row, best
-from cablewright.kernels import dynamics
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
-from cablewright.kernels.line import settle
-from cablewright.machine.rig import drum_numbers
-from cablewright.machine.settings import MachineSettings, load_settings
-from cablewright.machine.simulated import PlantName, SimulatedMachine
+from cablewright.kernels.plant import dynamics
+from cablewright.kernels.statics.line import settle
+from cablewright.machine.simulated.rig import drum_numbers
+from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse

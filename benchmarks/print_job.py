@@ -9,10 +9,10 @@ from pathlib import Path
 from benchmarks.timing import Row
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.studies.print_finish import finish, step_times
-from cablewright.studies.print_plan import Choices, twin_of
-from cablewright.studies.print_result import PrintRecord
-from cablewright.studies.print_run import Timing, run_print
+from cablewright.studies.prints.finish import finish, step_times
+from cablewright.studies.prints.plan import Choices, twin_of
+from cablewright.studies.prints.result import PrintRecord
+from cablewright.studies.prints.run import Timing, run_print
 
 JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
 MOST = {"paper": 4.82, "filter": 1.5, "encoders": None}

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from benchmarks.timing import Row, best, medians
-from cablewright.kernels import jit, layout, sweep
-from cablewright.kernels.equilibrium import evaluate, workspace
+from cablewright.kernels import batches, jit, layout
 from cablewright.kernels.layout import Packed
-from cablewright.kernels.line import guess, settle
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
+from cablewright.kernels.statics.line import guess, settle
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
+from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.track import Tracker, TrackerSettings
 
 Array = NDArray[np.float64]
 ROWS = 3000
@@ -47,7 +47,7 @@ def forward_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     """Warm, cold, single, in batches; and beside scipy's root with the same Jacobian."""
     rng = np.random.default_rng(1)
     lengths = held.lengths + 1e-3 * rng.standard_normal(held.lengths.shape)
-    serial = solver(model, lengths, held, sweep.WARM, parallel=False)
+    serial = solver(model, lengths, held, batches.WARM, parallel=False)
     warm = medians([lambda i=i: serial(slice(i, i + 100)) for i in range(0, ROWS, 100)], 5)
     per_solve = float(np.median(warm)) / 100
     yield Row("forward, warm (lengths off by 1 mm), in a batch", per_solve * 1e6, "us", "<= 10", per_solve <= 10e-6)
@@ -59,11 +59,11 @@ def forward_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     yield Row("forward, warm, as one Python call", one * 1e6, "us", "<= 20", one <= 20e-6)
 
     many = np.tile(np.arange(ROWS), 20)
-    batch = solver(model, lengths[many], held[many], sweep.WARM, parallel=True)
+    batch = solver(model, lengths[many], held[many], batches.WARM, parallel=True)
     rate = len(many) / best(lambda: batch(slice(None)))
     yield Row("forward, warm, batch on all cores", rate, "solves/s", ">= 150000", rate >= 150e3)
 
-    cold = solver(model, held.lengths, held, sweep.COLD, parallel=False)
+    cold = solver(model, held.lengths, held, batches.COLD, parallel=False)
     times = medians([lambda i=i: cold(slice(i, i + 1)) for i in range(ROWS)], 3)  # type: ignore[misc]
     found = solve_forward(model, held.lengths)
     right = float((np.linalg.norm(found.pose - held.pose, axis=1) < 1e-9).mean())
@@ -85,10 +85,10 @@ def solver(model: Model, lengths: Array, held: Equilibrium, start: int, *, paral
     def solve(which: slice) -> None:
         poses[which], states[which] = held.pose[which], held.states[which]
         if parallel:
-            sweep.forward_sweep(packed, *arrays, start)
+            batches.forward_sweep(packed, *arrays, start)
         else:
             first, last, _ = which.indices(count)
-            sweep.forward_rows(packed, *arrays, start, first, last)
+            batches.forward_rows(packed, *arrays, start, first, last)
 
     return solve
 
@@ -152,10 +152,10 @@ def inverse_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     """Least-norm tensions under limits, all physics."""
     poses, packed = held.pose, model.rows()
     arrays = (np.zeros_like(held.states), np.zeros_like(held.lengths), np.zeros(ROWS, np.int64), np.zeros(ROWS))
-    one = best(lambda: sweep.inverse_rows(packed, poses, *arrays, False, 0, ROWS)) / ROWS
+    one = best(lambda: batches.inverse_rows(packed, poses, *arrays, False, 0, ROWS)) / ROWS
     yield Row("inverse, in a batch, one thread", one * 1e6, "us")
     path = np.linspace([-3.0, -2.0, 1.0], [3.0, 2.0, 1.5], ROWS)
-    follow = best(lambda: sweep.inverse_rows(packed, path, *arrays, True, 0, ROWS)) / ROWS
+    follow = best(lambda: batches.inverse_rows(packed, path, *arrays, True, 0, ROWS)) / ROWS
     yield Row("inverse, along a path, one thread", follow * 1e6, "us")
     everywhere = np.tile(poses, (10, 1))
     rate = len(everywhere) / best(lambda: solve_inverse(model, everywhere))

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row, best
-from cablewright.estimation.lidar_walls import LidarTurn, WallSettings, start, step
-from cablewright.estimation.room import Laser, Room
-from cablewright.estimation.scan import Lidar
+from cablewright.estimation.lidar.localisation import LidarTurn, WallSettings, start, step
+from cablewright.estimation.lidar.room import Laser, Room
+from cablewright.estimation.lidar.scan import Lidar
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]

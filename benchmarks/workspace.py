@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from benchmarks.timing import Row, best
-from cablewright.analyses.workspace import workspace
-from cablewright.kernels import distribution, layout, zonotope
+from cablewright.analyses.workspace.workspace import workspace
+from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
+from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -88,7 +89,7 @@ def capacity_time(packed: Packed, poses: Array) -> float:
     count = len(poses)
     margins, ranks, codes = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
     arrays = (packed, poses, np.zeros(packed.freedoms), 1.0, margins, ranks, codes)
-    return best(lambda: zonotope.capacity_rows(*arrays, 0, count), REPEATS)
+    return best(lambda: capacity_margin.capacity_rows(*arrays, 0, count), REPEATS)
 
 
 def peer_rows(model: Model, speed: float) -> Iterator[Row]:

@@ -2,8 +2,8 @@
 
 import math
 
-from cablewright.machine.settings import load_settings
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.simulated.settings import load_settings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.signals import Encoders, SensorFrame
 from cablewright.studies.drive import DriveSettings, Pilot, random_round

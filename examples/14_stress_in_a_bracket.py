@@ -1,7 +1,7 @@
 """What the universal joint spares the bracket of the house printer's most loaded sheave, on a coarse mesh."""
 
 import cablewright as cw
-from cablewright.analyses.bracket import bracket_at
+from cablewright.analyses.bracket.stress import bracket_at
 
 found = bracket_at(cw.Model(cw.load("house-printer")), [-2.25, -6.75, 13.0], times=1)
 for name, design in (("universal joint", found.universal_joint), ("conventional", found.conventional)):

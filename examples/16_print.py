@@ -5,9 +5,9 @@ from pathlib import Path
 
 import cablewright as cw
 from cablewright.printing.job import Job
-from cablewright.studies.print_finish import finish
-from cablewright.studies.print_plan import Choices, twin_of
-from cablewright.studies.print_run import run_print
+from cablewright.studies.prints.finish import finish
+from cablewright.studies.prints.plan import Choices, twin_of
+from cablewright.studies.prints.run import run_print
 
 robot = cw.load("merlet2023")
 job = Job.model_validate({

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.machine.settings import FaultPlan, MachineSettings
+from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
 from cablewright.robot import load
 from cablewright.signals import Estimate, SensorFrame, Truth
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import OBSERVERS
+from cablewright.studies.estimator_settings import OBSERVERS
 from twins import SETTINGS, machine
 
 

@@ -8,16 +8,16 @@ from functools import cache
 
 import numpy as np
 
-from cablewright.estimation import observer
-from cablewright.machine.log import Entry, LogHead
-from cablewright.machine.settings import MachineSettings
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.estimation.chain import observer
+from cablewright.machine.log.log import Entry, LogHead
+from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 from cablewright.robot import Robot, load
 from cablewright.signals import PrintState, Progress
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
-from cablewright.studies.observing import observer_settings
+from cablewright.studies.estimator_settings import observer_settings
 from twins import SETTINGS, machine
 
 RING = """schema = 1

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.machine.settings import MachineSettings, load_settings
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.signals import Command, Reading
 

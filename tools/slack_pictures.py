@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.apps.report import style
-from cablewright.apps.report.slack_picture import angle_over_excess, let_out_picture
+from cablewright.apps.pictures import style
+from cablewright.apps.pictures.slack import angle_over_excess, let_out_picture
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, load
 from cablewright.solvers.inverse import inverse

@@ -7,12 +7,12 @@ its caption says 0.10 m: the caption is taken here.
 import numpy as np
 
 import cablewright as cw
-from cablewright.analyses.boundary import boundary_modes
 from cablewright.analyses.modes import FREEDOMS, modes
-from cablewright.analyses.question import Law
-from cablewright.analyses.retraction import best_retraction
-from cablewright.analyses.workspace import count_nodes, workspace
-from cablewright.robot.changes import Change, changed, with_box_inertia
+from cablewright.analyses.workspace.boundary_modes import boundary_modes
+from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.retraction import best_retraction
+from cablewright.analyses.workspace.workspace import count_nodes, workspace
+from cablewright.robot.design_variables import Change, changed, with_box_inertia
 
 RIGID = cw.Fidelity.of("rigid")
 LENGTHS = (2.0, 1.6, 1.2)  # m

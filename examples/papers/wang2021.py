@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import cablewright as cw
-from cablewright.calibration.fit import fits
+from cablewright.calibration.pose_fit import fits
 from cablewright.calibration.problem import Problem
 from cablewright.calibration.simulation import aligned, measure, random_poses
 
@@ -119,7 +119,7 @@ def by_poses(starts: int, few: int) -> tuple[list[float], list[float]]:
 
 def picture(file: Path, means: list[float], singles: list[float], starts: int) -> None:
     """Both errors by the number of poses."""
-    from cablewright.apps.report import style
+    from cablewright.apps.pictures import style
 
     with style.drawing():
         drawn = style.figure(6.4, 3.6)

@@ -10,19 +10,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cablewright.analyses.accuracy import accuracy
-    from cablewright.analyses.spread import FirstOrder, MonteCarlo, Vertices
+    from cablewright.analyses.accuracy.nozzle_error import accuracy
+    from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.job import Job, load_job
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, of_moduli
-    from cablewright.solvers.branches import Equilibria, equilibria
     from cablewright.solvers.certify import Certificate, certify
+    from cablewright.solvers.continuation import Tracker, TrackerSettings
+    from cablewright.solvers.equilibria import Equilibria, equilibria
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
-    from cablewright.solvers.track import Tracker, TrackerSettings
     from cablewright.studies.accuracy import (
         accuracy_over,
         accuracy_over_job,
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
         along_helix,
         on_plane,
     )
+    from cablewright.studies.accuracy_at_pose import accuracy_at
     from cablewright.studies.check import Check, check
-    from cablewright.studies.place import accuracy_at
 
 __all__ = [
     "AnswerError",
@@ -77,19 +77,19 @@ __all__ = [
 ]
 
 _HOMES = {
-    "analyses.accuracy": ("accuracy",),
-    "analyses.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
+    "analyses.accuracy.nozzle_error": ("accuracy",),
+    "analyses.accuracy.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
     "errors": ("AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status"),
     "models.fidelity": ("CableLaw", "Fidelity", "SheaveLaw"),
     "models.statics": ("Equilibrium", "Model"),
     "printing.job": ("Job", "load_job"),
     "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "of_moduli"),
-    "solvers.branches": ("Equilibria", "equilibria"),
+    "solvers.equilibria": ("Equilibria", "equilibria"),
     "solvers.certify": ("Certificate", "certify"),
     "solvers.forward": ("forward",),
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
-    "solvers.track": ("Tracker", "TrackerSettings"),
+    "solvers.continuation": ("Tracker", "TrackerSettings"),
     "studies.accuracy": (
         "accuracy_over",
         "accuracy_over_job",
@@ -98,7 +98,7 @@ _HOMES = {
         "on_plane",
     ),
     "studies.check": ("Check", "check"),
-    "studies.place": ("accuracy_at",),
+    "studies.accuracy_at_pose": ("accuracy_at",),
 }
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.analyses.accessible import CLOSE, Accessible, accessible, box, sheave_rules
 from cablewright.analyses.feasibility import broken_limits, judge_pose
+from cablewright.analyses.workspace.accessible import CLOSE, Accessible, accessible, box, sheave_rules
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

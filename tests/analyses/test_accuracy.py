@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from analyses.test_spread import ranges_of
-from cablewright.analyses.accuracy import COMPENSATIONS, Accuracy, accuracy, commanded
-from cablewright.analyses.region import region
-from cablewright.analyses.spread import FirstOrder, MonteCarlo, Problem, Vertices, corner_values
+from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, accuracy, commanded
+from cablewright.analyses.accuracy.region import region
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Problem, Vertices, corner_values
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.analyses.bracket import PLATES, Comparison, bracket_at, foot, plate_peaks
-from cablewright.analyses.bracket_loads import Loads, facings, loads_at
-from cablewright.analyses.bracket_parts import base, cheek
-from cablewright.analyses.elasticity import von_mises
+from cablewright.analyses.bracket.elasticity import von_mises
+from cablewright.analyses.bracket.loads import Loads, facings, loads_at
+from cablewright.analyses.bracket.parts import base, cheek
+from cablewright.analyses.bracket.stress import PLATES, Comparison, bracket_at, foot, plate_peaks
 from cablewright.errors import AnswerError, InputError
 from cablewright.kernels import layout
 from cablewright.models.statics import Model

@@ -10,9 +10,9 @@ import scipy.sparse.linalg as sla
 import skfem
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from cablewright.analyses.bracket_mesh import Bore, Grid, Solid, build, ticks
-from cablewright.analyses.dissection import dissected
-from cablewright.analyses.elasticity import Elastic, von_mises
+from cablewright.analyses.bracket.elasticity import Elastic, von_mises
+from cablewright.analyses.bracket.hexahedra import Bore, Grid, Solid, build, ticks
+from cablewright.analyses.bracket.nested_dissection import dissected
 from cablewright.robot.bracket import Material
 from oracles import calculix
 

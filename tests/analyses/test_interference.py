@@ -14,7 +14,7 @@ from cablewright.analyses import interference as analysis
 from cablewright.analyses.interference import Interference, Settings, free_region, interference, margins
 from cablewright.errors import InputError
 from cablewright.kernels import layout
-from cablewright.kernels.catenary import span
+from cablewright.kernels.statics.catenary import span
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Part, of_mesh

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from cablewright.analyses.mesh import Mesh
+from cablewright.analyses.workspace.mesh import Mesh
 
 
 def hull_mesh(points: np.ndarray) -> tuple[Mesh, ConvexHull]:

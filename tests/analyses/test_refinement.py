@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cablewright.analyses.refinement import Box, Refined, refine
+from cablewright.analyses.workspace.refinement import Box, Refined, refine
 
 CUBE = Box(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
 Body = Callable[[np.ndarray], np.ndarray]

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from analyses.test_spread import ranges_of
-from cablewright.analyses import region as module
-from cablewright.analyses.accuracy import accuracy
-from cablewright.analyses.region import PLANES, area, hull_of, interior, region
-from cablewright.analyses.spread import Problem, Vertices, corner_values, sampled
+from cablewright.analyses.accuracy import region as module
+from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.region import PLANES, area, hull_of, interior, region
+from cablewright.analyses.accuracy.spread import Problem, Vertices, corner_values, sampled
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
 from cablewright.robot.uncertainty import Range, of_moduli

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.analyses.retraction import Retracting, _fit, _peaks, best_retraction
-from cablewright.analyses.workspace import workspace
+from cablewright.analyses.workspace.retraction import Retracting, _fit, _peaks, best_retraction
+from cablewright.analyses.workspace.workspace import workspace
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -11,8 +11,8 @@ from scipy.optimize import brentq, root
 from scipy.spatial import ConvexHull
 
 import cases
-from cablewright.analyses.corners import extreme_signs, signs_of_box, vertex_count
-from cablewright.analyses.spread import FirstOrder, MonteCarlo, Problem, Vertices, settled
+from cablewright.analyses.accuracy.corners import extreme_signs, signs_of_box, vertex_count
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Problem, Vertices, settled
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

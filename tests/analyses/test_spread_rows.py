@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from analyses.test_spread import problem_of, ranges_of
-from cablewright.analyses import spread as module
-from cablewright.analyses.accuracy import accuracy
-from cablewright.analyses.spread import FirstOrder, Method, MonteCarlo, Problem, Spread, Vertices
+from cablewright.analyses.accuracy import spread as module
+from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Problem, Spread, Vertices
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
 import cases
-from cablewright.analyses.accessible import accessible
-from cablewright.analyses.question import CRITERIA, Law, ask
-from cablewright.analyses.workspace import Workspace, count_nodes, workspace
+from cablewright.analyses.workspace.accessible import accessible
+from cablewright.analyses.workspace.criterion import CRITERIA, Law, ask
+from cablewright.analyses.workspace.workspace import Workspace, count_nodes, workspace
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -9,12 +9,12 @@ import pytest
 from numba.core.types import unliteral
 from scipy.optimize import least_squares
 
-from cablewright.calibration.fit import fit
 from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior, Sigmas
+from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.simulation import random_poses, simulate
 from cablewright.calibration.solve import calibrate
-from cablewright.kernels import pose_schur, sensors
+from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
@@ -206,7 +206,7 @@ def test_kernels_have_one_compiled_signature() -> None:
         made = simulate(robot, 20, 1e-4, 1, guess=0.01)
         calibrate(robot, made.measured, rough=0.0, outliers=False)
         calibrate(robot, made.measured, Plan(datum=(robot.lines[0].name,)), rough=0.0)
-    for module in (sensors, pose_schur):
+    for module in (calibration_residuals, pose_schur):
         for each in vars(module).values():
             if hasattr(each, "signatures"):
                 assert len({tuple(map(unliteral, signature)) for signature in each.signatures}) <= 1, each.__name__

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cablewright.calibration.shots import read_shots
-from cablewright.calibration.survey import survey
-from cablewright.calibration.survey_plan import load_plan
+from cablewright.calibration.survey.plan import load_plan
+from cablewright.calibration.survey.shots import read_shots
+from cablewright.calibration.survey.survey import survey
 from cablewright.errors import InputError
 from oracles.surveyor import csv, gsi, polar, site
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.fit import NEAR, fits
 from cablewright.calibration.observability import information
 from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior, Range, Sigmas
+from cablewright.calibration.pose_fit import NEAR, fits
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses, simulate
 from cablewright.calibration.solve import calibrate

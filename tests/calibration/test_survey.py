@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.calibration import fits
-from cablewright.calibration.shots import Shot, Shots, of_polar
-from cablewright.calibration.survey import survey
-from cablewright.calibration.survey_plan import Plan
-from cablewright.calibration.survey_result import Survey
-from cablewright.calibration.surveyed import surveyed
+from cablewright.calibration.survey import shape_fits
+from cablewright.calibration.survey.plan import Plan
+from cablewright.calibration.survey.result import Survey
+from cablewright.calibration.survey.shots import Shot, Shots, of_polar
+from cablewright.calibration.survey.survey import survey
+from cablewright.calibration.survey.surveyed_robot import surveyed
 from cablewright.errors import InputError
 from cablewright.robot import load
 from oracles.room import EAST, NORTH, WEST
@@ -138,7 +138,7 @@ def test_motion_per_marker_is_the_derivative() -> None:
 
 def predicted(shots: Shots) -> list[np.ndarray]:
     """(3, 3 N) of each exit point, from inside."""
-    from cablewright.calibration.survey import _Work
+    from cablewright.calibration.survey.survey import _Work
 
     work = _Work(shots, PLAN, None)
     kept = {}
@@ -348,7 +348,7 @@ def test_circles_are_least_squares(seed: int) -> None:
     centre, radius = rng.normal(size=3), rng.uniform(0.02, 0.5)
     points = centre + radius * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
     points += rng.normal(0, 0.01 * radius, points.shape)
-    fit, basis = fits.circle(points, np.tile(1e-6 * np.eye(3), (8, 1, 1)))
+    fit, basis = shape_fits.circle(points, np.tile(1e-6 * np.eye(3), (8, 1, 1)))
     assert fit.converged
 
     def left(q: np.ndarray) -> float:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.estimation import drum_radius
-from cablewright.estimation.drum_radius import RadiusSettings
+from cablewright.estimation.chain import drum_radius
+from cablewright.estimation.chain.drum_radius import RadiusSettings
 from cablewright.models.coil import wind
 
 KNOWN = np.ones(2, dtype=bool)

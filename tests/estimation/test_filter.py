@@ -11,12 +11,12 @@ import pytest
 from scipy import stats
 
 from cablewright.errors import InputError
-from cablewright.estimation import filter as error_state
-from cablewright.estimation import filter_lidar, filter_lines
-from cablewright.estimation.filter_state import FilterSettings, FilterState, Layout, correct, fuse, likely
+from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman import lidar_update, line_update
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, correct, fuse, likely
 from cablewright.robot import load
 from cablewright.signals import Distance, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
-from cablewright.studies.observing import filter_settings
+from cablewright.studies.estimator_settings import filter_settings
 from cablewright.studies.replay import WITHIN, bound
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, changed
@@ -100,17 +100,17 @@ def test_a_bound_has_95_of_100_errors_in_it() -> None:
     assert stats.chi2(3).cdf(WITHIN) == pytest.approx(0.95, abs=1e-4)
 
 
-def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], filter_lidar.Equation]:
+def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], lidar_update.Equation]:
     """What a turn's lines say, as seen from *state*."""
     state = copy.deepcopy(state)
-    filter_lidar.look(KNOWN, state, scan)
+    lidar_update.look(KNOWN, state, scan)
     looked = state.looked
     assert looked is not None
     swept = [
-        filter_lidar.swept_by(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw) for one in looked.kept.seen
+        lidar_update.swept_by(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw) for one in looked.kept.seen
     ]
     every = set(range(len(swept)))
-    return {(one.seen, one.wall): one for one in filter_lidar.equations_of(KNOWN, state, looked, swept, every)}
+    return {(one.seen, one.wall): one for one in lidar_update.equations_of(KNOWN, state, looked, swept, every)}
 
 
 @pytest.mark.parametrize("source", ["north", "south"])
@@ -142,11 +142,11 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     assert later.taut is not None
     for way in np.eye(3):
         assert later.jacobian @ (later.taut.toward @ way) == pytest.approx(way, abs=1e-9)
-    before, slack = later.position.copy(), filter_lines.excess(later)
+    before, slack = later.position.copy(), line_update.excess(later)
     state = copy.deepcopy(later)
-    filter_lines.carry(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
+    line_update.carry(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
     assert np.linalg.norm(state.position - before) < 3e-4
-    assert np.abs(filter_lines.excess(state) - slack).max() < 3e-4
+    assert np.abs(line_update.excess(state) - slack).max() < 3e-4
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.robot import load
 from cablewright.signals import Command, Estimate, Truth
-from cablewright.studies.observing import OBSERVERS
+from cablewright.studies.estimator_settings import OBSERVERS
 from twins import machine
 
 

@@ -11,13 +11,13 @@ import pytest
 
 import cablewright.estimation
 from cablewright.errors import InputError
-from cablewright.estimation import observer
-from cablewright.estimation.room import Laser
-from cablewright.estimation.trail import Trail
-from cablewright.machine.settings import LidarSettings
+from cablewright.estimation.chain import observer
+from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.time_buffer import Trail
+from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.robot import load
 from cablewright.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
-from cablewright.studies.observing import observer_settings, surveyed
+from cablewright.studies.estimator_settings import observer_settings, surveyed
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, changed, machine
 
@@ -201,7 +201,7 @@ def test_estimation_never_sees_the_truth() -> None:
     import pathlib
 
     folder = pathlib.Path(cablewright.estimation.__file__).parent
-    for file in folder.glob("*.py"):
+    for file in folder.rglob("*.py"):
         text = file.read_text("utf-8")
         assert "Truth" not in text
         assert "cablewright.machine" not in text

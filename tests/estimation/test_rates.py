@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.settings import MachineSettings
+from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.signals import Scan, SensorFrame
 from observed import drive, errors, observe
 from twins import SETTINGS, changed, machine

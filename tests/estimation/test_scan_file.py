@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.estimation.scan import Lidar, points_of
-from cablewright.estimation.scan_file import FileScan, read_scan
-from cablewright.estimation.wall_lines import LineSearch, lines_of
+from cablewright.estimation.lidar.scan import Lidar, points_of
+from cablewright.estimation.lidar.scan_file import FileScan, read_scan
+from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
 from oracles.room import rectangle, scan
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -15,8 +15,9 @@ from numba.core.types import unliteral
 import cases
 from cablewright import kernels
 from cablewright.analyses.interference import interference
-from cablewright.kernels import catenary, sweep
-from cablewright.machine.simulated import PLANTS
+from cablewright.kernels import batches
+from cablewright.kernels.statics import catenary
+from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
@@ -55,7 +56,7 @@ def test_every_kernel_has_one_compiled_signature() -> None:
 
 
 def test_the_cache_is_stamped_with_all_sources() -> None:
-    stamp = sweep.forward_rows._cache._cache_file._source_stamp
+    stamp = batches.forward_rows._cache._cache_file._source_stamp
     assert stamp == kernels.STAMP == kernels._stamp()
     assert catenary.span._cache._cache_file._source_stamp == stamp
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from cablewright.kernels.distance import clipped, depth_in_box, segment_box, segment_polygon, segment_segment
+from cablewright.kernels.collision.distance import clipped, depth_in_box, segment_box, segment_polygon, segment_segment
 
 SEED = 20200612
 EXACT = 1e-12

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.kernels.margin import exchange_scratch, widest
-from cablewright.kernels.structure import reduce, structure_scratch, track
-from cablewright.kernels.zonotope import _null_vector
+from cablewright.kernels.wrench_feasibility.capacity_margin import _null_vector
+from cablewright.kernels.wrench_feasibility.structure_matrix import reduce, structure_scratch, track
+from cablewright.kernels.wrench_feasibility.tension_margin import exchange_scratch, widest
 from oracles import linear_program
 
 SHAPES = [(3, 1), (3, 3), (3, 4), (3, 5), (3, 9), (6, 4), (6, 6), (6, 7), (6, 8), (6, 9), (6, 12), (6, 20)]

@@ -17,8 +17,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from cablewright.kernels import interval as iv
 from cablewright.kernels import jit
+from cablewright.kernels.certificates import interval as iv
 from oracles import ball
 
 FEW = settings(max_examples=400, deadline=None)

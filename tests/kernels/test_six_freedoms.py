@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cablewright.kernels import layout, sweep
-from cablewright.kernels.equilibrium import condense, evaluate, workspace
+from cablewright.kernels import batches, layout
 from cablewright.kernels.layout import Packed
+from cablewright.kernels.statics.equilibrium import condense, evaluate, workspace
 
 CORNERS = np.array([[x, y, z] for z in (0.0, 3.0) for x in (-2.0, 2.0) for y in (-1.5, 1.5)])
 ATTACHED = np.array([[x, y, z] for z in (0.25, -0.2) for x in (0.15, -0.15) for y in (-0.1, 0.1)])  # crossed
@@ -44,7 +44,7 @@ def held(packed: Packed, count: int = 50) -> tuple[np.ndarray, np.ndarray, np.nd
     )
     states, lengths = np.zeros((count, 8, layout.STATE)), np.zeros((count, 8))
     codes, violations = np.zeros(count, np.int64), np.zeros(count)
-    sweep.inverse_rows(batch(packed), poses, states, lengths, codes, violations, False, 0, count)
+    batches.inverse_rows(batch(packed), poses, states, lengths, codes, violations, False, 0, count)
     good = codes == 0
     assert good.sum() > count // 2
     return poses[good], states[good], lengths[good]
@@ -59,7 +59,7 @@ def test_forward_of_inverse_is_the_pose(radius: float) -> None:
     poses = wanted + rng.normal(0, 0.003, wanted.shape)  # millimetres and milliradians away
     states, codes = np.zeros((count, 8, layout.STATE)), np.zeros(count, np.int64)
     more = (codes, np.zeros(count, np.int64), np.zeros(count))
-    sweep.forward_rows(batch(packed), lengths, poses, states, *more, sweep.NEAR, 0, count)
+    batches.forward_rows(batch(packed), lengths, poses, states, *more, batches.NEAR, 0, count)
     assert not codes.any()
     np.testing.assert_allclose(poses[:, :3], wanted[:, :3], atol=1e-9)
     turned = Rotation.from_rotvec(poses[:, 3:]).inv() * Rotation.from_rotvec(wanted[:, 3:])

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from cablewright.kernels import rotation
 from cablewright.kernels.newton import solve
-from cablewright.kernels.tension import SOFT, distribute
+from cablewright.kernels.statics.tension import SOFT, distribute
 
 
 @pytest.mark.parametrize("n", range(1, 7))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.as_built import as_built
-from cablewright.machine.settings import Tolerances
+from cablewright.machine.simulated.as_built import as_built
+from cablewright.machine.simulated.settings import Tolerances
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.kernels import dynamics
-from cablewright.kernels.dynamics import CENTRE, INERTIA, MASS, PLACE, RATE, TURN, VELOCITY
 from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, PHI, TAU, WEIGHT
-from cablewright.kernels.line import settle
+from cablewright.kernels.plant import dynamics
+from cablewright.kernels.plant.dynamics import CENTRE, INERTIA, MASS, PLACE, RATE, TURN, VELOCITY
+from cablewright.kernels.statics.line import settle
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.solvers.forward import solve_forward

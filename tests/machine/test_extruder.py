@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.settings import extruding, load_settings, settings_text
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.simulated.settings import extruding, load_settings, settings_text
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.deposition import extrude
 from cablewright.printing.heightfield import HeightField

@@ -14,11 +14,11 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from cablewright.errors import InputError
-from cablewright.machine import log_file as logs
-from cablewright.machine.log import Entry, LogHead, LogWriter, read_log
-from cablewright.machine.messages import decode, encode
-from cablewright.machine.replay import ReplayedMachine
-from cablewright.machine.topics import TOPICS
+from cablewright.machine.log import mcap_file as logs
+from cablewright.machine.log.log import Entry, LogHead, LogWriter, read_log
+from cablewright.machine.log.messages import decode, encode
+from cablewright.machine.log.replayed_machine import ReplayedMachine
+from cablewright.machine.log.topics import TOPICS
 from cablewright.robot import load
 from cablewright.signals import (
     Command,

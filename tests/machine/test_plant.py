@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.log import LogHead, LogWriter
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.log.log import LogHead, LogWriter
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import Command, Condition, Encoders

@@ -16,9 +16,9 @@ import pytest
 from mcap.reader import make_reader
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.join import join_log
-from cablewright.machine.log import LogHead, LogWriter, read_log, write_log
-from cablewright.machine.segments import log_files, next_segment
+from cablewright.machine.log.join import join_log
+from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
+from cablewright.machine.log.segments import log_files, next_segment
 from cablewright.robot import load
 from cablewright.signals import Climate, Command, Scan, SensorFrame, Truth
 from twins import SETTINGS, machine
@@ -139,7 +139,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 from test_segments import HEAD
-from cablewright.machine.log import write_log
+from cablewright.machine.log.log import write_log
 from cablewright.signals import Climate, SensorFrame
 with write_log(Path(sys.argv[1]), HEAD) as log:
     for k in range(1, 10**9):

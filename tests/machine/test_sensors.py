@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.kernels import moving
-from cablewright.kernels.scan import FAR, ray_to_floor, ray_to_wall
-from cablewright.machine.link import Channel
-from cablewright.machine.room import Ground
-from cablewright.machine.settings import FaultPlan, Link
+from cablewright.kernels.plant import machine_step
+from cablewright.kernels.plant.lidar_rays import FAR, ray_to_floor, ray_to_wall
+from cablewright.machine.simulated.link import Channel
+from cablewright.machine.simulated.settings import FaultPlan, Link
+from cablewright.machine.simulated.surroundings import Ground
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import Barrier, Climate, Condition, Distance, Encoders, Inertial, LineAngles, Reading, Scan
@@ -186,7 +186,7 @@ def test_a_line_vibrates_at_its_own_frequency() -> None:
     vibration, shape, moved, dt = np.array([0.01, 1e-4, 9.81]), np.zeros(2), [], 2e-3
     noise = np.random.default_rng(0).standard_normal(60_000)
     for each in noise:
-        moving.vibrate(row, y, plane, np.zeros(6), each, vibration, dt, shape)
+        machine_step.vibrate(row, y, plane, np.zeros(6), each, vibration, dt, shape)
         moved.append(shape[0])
     power = np.abs(np.fft.rfft(moved)) ** 2
     frequency = np.fft.rfftfreq(len(moved), dt)[np.argmax(power)]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.messages import encode
-from cablewright.machine.settings import FaultPlan
-from cablewright.machine.simulated import SimulatedMachine
-from cablewright.machine.snapshot import Snapshot, read_snapshots, write_snapshots
+from cablewright.machine.log.messages import encode
+from cablewright.machine.simulated.settings import FaultPlan
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.robot import load
 from cablewright.signals import Barrier, Command
 from twins import SETTINGS, changed, machine, run

@@ -1,4 +1,4 @@
-"""Oracle: the rounding errors of the series in `cablewright.kernels.interval`, bounded with rational arithmetic.
+"""Oracle: the rounding errors of the series in `kernels.certificates.interval`, bounded with rational arithmetic.
 
 A `Ball` says how large a number is at most and how far its computed value is from it at most. The bounds below follow
 the kernels operation by operation over their whole range and give the relative error of the value in units of 2^-53.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.analyses.elasticity import Elastic
+from cablewright.analyses.bracket.elasticity import Elastic
 from cablewright.apps.report.bracket_vtu import CORNERS_THEN_EDGES
 
 

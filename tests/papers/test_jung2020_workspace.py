@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.analyses.question import Law
-from cablewright.analyses.retraction import best_retraction
-from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.retraction import best_retraction
+from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.checks import least_poses
-from cablewright.calibration.fit import fits
+from cablewright.calibration.pose_fit import fits
 from cablewright.calibration.problem import Problem
 from cablewright.calibration.simulation import aligned, measure, random_poses
 from cablewright.robot import load

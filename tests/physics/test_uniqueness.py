@@ -15,7 +15,8 @@ import pytest
 from mpmath import mp, mpf
 
 import cases
-from cablewright.kernels import equilibrium, forward, layout, sweep
+from cablewright.kernels import batches, layout
+from cablewright.kernels.statics import equilibrium, forward
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load
@@ -537,7 +538,7 @@ def flipped(robot: Robot, at: Sequence[float]) -> tuple[np.ndarray, np.ndarray, 
     states[..., layout.BETA] += np.pi * flips
     codes, iterations = np.zeros(16, dtype=np.int64), np.zeros(16, dtype=np.int64)
     lengths = np.tile(held.lengths, (16, 1))
-    sweep.forward_rows(held.packed, lengths, poses, states, codes, iterations, np.zeros(16), sweep.WARM, 0, 16)
+    batches.forward_rows(held.packed, lengths, poses, states, codes, iterations, np.zeros(16), batches.WARM, 0, 16)
     return codes, poses, states[..., layout.BETA]
 
 

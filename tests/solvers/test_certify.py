@@ -19,9 +19,9 @@ from numba.core.types import unliteral
 import cases
 from cablewright import kernels
 from cablewright.errors import InputError
-from cablewright.kernels import certify as kernel
-from cablewright.kernels import layout, sweep
-from cablewright.kernels.enclose_all import certificate_pool, unfold
+from cablewright.kernels import batches, layout
+from cablewright.kernels.certificates import krawczyk as kernel
+from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
@@ -274,10 +274,10 @@ def on_their_heads(held: Equilibrium, heads: np.ndarray) -> Equilibrium:
     rows = len(heads)
     lengths, poses = np.tile(held.lengths, (rows, 1)), np.tile(held.pose, (rows, 1))
     states, started = np.zeros((rows, held.model.m, layout.STATE)), np.zeros(rows, dtype=np.bool_)
-    sweep.start_rows(held.packed, lengths, poses, heads, 1.0, states, started)
+    batches.start_rows(held.packed, lengths, poses, heads, 1.0, states, started)
     assert started.all()
     codes, counts = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
-    sweep.forward_rows(held.packed, lengths, poses, states, codes, counts, np.zeros(rows), sweep.WARM, 0, rows)
+    batches.forward_rows(held.packed, lengths, poses, states, codes, counts, np.zeros(rows), batches.WARM, 0, rows)
     return Equilibrium(held.model, held.packed, poses, lengths, states, codes, np.zeros(rows), counts)
 
 

@@ -10,11 +10,12 @@ from mpmath import mp, mpf, quad
 
 import cablewright as cw
 from cablewright.errors import InputError
-from cablewright.kernels import layout, leaf, shapes
-from cablewright.kernels.hanging_span import hanging_span
-from cablewright.kernels.interval import cos, point, sin
+from cablewright.kernels import layout
+from cablewright.kernels.certificates import line_branches, line_cell
+from cablewright.kernels.certificates.interval import cos, point, sin
+from cablewright.kernels.certificates.span_enclosure import hanging_span
 from cablewright.solvers import exhaustive
-from cablewright.solvers.atlas import atlases, known_of
+from cablewright.solvers.line_cover import atlases, known_of
 
 
 def held(name: str, pose: list[float], longer: float = 0.0) -> tuple[cw.Model, np.ndarray]:
@@ -72,16 +73,16 @@ def test_every_shape_that_a_solve_finds_is_in_a_leaf(taut) -> None:
             own = known.leaves[known.offsets[i] : known.offsets[i + 1]]
             phi, tau = state[i, layout.PHI], state[i, layout.TAU]
             at = own[(own[:, 0] <= phi) & (own[:, 1] >= phi) & (own[:, 2] <= tau) & (own[:, 3] >= tau)]
-            at = at[at[:, leaf.LABEL] == label[i]]
+            at = at[at[:, line_cell.LABEL] == label[i]]
             away = pose - known.exits[i]
             x = np.hypot(away[0], away[1])
             wanted = {
-                leaf.X: x,
-                leaf.Z: away[2],
-                leaf.REACH: np.hypot(x, away[2]),
-                leaf.H: np.exp(tau) * np.cos(phi),
-                leaf.V: np.exp(tau) * np.sin(phi),
-                leaf.FREE_SPAN: state[i, layout.FREE],
+                line_cell.X: x,
+                line_cell.Z: away[2],
+                line_cell.REACH: np.hypot(x, away[2]),
+                line_cell.H: np.exp(tau) * np.cos(phi),
+                line_cell.V: np.exp(tau) * np.sin(phi),
+                line_cell.FREE_SPAN: state[i, layout.FREE],
             }
             holds = np.ones(len(at), dtype=bool)
             for column, value in wanted.items():
@@ -126,13 +127,13 @@ def test_what_only_stiffens_does(taut) -> None:
     rng = np.random.default_rng(4)
     row = model.packed.lines[0]
     own = known.leaves[: known.offsets[1]]
-    good = own[(own[:, leaf.GOOD] == 1.0) & (np.exp(own[:, 2]) < 1e4)]
-    work = shapes.shape_work()
+    good = own[(own[:, line_cell.GOOD] == 1.0) & (np.exp(own[:, 2]) < 1e4)]
+    work = line_branches.shape_work()
     for one in good[rng.choice(len(good), 60, replace=False)]:
         middle = np.array([0.5 * (one[0] + one[1]), 0.5 * (one[2] + one[3])])
         ends, forces = [], []
         for step in ((0.0, 0.0), (1e-5, 0.0), (0.0, 1e-5)):
-            end, force = _line_at(row, float(lengths[0]), middle + step, int(one[leaf.LABEL]), work)
+            end, force = _line_at(row, float(lengths[0]), middle + step, int(one[line_cell.LABEL]), work)
             ends.append(end)
             forces.append(force)
         by = np.column_stack([ends[1] - ends[0], ends[2] - ends[0]])
@@ -145,34 +146,34 @@ def _line_at(row, length, middle, label, work):
     """End and end force of a line of given direction, log tension and lever, by the inner unknowns' own equations."""
     t = np.exp(middle[1])
     cell = np.array([middle[0], middle[0], middle[1], middle[1]])
-    lever = 0.5 * (middle[0] - 0.5 * np.pi) + (np.pi if label == leaf.STANDING else 0.0)
+    lever = 0.5 * (middle[0] - 0.5 * np.pi) + (np.pi if label == line_cell.STANDING else 0.0)
     box = np.array([14.0, 16.0, -1.8, -1.4, lever - 1.2, lever + 1.2])
     stack, proved = [box], None
     while stack and proved is None:
         box = stack.pop()
-        verdict = shapes.examine(row, length, cell, box, work)
-        while verdict == shapes.SHRUNK:
-            verdict = shapes.examine(row, length, cell, box, work)
-        if verdict == shapes.PROVED:
+        verdict = line_branches.examine(row, length, cell, box, work)
+        while verdict == line_branches.SHRUNK:
+            verdict = line_branches.examine(row, length, cell, box, work)
+        if verdict == line_branches.PROVED:
             proved = work.where.copy()
-            shapes.tighten(row, length, cell, proved, work)
-        elif verdict == shapes.UNSURE:
+            line_branches.tighten(row, length, cell, proved, work)
+        elif verdict == line_branches.UNSURE:
             axis = int(np.argmax([box[1] - box[0], 5.0 * (box[3] - box[2]), box[5] - box[4]]))
             halves = [box.copy(), box.copy()]
             halves[0][2 * axis + 1] = halves[1][2 * axis] = 0.5 * (box[2 * axis] + box[2 * axis + 1])
             stack += halves
     assert proved is not None
-    own = np.zeros(leaf.LEAF)
-    leaf.describe(row, length, cell, proved, work.slopes, own)
-    end = np.array([own[leaf.X], own[leaf.Z]])
-    free = own[leaf.FREE_SPAN]
+    own = np.zeros(line_cell.LEAF)
+    line_cell.describe(row, length, cell, proved, work.slopes, own)
+    end = np.array([own[line_cell.X], own[line_cell.Z]])
+    free = own[line_cell.FREE_SPAN]
     return end, np.array([t * np.cos(middle[0]), t * np.sin(middle[0]) + row[layout.WEIGHT] * free])
 
 
 def test_slopes_of_the_inner_unknowns_are_enclosed() -> None:
     """Derivatives of dead length, psi and lever over a cell hold the differences of solves at points in it."""
     row = cw.Model(cw.load("paty2021")).packed.lines[0]
-    rng, work = np.random.default_rng(6), shapes.shape_work()
+    rng, work = np.random.default_rng(6), line_branches.shape_work()
     for _ in range(25):
         phi, tau = rng.uniform(-1.4, 0.2), np.log(10.0 ** rng.uniform(0.8, 3.0))
         cell = np.array([phi, phi + 0.05, tau, tau + 0.02])
@@ -180,7 +181,7 @@ def test_slopes_of_the_inner_unknowns_are_enclosed() -> None:
         box = np.stack(parts)
         whole = np.stack([box[:, ::2].min(axis=0) - 1e-9, box[:, 1::2].max(axis=0) + 1e-9], axis=1).ravel()
         wide = whole + 0.05 * np.tile([-1.0, 1.0], 3) * (whole[1::2] - whole[::2]).repeat(2)
-        shapes.tighten(row, 25.0, cell, wide, work)
+        line_branches.tighten(row, 25.0, cell, wide, work)
         middles = 0.5 * (box[:, ::2] + box[:, 1::2])
         for b, (one, other) in enumerate(((0, 1), (0, 2))):
             step = 0.05 if b == 0 else 0.02
@@ -197,14 +198,14 @@ def _inner_at(row, cell, work):
     stack = [np.array([14.0, 16.0, -1.8, -1.4, lever - 1.2, lever + 1.2])]
     while stack:
         box = stack.pop()
-        verdict = shapes.examine(row, 25.0, cell, box, work)
-        while verdict == shapes.SHRUNK:
-            verdict = shapes.examine(row, 25.0, cell, box, work)
-        if verdict == shapes.PROVED:
+        verdict = line_branches.examine(row, 25.0, cell, box, work)
+        while verdict == line_branches.SHRUNK:
+            verdict = line_branches.examine(row, 25.0, cell, box, work)
+        if verdict == line_branches.PROVED:
             proved = work.where.copy()
-            shapes.tighten(row, 25.0, cell, proved, work)
+            line_branches.tighten(row, 25.0, cell, proved, work)
             return proved
-        if verdict == shapes.UNSURE:
+        if verdict == line_branches.UNSURE:
             axis = int(np.argmax([box[1] - box[0], 5.0 * (box[3] - box[2]), box[5] - box[4]]))
             halves = [box.copy(), box.copy()]
             halves[0][2 * axis + 1] = halves[1][2 * axis] = 0.5 * (box[2 * axis] + box[2 * axis + 1])

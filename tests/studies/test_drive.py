@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import AnswerError, InputError
-from cablewright.machine.log import LogHead, LogWriter, read_log
+from cablewright.machine.log.log import LogHead, LogWriter, read_log
 from cablewright.robot import load
 from cablewright.studies.drive import SLACK, DriveSettings, drive, length_of, random_round
 from twins import SETTINGS, machine

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
-from cablewright.studies.print_plan import Choices, MachineTwin, plan_print, twin_of
-from cablewright.studies.printer import Attendant, Printer
+from cablewright.studies.prints.loop import Attendant, Printer
+from cablewright.studies.prints.plan import Choices, MachineTwin, plan_print, twin_of
 
 JOB = load_job(Path(__file__).parents[2] / "examples" / "house.toml")
 

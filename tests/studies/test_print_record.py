@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.machine.log import Entry, LogWriter, read_log
+from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, LineAngles, PrintState, Progress, SensorFrame, Truth, frozen
-from cablewright.studies.print_coil import Coils
-from cablewright.studies.print_metrics import metrics, metrics_text
-from cablewright.studies.print_record import UNUSED, record
-from cablewright.studies.print_rows import Columns
-from cablewright.studies.print_structure import _lift
-from cablewright.studies.print_vibration import WINDOW, Vibration, peak_frequency
+from cablewright.studies.prints.metrics import metrics, metrics_text
+from cablewright.studies.prints.record import UNUSED, record
+from cablewright.studies.prints.spooling import Coils
+from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.structure import _lift
+from cablewright.studies.prints.vibration import WINDOW, Vibration, peak_frequency
 from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
 

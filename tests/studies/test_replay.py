@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.log import LogHead, LogWriter
+from cablewright.machine.log.log import LogHead, LogWriter
 from cablewright.robot import load
 from cablewright.studies.replay import WITHIN, replay, spread
 from observed import drive, errors, observe

@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cablewright.analyses.boundary import boundary_modes
-from cablewright.analyses.question import Law
-from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.analyses.workspace.boundary_modes import boundary_modes
+from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.robot.changes import Change, changed, with_box_inertia
+from cablewright.robot.design_variables import Change, changed, with_box_inertia
 from cablewright.studies import trade as module
 from cablewright.studies.trade import Asked, Trade, best_of, trade
 

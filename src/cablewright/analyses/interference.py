@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import clearance
-from cablewright.kernels.clearance import Surroundings
-from cablewright.kernels.curve import MOST
+from cablewright.kernels.collision import clearance
+from cablewright.kernels.collision.clearance import Surroundings
+from cablewright.kernels.collision.line_polyline import MOST
 from cablewright.models.solids import Part, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.batch import run
+from cablewright.solvers.arguments import run
 from cablewright.solvers.inverse import solve_inverse
 
 __all__ = ["KINDS", "Contact", "Free", "Interference", "Settings", "free_region", "interference", "margins", "too_near"]

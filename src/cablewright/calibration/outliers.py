@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from cablewright.calibration.checks import gauge_size
-from cablewright.calibration.fit import QUICK, Fit, Progress, fit, poses_alone
 from cablewright.calibration.observability import projected
+from cablewright.calibration.pose_fit import QUICK, Fit, Progress, fit, poses_alone
 from cablewright.calibration.problem import Problem
-from cablewright.solvers.batch import silent
+from cablewright.solvers.arguments import silent
 
 __all__ = ["Rejected", "without_outliers"]
 

@@ -13,9 +13,9 @@ from cablewright.calibration.fixed import distances_of, held_by_datum, linear_ro
 from cablewright.calibration.plan import Plan
 from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError
-from cablewright.kernels import pose_schur, sensors
-from cablewright.kernels.pose_schur import Settings
-from cablewright.kernels.sensors import Rows
+from cablewright.kernels.fitting import calibration_residuals, pose_schur
+from cablewright.kernels.fitting.calibration_residuals import Rows
+from cablewright.kernels.fitting.pose_schur import Settings
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 
@@ -167,7 +167,7 @@ class Problem:
     def lengths(self, theta: Array, poses: Array) -> Array:
         """Length (N, m) of each line from its exit point to the platform, m."""
         found = np.zeros((len(poses), self.robot.m))
-        sensors.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
+        calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
         return found
 
     def exit_points(self, theta: Array) -> Array:
@@ -185,7 +185,7 @@ class Problem:
         total, k = len(self.values), len(theta)
         residuals, slopes, gradients = np.zeros(total), np.zeros((total, self.robot.n)), np.zeros((total, k))
         theta, poses = np.ascontiguousarray(theta), np.ascontiguousarray(poses)
-        sensors.derivatives(self.rows, theta, poses, self.values, used, residuals, slopes, gradients)
+        calibration_residuals.derivatives(self.rows, theta, poses, self.values, used, residuals, slopes, gradients)
         count, e = self.poses, self.per_pose
         linear = self.rows.linear @ theta - self.rows.wanted
         return Derivatives(
@@ -268,11 +268,11 @@ def _rows(
     lines = np.concatenate([block.line for block in blocks], axis=1).ravel()
     others = np.concatenate([block.other for block in blocks], axis=1).ravel()
     extra = np.concatenate([block.extra for block in blocks], axis=1).reshape(-1, 6)
-    nothing = np.zeros((robot.m, sensors.COLUMNS))
+    nothing = np.zeros((robot.m, calibration_residuals.COLUMNS))
     return Rows(
         freedoms=robot.n,
         start=np.arange(count + 1, dtype=np.int64) * per_pose,
-        kind=np.append(kinds, np.full(len(distances), sensors.BETWEEN, dtype=np.int64)),
+        kind=np.append(kinds, np.full(len(distances), calibration_residuals.BETWEEN, dtype=np.int64)),
         line=np.append(lines, whole[0]),
         other=np.append(others, whole[1]),
         extra=np.concatenate([extra, np.zeros((len(distances), 6))]),
@@ -301,25 +301,25 @@ def _blocks(robot: Robot, measured: Measured, plan: Plan, hangs: bool) -> Iterat
     """Yield the rows of each sensor that there is: the encoders first, then tensions where they stand by themselves."""
     sigma, lines = plan.sigma, np.arange(robot.m)
     one = np.ones(1)
-    encoder = sensors.PAID_OUT if hangs else sensors.ENCODER
+    encoder = calibration_residuals.PAID_OUT if hangs else calibration_residuals.ENCODER
     yield _block(encoder, measured.counted, one / (sigma.encoder or ENCODER_SIGMA), lines)
     if hangs and measured.tensions is not None:
-        yield _block(sensors.TENSION, measured.tensions, one / sigma.tension, lines)
+        yield _block(calibration_residuals.TENSION, measured.tensions, one / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
         extra = np.zeros((*measured.guess.shape, 6))
         if robot.n == 6:
             extra[:, 3:, :3] = measured.guess[:, None, 3:]
         weights = 1.0 / measured.pose_sigma
-        yield _block(sensors.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
+        yield _block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
-        yield _block(sensors.SWIVEL, measured.swivel, one / sigma.swivel, lines)
+        yield _block(calibration_residuals.SWIVEL, measured.swivel, one / sigma.swivel, lines)
     if measured.tilt is not None:
         if robot.n == 3:
             raise InputError(
                 f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
             )
-        yield _block(sensors.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
+        yield _block(calibration_residuals.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
     if not hangs and measured.tensions is not None:
         yield _balance(robot, measured, sigma.tension)
     nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
@@ -328,12 +328,14 @@ def _blocks(robot: Robot, measured: Measured, plan: Plan, hangs: bool) -> Iterat
         normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
         weights = at[:, None] / plane.deviation
         values = np.full(weights.shape, float(normal @ plane.point))
-        yield _block(sensors.PLANE, values, weights, extra=np.append(normal, nozzle))
+        yield _block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
     for index, reach in enumerate(plan.ranges):
         at = _at_poses(measured, reach.poses, f"ranges[{index}]")
         values = np.zeros((len(at), 1))
         values[np.asarray(reach.poses) - 1, 0] = reach.values
-        yield _block(sensors.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle))
+        yield _block(
+            calibration_residuals.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle)
+        )
 
 
 def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
@@ -362,7 +364,7 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: what is next to nothing is so of its own row
     extra = np.zeros((count, n, 6))
     extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    return _block(sensors.BALANCE, np.zeros((count, n)), np.ones(1), extra=extra)
+    return _block(calibration_residuals.BALANCE, np.zeros((count, n)), np.ones(1), extra=extra)
 
 
 def _load(robot: Robot) -> Array:

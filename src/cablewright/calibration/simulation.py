@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.hanging import FREED, Hanging
+from cablewright.calibration.elastic_lines import FREED, Hanging
 from cablewright.calibration.plan import Plan
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.errors import InputError

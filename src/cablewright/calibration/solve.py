@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.checks import check, check_lengths
-from cablewright.calibration.fit import Fit, Progress, best_fit, first_start, fit, to_file_frame
-from cablewright.calibration.hanging import Hanging
-from cablewright.calibration.hanging_start import hanging_fit
+from cablewright.calibration.elastic_lines import Hanging
+from cablewright.calibration.elastic_start import hanging_fit
 from cablewright.calibration.observability import (
     Direction,
     Information,
@@ -30,13 +29,14 @@ from cablewright.calibration.observability import (
 )
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import Plan
+from cablewright.calibration.pose_fit import Fit, Progress, best_fit, first_start, fit, to_file_frame
 from cablewright.calibration.problem import Measured, Problem
 from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.solvers.batch import silent
+from cablewright.solvers.arguments import silent
 
 __all__ = ["ROUGH", "Calibration", "calibrate"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels import sensors
+from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Eyelet, Robot
 from cablewright.robot.parameters import AXES, Parameter
 
@@ -34,13 +34,13 @@ DEFAULT: Final = ("exit_point", "length_offset")
 """What is unknown where nobody says: as in Wang and Caro 2021."""
 
 _COLUMNS: Final = {
-    "exit_point": sensors.EXIT,
-    "platform_point": sensors.POINT,
-    "sheave_radius": sensors.RADIUS,
-    "length_offset": sensors.OFFSET,
-    "length_scale": sensors.SCALE,
-    "drum_radius": sensors.SCALE,
-    "build_up": sensors.BUILD_UP,
+    "exit_point": calibration_residuals.EXIT,
+    "platform_point": calibration_residuals.POINT,
+    "sheave_radius": calibration_residuals.RADIUS,
+    "length_offset": calibration_residuals.OFFSET,
+    "length_scale": calibration_residuals.SCALE,
+    "drum_radius": calibration_residuals.SCALE,
+    "build_up": calibration_residuals.BUILD_UP,
 }
 _DIGITS: Final = 12  # after the point, m, of what is written to a robot file
 _OF_HARDWARE: Final = ("exit_point", "platform_point", "sheave_radius", "modulus")
@@ -156,20 +156,20 @@ def numbers_of_lines(robot: Robot) -> Array:
 
     Sheaves on a universal joint are taken as if they swivelled: a rigid line says nothing of a lever's balance.
     """
-    lines = np.zeros((robot.m, sensors.COLUMNS))
+    lines = np.zeros((robot.m, calibration_residuals.COLUMNS))
     for row, line in zip(lines, robot.lines, strict=True):
-        row[sensors.EXIT : sensors.EXIT + 3] = line.exit_point
-        row[sensors.POINT : sensors.POINT + 3] = line.platform_point
-        row[sensors.SCALE] = 1.0
+        row[calibration_residuals.EXIT : calibration_residuals.EXIT + 3] = line.exit_point
+        row[calibration_residuals.POINT : calibration_residuals.POINT + 3] = line.platform_point
+        row[calibration_residuals.SCALE] = 1.0
         if not isinstance(line.sheave, Eyelet):
-            row[sensors.RADIUS] = line.sheave.radius
-            row[sensors.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
+            row[calibration_residuals.RADIUS] = line.sheave.radius
+            row[calibration_residuals.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
     return lines
 
 
 def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
     """Which unknown stands at each number (m, COLUMNS) of the lines, -1 for none."""
-    found = np.full((robot.m, sensors.COLUMNS), -1, dtype=np.int64)
+    found = np.full((robot.m, calibration_residuals.COLUMNS), -1, dtype=np.int64)
     for at, unknown in enumerate(unknowns):
         for i, line in enumerate(robot.lines):
             if unknown.line in (None, line.name) and unknown.column >= 0:

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError, Status
-from cablewright.estimation.watch import Watch
+from cablewright.estimation.fault_monitor import Watch
 from cablewright.models.coil import Coil
 from cablewright.models.statics import Model
 from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
+from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
-from cablewright.solvers.track import Tracker, TrackerSettings
 
 __all__ = ["ReckoningSettings", "ReckoningState", "start", "step"]
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels.clearance import BEADS, PIECE, TRIANGLES, Solid
+from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, Solid
 from cablewright.printing.deposit import Deposit
 from cablewright.printing.stl import Mesh
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.kernels import layout, sweep
+from cablewright.kernels import batches, layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.pack import pack, pack_rows
@@ -140,7 +140,7 @@ class Equilibrium:
         """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
         massless = self.column(layout.WEIGHT) == 0.0
         tensions = np.exp(self.states[..., layout.TAU])
-        return np.where(massless & (tensions < 2.0 * sweep.SLACK_TENSION), 0.0, tensions)
+        return np.where(massless & (tensions < 2.0 * batches.SLACK_TENSION), 0.0, tensions)
 
     @property
     def platform_tensions(self) -> Array:
@@ -257,7 +257,7 @@ class Equilibrium:
         rows = 1 if single else len(self.code)
         m = self.model.m
         residual, force, low, high = np.empty(rows), np.empty(rows), np.empty((rows, m)), np.empty((rows, m))
-        sweep.examine(self.packed, *self.solved_arrays(), residual, force, low, high)
+        batches.examine(self.packed, *self.solved_arrays(), residual, force, low, high)
         if single:
             return residual[0], force[0], low[0], high[0]
         return residual, force, low, high

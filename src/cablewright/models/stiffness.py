@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
-from cablewright.kernels.stiffness import stiffness_rows
+from cablewright.kernels.statics.stiffness import stiffness_rows
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import certify as kernel
-from cablewright.kernels import layout, sweep
+from cablewright.kernels import batches, layout
+from cablewright.kernels.certificates import krawczyk as kernel
 from cablewright.models.statics import Equilibrium
-from cablewright.solvers.batch import run
+from cablewright.solvers.arguments import run
 
 __all__ = ["Certificate", "certify", "is_only_one"]
 
@@ -74,7 +74,7 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     codes, signs = np.full(rows, kernel.UNBOUNDED), np.zeros(rows, dtype=np.int64)
     bounds, boxes = np.full((rows, model.n), np.nan), np.full((rows, model.n), np.nan)
     arrays = (lengths, poses, states, float(tolerance), codes, bounds, boxes, signs)
-    run(sweep.certify_rows, sweep.certify_sweep, rows, equilibrium.packed, *arrays)
+    run(batches.certify_rows, batches.certify_sweep, rows, equilibrium.packed, *arrays)
     failed = (codes != kernel.CERTIFIED) & (codes != kernel.IMPRECISE)
     bounds[failed], boxes[failed], signs[failed] = np.nan, np.nan, 0
     found = Certificate(codes, bounds, boxes, signs)

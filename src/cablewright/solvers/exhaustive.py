@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import places
+from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.solvers.atlas import atlases, refuse_unfit
-from cablewright.solvers.batch import run
-from cablewright.solvers.branches import (
+from cablewright.solvers.arguments import run
+from cablewright.solvers.certify import certify
+from cablewright.solvers.equilibria import (
     FOUND,
     SAME_POSE,
     Equilibria,
@@ -24,7 +24,7 @@ from cablewright.solvers.branches import (
     slack_spans,
     solve_from,
 )
-from cablewright.solvers.certify import certify
+from cablewright.solvers.line_cover import atlases, refuse_unfit
 
 __all__ = ["Search", "begin", "exhaust"]
 
@@ -39,10 +39,10 @@ SHARES = 1000  # of the volume: what progress counts in
 SAVE_EVERY = 5.0  # s
 
 REASONS = {
-    places.AXIS: "next to the vertical through an exit point",
-    places.SHAPES: "shapes of a line could not be told apart: its dead span only just hangs, or its lever turns over",
-    places.SOFT: "a line may give way there, so that two equilibria could be close together",
-    places.UNSEEN: "at most one equilibrium is there, and none was found",
+    exclusion.AXIS: "next to the vertical through an exit point",
+    exclusion.SHAPES: "a line's shapes could not be told apart: its dead span only just hangs, or its lever turns over",
+    exclusion.SOFT: "a line may give way there, so that two equilibria could be close together",
+    exclusion.UNSEEN: "at most one equilibrium is there, and none was found",
 }
 
 
@@ -149,12 +149,12 @@ def _level(
     return search
 
 
-def _judge(known: places.Atlases, search: Search) -> Search:
+def _judge(known: exclusion.Atlases, search: Search) -> Search:
     """Judge the last boxes of the list and cut what is open in halves."""
     block, rest = search.open[-BLOCK:], search.open[:-BLOCK]
-    codes, reasons = np.full(len(block), places.OPEN), np.zeros(len(block), dtype=np.int64)
-    run(places.judge_rows, places.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
-    left, why = block[codes == places.OPEN], reasons[codes == places.OPEN]
+    codes, reasons = np.full(len(block), exclusion.OPEN), np.zeros(len(block), dtype=np.int64)
+    run(exclusion.judge_rows, exclusion.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
+    left, why = block[codes == exclusion.OPEN], reasons[codes == exclusion.OPEN]
     sides = left[:, 1::2] - left[:, ::2]
     small = sides.max(axis=1, initial=0.0) < LEAST[search.level]
     halves = _halves(left[~small], sides[~small])

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout, sweep
+from cablewright.kernels import batches, layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model, rows_of
 from cablewright.robot import Robot
-from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
+from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = ["forward", "solve_again", "solve_forward", "solve_from"]
 
@@ -57,11 +57,11 @@ def solve_forward(
     factors = _factors(modulus_factors, rows, model.m)
     packed = model.rows(modulus_factors=factors, retraction=of_rows(retraction, rows, "retraction", "m"))
     pose = np.zeros((rows, model.n))
-    start = sweep.COLD
+    start = batches.COLD
     if guess is not None:
         given, _ = as_poses(model, guess, "guess")
         pose[:] = to_rows(given, rows, "guess")
-        start = sweep.CHAIN if path else sweep.NEAR
+        start = batches.CHAIN if path else batches.NEAR
     batch = _solve(model, packed, length, pose, np.zeros((rows, model.m, layout.STATE)), start)
     return batch[0] if single else batch
 
@@ -88,10 +88,10 @@ def solve_from(
 
     Rows that lead nowhere from there are sought *again* (N,) from the pose alone, then cold.
     """
-    found = _solve(model, packed, lengths, poses.copy(), states.copy(), sweep.WARM)
+    found = _solve(model, packed, lengths, poses.copy(), states.copy(), batches.WARM)
     lost = np.flatnonzero((found.code != 0) & again)
     if len(lost):
-        late = _solve(model, rows_of(packed, lost), lengths[lost], poses[lost], states[lost], sweep.NEAR)
+        late = _solve(model, rows_of(packed, lost), lengths[lost], poses[lost], states[lost], batches.NEAR)
         for old, new in zip((found.pose, found.states, found.code), (late.pose, late.states, late.code), strict=True):
             old[lost] = new
     return found
@@ -109,7 +109,7 @@ def _solve(
     rows = len(lengths)
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
     arrays = (lengths, pose, states, codes, iterations, np.zeros(rows))
-    run(sweep.forward_rows, sweep.forward_sweep, rows, packed, *arrays, start)
+    run(batches.forward_rows, batches.forward_sweep, rows, packed, *arrays, start)
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
 
 

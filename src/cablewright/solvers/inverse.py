@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.kernels import layout, sweep
+from cablewright.kernels import batches, layout
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
+from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = ["inverse", "solve_inverse"]
 
@@ -67,9 +67,9 @@ def solve_inverse(
     violations = np.zeros(rows)
     arrays = (packed, pose, states, lengths, codes, violations)
     if model.m < model.n:
-        run(sweep.hanging_rows, sweep.hanging_sweep, rows, *arrays)
+        run(batches.hanging_rows, batches.hanging_sweep, rows, *arrays)
     else:
-        run(sweep.inverse_rows, sweep.inverse_sweep, rows, *arrays, path)
+        run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, path)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, Status
-from cablewright.kernels import sweep
+from cablewright.kernels import batches
 from cablewright.models.statics import Equilibrium
-from cablewright.solvers.batch import run
+from cablewright.solvers.arguments import run
 
 __all__ = ["Linearisation", "TensionChanges", "linearise", "tension_changes"]
 
@@ -74,10 +74,10 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     single = equilibrium.code.ndim == 0
     model, rows = equilibrium.model, equilibrium.code.size
     stiffness = np.zeros((rows, model.n, model.n))
-    motion = np.zeros((rows, model.n, model.m, sweep.PARAMETERS))
+    motion = np.zeros((rows, model.n, model.m, batches.PARAMETERS))
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
-    run(sweep.linearise_rows, sweep.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
+    run(batches.linearise_rows, batches.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
     if codes.any():
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
@@ -115,9 +115,9 @@ def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
     rows, m = equilibrium.lengths.shape
-    own, by_point = np.zeros((rows, m, sweep.PARAMETERS)), np.zeros((rows, m, 3))
+    own, by_point = np.zeros((rows, m, batches.PARAMETERS)), np.zeros((rows, m, 3))
     codes = np.zeros(rows, dtype=np.int64)
-    sweep.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_point, codes)
+    batches.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_point, codes)
     if codes.any():
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")

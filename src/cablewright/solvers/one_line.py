@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels import layout, sweep
-from cablewright.kernels.equilibrium import is_slack
+from cablewright.kernels import batches, layout
 from cablewright.kernels.layout import Code
-from cablewright.kernels.line import guess, lever_stable, settle, start_force
-from cablewright.kernels.sheave import straight, whole_length
+from cablewright.kernels.statics.equilibrium import is_slack
+from cablewright.kernels.statics.line import guess, lever_stable, settle, start_force
+from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
-from cablewright.solvers.batch import as_poses
+from cablewright.solvers.arguments import as_poses
 
 __all__ = [
     "TAUT",
@@ -99,7 +99,7 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
         row[layout.UNKNOWNS] == 6.0 and math.hypot(x, z) < row[layout.LEVER] + row[layout.RADIUS]
     ):
         return Code.INSIDE_SHEAVE
-    if row[layout.WEIGHT] == 0.0 and straight(row, x, z, sweep.SLACK_TENSION, y) and whole_length(row, y) <= length:
+    if row[layout.WEIGHT] == 0.0 and straight(row, x, z, batches.SLACK_TENSION, y) and whole_length(row, y) <= length:
         return Code.OK
     block, rhs = np.zeros((layout.STATE, layout.STATE)), np.zeros((layout.STATE, 3))
     settled = np.full(layout.STATE, np.nan)

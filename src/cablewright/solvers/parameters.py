@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import layout
-from cablewright.kernels import linearise as linearise_kernel
+from cablewright.kernels.statics import linearise as linearise_kernel
 from cablewright.models.parameters import lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium

@@ -21,14 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout, sweep
-from cablewright.kernels.equilibrium import judge
-from cablewright.kernels.inverse import inverse_workspace, stays
+from cablewright.kernels import batches, layout
 from cablewright.kernels.layout import Code, Packed
-from cablewright.kernels.line import extremes
-from cablewright.kernels.sheave import straight, whole_length
+from cablewright.kernels.statics.equilibrium import judge
+from cablewright.kernels.statics.inverse import inverse_workspace, stays
+from cablewright.kernels.statics.line import extremes
+from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.solvers.batch import as_poses, as_rows, run
+from cablewright.solvers.arguments import as_poses, as_rows, run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
     TAUT,
@@ -173,7 +173,7 @@ def _hold(
     found, paid = np.zeros((rows, len(taut), layout.STATE)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
     arrays = (Packed(model.n, lines, platform), pose, found, paid, codes, violations)
-    run(sweep.inverse_rows, sweep.inverse_sweep, rows, *arrays, False)
+    run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, False)
     states[:, taut], lengths[:, taut] = found, paid
     return codes, violations
 

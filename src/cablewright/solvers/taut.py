@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import layout, taut
+from cablewright.kernels import layout
+from cablewright.kernels.statics import taut
 from cablewright.models.statics import Model
 from cablewright.solvers.one_line import TAUT
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels import distribution, zonotope
 from cablewright.kernels.layout import TENSION_MAX, TENSION_MIN, WRENCH, Code, Packed
+from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
-from cablewright.solvers.batch import as_poses, as_rows, of_rows, run, to_rows
+from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = [
     "METHODS",
@@ -216,7 +216,7 @@ def capacity(
     rows = len(given)
     margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
     arrays = (packed, given, half, float(length), margins, ranks, codes)
-    run(zonotope.capacity_rows, zonotope.capacity_sweep, rows, *arrays)
+    run(capacity_margin.capacity_rows, capacity_margin.capacity_sweep, rows, *arrays)
     at: Any = 0 if single else slice(None)
     return Capacity(
         float(length), given[at], np.asarray(margins[at]), np.asarray(ranks[at]), np.asarray(codes[at], np.int64)

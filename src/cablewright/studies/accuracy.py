@@ -9,17 +9,17 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.accessible import Accessible, Rule, accessible, sheave_rules
-from cablewright.analyses.accuracy import Accuracy, Progress, accuracy
-from cablewright.analyses.spread import Method
+from cablewright.analyses.accuracy.nozzle_error import Accuracy, Progress, accuracy
+from cablewright.analyses.accuracy.spread import Method
+from cablewright.analyses.workspace.accessible import Accessible, Rule, accessible, sheave_rules
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
-from cablewright.solvers.batch import silent
-from cablewright.studies.poses import along
+from cablewright.solvers.arguments import silent
+from cablewright.studies.job_poses import along
 
 __all__ = [
     "Places",

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.accessible import accessible
-from cablewright.analyses.bracket import bracket_of, plate_peaks
-from cablewright.analyses.bracket_loads import Loads, loads_at
+from cablewright.analyses.bracket.loads import Loads, loads_at
+from cablewright.analyses.bracket.stress import bracket_of, plate_peaks
+from cablewright.analyses.workspace.accessible import accessible
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Bracket
-from cablewright.solvers.batch import silent
-from cablewright.studies.poses import along
+from cablewright.solvers.arguments import silent
+from cablewright.studies.job_poses import along
 
 __all__ = ["SIZES", "Highest", "Varied", "highest", "highest_over_job", "highest_over_workspace", "sensitivity"]
 

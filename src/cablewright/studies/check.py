@@ -17,11 +17,11 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot
-from cablewright.solvers.batch import silent
+from cablewright.solvers.arguments import silent
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
-from cablewright.studies.poses import along
+from cablewright.studies.job_poses import along
 
 __all__ = ["Check", "check"]
 

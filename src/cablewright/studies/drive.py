@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, InputError
-from cablewright.machine.log import LogWriter
-from cablewright.machine.simulated import SimulatedMachine
+from cablewright.machine.log.log import LogWriter
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.curve import Wanted, draw
 from cablewright.robot import Robot

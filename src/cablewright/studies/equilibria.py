@@ -12,7 +12,7 @@ import numpy as np
 
 from cablewright.errors import InputError
 from cablewright.kernels.layout import Packed
-from cablewright.solvers.branches import Equilibria
+from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import Search, begin, exhaust
 from cablewright.studies.store import write_stream
 

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
-from cablewright.estimation.filter_state import FilterSettings
-from cablewright.estimation.room import Laser
+from cablewright.estimation.kalman.state import FilterSettings
+from cablewright.estimation.lidar.room import Laser
 from cablewright.kernels.layout import TAU
-from cablewright.machine.settings import MachineSettings
-from cablewright.machine.winches import coil_of
+from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.simulated.winches import coil_of
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
-from cablewright.solvers.track import Tracker, TrackerSettings
-from cablewright.studies.observing import OBSERVERS, believed
+from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.studies.estimator_settings import OBSERVERS, believed
 
 __all__ = ["ESTIMATORS", "Estimator", "estimator"]
 

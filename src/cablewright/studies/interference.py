@@ -26,9 +26,9 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.stl import Mesh
 from cablewright.robot import Robot
-from cablewright.solvers.batch import silent
+from cablewright.solvers.arguments import silent
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.poses import along
+from cablewright.studies.job_poses import along
 
 __all__ = ["JobInterference", "interference_over_job"]
 

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import UnknownName
-from cablewright.estimation.room import Laser
+from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.slackness import Taut
-from cablewright.machine.log import Entry, LogHead, read_log
+from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
+from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
-from cablewright.studies.observing import OBSERVERS
 
 __all__ = ["SLACK", "WITHIN", "Replay", "Spread", "bound", "replay", "spread"]
 

@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from cablewright.analyses.boundary import GRID, boundary_modes, straight
-from cablewright.analyses.question import Law
-from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, straight
+from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.robot.changes import Change, changed, nearest_exits, with_box_inertia
-from cablewright.solvers.batch import silent
+from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
+from cablewright.solvers.arguments import silent
 from cablewright.studies.store import write_stream
 
 __all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]

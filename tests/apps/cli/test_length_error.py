@@ -10,7 +10,7 @@ import pytest
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
-from cablewright.solvers.hull import enclose_poses
+from cablewright.solvers.pose_hull import enclose_poses
 
 LENGTHS = [28.0, 28.0, 28.1, 28.0]
 FORWARD = ("forward", "house-printer", "--lengths", ",".join(map(str, LENGTHS)))

@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from cablewright.analyses.boundary import boundary_modes
 from cablewright.analyses.modes import FREEDOMS, modes_at
+from cablewright.analyses.workspace.boundary_modes import boundary_modes
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load

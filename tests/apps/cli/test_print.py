@@ -7,11 +7,11 @@ from importlib.metadata import version
 
 import pytest
 
-from cablewright.machine.log import read_log
+from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.studies.print_plan import Choices, twin_of
-from cablewright.studies.print_run import run_print
+from cablewright.studies.prints.plan import Choices, twin_of
+from cablewright.studies.prints.run import run_print
 from printed import RING
 
 JOB = RING.format(radius=0.2)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from cablewright.control.guide import course_of
-from cablewright.machine.log import read_log
+from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.signals import Scan
 from printed import RING

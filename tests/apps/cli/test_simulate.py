@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.machine.log import read_log
+from cablewright.machine.log.log import read_log
 from cablewright.signals import Scan
 
 SHORT = ["--loop", "28", "--duration", "4", "--plant", "quasi-static"]

@@ -11,7 +11,7 @@ import pytest
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load
-from cablewright.robot.changes import Change
+from cablewright.robot.design_variables import Change
 from cablewright.studies.trade import Asked
 from cablewright.studies.trade import trade as sweep
 

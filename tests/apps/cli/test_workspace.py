@@ -7,8 +7,8 @@ import struct
 
 import pytest
 
-from cablewright.analyses.retraction import best_retraction
-from cablewright.analyses.workspace import count_nodes, workspace
+from cablewright.analyses.workspace.retraction import best_retraction
+from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

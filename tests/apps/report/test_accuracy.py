@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from cablewright.analyses.accessible import Rule, accessible
-from cablewright.analyses.accuracy import accuracy
-from cablewright.analyses.region import Region, hull_of
-from cablewright.analyses.spread import FirstOrder, MonteCarlo
-from cablewright.apps.report import boundary, style
+from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.region import Region, hull_of
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
+from cablewright.analyses.workspace.accessible import Rule, accessible
+from cablewright.apps.pictures import style
+from cablewright.apps.pictures.accessible import workspace
+from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
+from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.report import boundary
 from cablewright.apps.report.accuracy import write, write_place
-from cablewright.apps.report.accuracy_pictures import _binned, _worst_of_each, along, contributions, displaced_by, plane
-from cablewright.apps.report.region_picture import region as region_picture
-from cablewright.apps.report.workspace_picture import workspace
 from cablewright.kernels.layout import Code
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -31,7 +32,7 @@ from cablewright.studies.accuracy import (
     along_helix,
     on_plane,
 )
-from cablewright.studies.place import accuracy_at
+from cablewright.studies.accuracy_at_pose import accuracy_at
 
 EVIL = "</script><script>alert(1)</script>\"'&<b> $\\frac{1}$ $x_"
 

@@ -13,9 +13,9 @@ import pytest
 
 from cablewright.apps.report.print import write
 from cablewright.printing.stl import read_stl
-from cablewright.studies.print_metrics import metrics_text
-from cablewright.studies.print_record import record
-from cablewright.studies.print_result import PrintRecord
+from cablewright.studies.prints.metrics import metrics_text
+from cablewright.studies.prints.record import record
+from cablewright.studies.prints.result import PrintRecord
 from printed import SPEED, head, printed, standard, without
 from twins import SETTINGS
 

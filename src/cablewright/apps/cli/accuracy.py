@@ -16,11 +16,11 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress
 from cablewright.errors import AnswerError, InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.analyses.spread import Method
+    from cablewright.analyses.accuracy.spread import Method
     from cablewright.robot import Robot
     from cablewright.robot.uncertainty import Range
     from cablewright.studies.accuracy import Study
-    from cablewright.studies.place import Place
+    from cablewright.studies.accuracy_at_pose import Place
 
 __all__ = ["accuracy"]
 
@@ -127,7 +127,7 @@ class _Asked:
 
     def method(self) -> Method:
         """How the spread is found. Raises `UnknownName`."""
-        from cablewright.analyses.spread import FirstOrder, MonteCarlo, Vertices
+        from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
 
         name, samples = self.given["method"], self.given["samples"]
         if name == "monte-carlo":
@@ -151,7 +151,7 @@ class _Asked:
 
     def at_place(self) -> int:
         """One pose; a run folder only where --out asks for it."""
-        from cablewright.studies.place import accuracy_at
+        from cablewright.studies.accuracy_at_pose import accuracy_at
 
         pose = numbers(self.given["at"], "--at", free=True) or []
         with self._folder(self.out) as part, progress() as show:

@@ -9,9 +9,9 @@ import typer
 from cablewright.apps.cli.output import tell
 
 if TYPE_CHECKING:
-    from cablewright.analyses.accuracy import Accuracy
+    from cablewright.analyses.accuracy.nozzle_error import Accuracy
     from cablewright.studies.accuracy import Study
-    from cablewright.studies.place import Place
+    from cablewright.studies.accuracy_at_pose import Place
 
 __all__ = ["print_place", "print_study", "warn"]
 
@@ -109,7 +109,7 @@ def warn(found: Accuracy) -> None:
     """Say on stderr what a reader has to know before trusting the figures."""
     import numpy as np
 
-    from cablewright.analyses.corners import ALL_VERTICES
+    from cablewright.analyses.accuracy.corners import ALL_VERTICES
 
     spread = found.spread
     worst = float(np.nanmax(spread.nonlinearity))

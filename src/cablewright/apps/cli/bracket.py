@@ -24,7 +24,7 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, t
 from cablewright.errors import AnswerError, EnvironmentFault, InputError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.bracket import Comparison, Design, Peak
+    from cablewright.analyses.bracket.stress import Comparison, Design, Peak
     from cablewright.models.statics import Model
     from cablewright.robot import Bracket
     from cablewright.studies.bracket import Highest, Varied
@@ -79,8 +79,8 @@ def bracket(
     own = None if file is None else load_bracket(file)
     model = Model(described(robot, load, wrench), Fidelity.of(cable), limits(tension_limits))
     _require_fem(vtu is not None)
-    from cablewright.analyses.bracket import bracket_at, bracket_of
-    from cablewright.analyses.bracket_loads import joints
+    from cablewright.analyses.bracket.loads import joints
+    from cablewright.analyses.bracket.stress import bracket_at, bracket_of
 
     own = bracket_of(model.robot) if own is None else own
     joints(model.robot)
@@ -137,7 +137,7 @@ def _varied(found: Comparison) -> tuple[Varied, ...]:
 
 def _write(found: Comparison, plot: Path | None, vtu: Path | None) -> None:
     if plot is not None:
-        from cablewright.apps.report.bracket_picture import bracket_picture
+        from cablewright.apps.pictures.bracket import bracket_picture
 
         write_picture(plot, bracket_picture, found)
     if vtu is not None:
@@ -148,7 +148,7 @@ def _write(found: Comparison, plot: Path | None, vtu: Path | None) -> None:
 
 def _without_answer(model: Model, pose: list[float] | None, retraction: float | None) -> dict[str, Any]:
     """The JSON of a pose that one of the designs cannot hold, or of no pose that they could."""
-    from cablewright.analyses.bracket_loads import loads_at
+    from cablewright.analyses.bracket.loads import loads_at
 
     both = () if pose is None else loads_at(model, [pose], retraction=retraction)
     status = next((loads.held[0].status.word for loads in both if not loads.held[0].ok), "infeasible")

@@ -45,7 +45,7 @@ def curves(
         found = draw_many(wanted, seed, count, lambda done, total: show("drawing curves", done, total))
     order = ranked(found, wanted.area)
     if plot is not None:
-        from cablewright.apps.report.curves_picture import curves_picture
+        from cablewright.apps.pictures.curves import curves_picture
 
         write_picture(plot, curves_picture, [(number, found[number]) for number in order], wanted)
     rows = [_row(number, found[number], distance) for number, distance in order.items()]

@@ -12,7 +12,7 @@ from cablewright.apps.cli.output import numbers, print_json, progress, tell
 from cablewright.errors import AnswerError, InputError, Status
 
 if TYPE_CHECKING:
-    from cablewright.solvers.branches import Equilibria
+    from cablewright.solvers.equilibria import Equilibria
 
 __all__ = ["equilibria"]
 
@@ -47,7 +47,7 @@ def equilibria(
     """Every equilibrium that many starts find for given lengths: slack or taut, stable or not."""
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
-    from cablewright.solvers.branches import equilibria as find
+    from cablewright.solvers.equilibria import equilibria as find
 
     machine = described(robot, load, wrench)
     if retraction is not None:

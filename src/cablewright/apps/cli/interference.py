@@ -231,6 +231,6 @@ def _print(values: dict[str, Any]) -> None:
 
 
 def _draw(found: Interference | JobInterference, file: Path) -> None:
-    from cablewright.apps.report.interference_picture import interference_picture
+    from cablewright.apps.pictures.interference import interference_picture
 
     write_picture(file, interference_picture, found)

@@ -33,8 +33,8 @@ from cablewright.apps.cli.workspace import of_question
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.boundary import Boundary
     from cablewright.analyses.modes import Modes
+    from cablewright.analyses.workspace.boundary_modes import Boundary
     from cablewright.models.statics import Equilibrium, Model
 
 __all__ = ["modes"]
@@ -69,7 +69,7 @@ def modes(
     as_json: AsJson = False,
 ) -> int:
     """The natural frequencies of the platform on its lines, with the stiffness that they come from."""
-    from cablewright.analyses.boundary import GRID, boundary_modes
+    from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
 
@@ -132,7 +132,7 @@ def _tell_boundary(found: Boundary, plot: Path | None, as_json: bool) -> int:
     held = None if found.worst is None else found.modes.equilibrium[found.worst]
     worst = None if held is None else vibrate(held, geometric=geometric)
     if plot is not None and held is not None:
-        from cablewright.apps.report.boundary_picture import boundary_picture
+        from cablewright.apps.pictures.boundary import boundary_picture
 
         write_picture(plot, boundary_picture, found)
     if as_json:
@@ -188,7 +188,7 @@ def _print_boundary(found: Boundary) -> None:
 
 
 def _draw(found: Modes, file: Path) -> None:
-    from cablewright.apps.report.modes_picture import modes_picture
+    from cablewright.apps.pictures.modes import modes_picture
 
     write_picture(file, modes_picture, found)
 

@@ -13,7 +13,7 @@ from cablewright.apps.cli.output import numbers, print_json, tell, write_picture
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.calibration.tensile import TensileResult, TensileTest
+    from cablewright.calibration.tensile.modulus import TensileResult, TensileTest
     from cablewright.robot import Cable
     from cablewright.units import Dimension
 
@@ -44,7 +44,7 @@ def modulus(
     as_json: AsJson = False,
 ) -> int:
     """Young's modulus of a cable from a tensile test, how far it varies, and its hysteresis."""
-    from cablewright.calibration.tensile import read_test, young_modulus
+    from cablewright.calibration.tensile.modulus import read_test, young_modulus
 
     check_plot(plot)
     length = _length(initial_length)
@@ -145,7 +145,7 @@ def _band(text: str) -> tuple[float, float]:
 
 
 def _draw(test: TensileTest, found: TensileResult, file: Path) -> None:
-    from cablewright.apps.report.tensile_picture import tensile_picture
+    from cablewright.apps.pictures.tensile import tensile_picture
 
     write_picture(file, tensile_picture, test, found)
 
@@ -214,7 +214,7 @@ def _listed(values: tuple[float, ...], scale: float, form: str = ".4g") -> str:
 
 
 def _against_paper(factors: tuple[float, float]) -> str:
-    from cablewright.calibration.tensile import PAPER_SPREAD
+    from cablewright.calibration.tensile.modulus import PAPER_SPREAD
 
     low, high = 1 - PAPER_SPREAD, 1 + PAPER_SPREAD
     kind = "within" if low <= factors[0] and factors[1] <= high else "wider than"

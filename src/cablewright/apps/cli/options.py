@@ -11,7 +11,7 @@ from cablewright.apps.cli.output import numbers
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.analyses.question import Law
+    from cablewright.analyses.workspace.criterion import Law
     from cablewright.robot import Robot
 
 __all__ = [
@@ -143,7 +143,7 @@ def turns(text: str | None) -> list[list[float]] | None:
 
 def retracting(length: float | None, law: str | None, point: str) -> float | Law | None:
     """What --retraction and --retraction-law ask for. Raises `InputError`."""
-    from cablewright.analyses.question import Law
+    from cablewright.analyses.workspace.criterion import Law
 
     if law is not None and length is not None:
         raise InputError("--retraction and --retraction-law: give one of them")

@@ -102,7 +102,7 @@ def write_whole(file: Path, content: bytes) -> None:
 
 def write_picture(file: Path, draw: Callable[..., Figure], *found: object) -> None:
     """Write what *draw* makes of *found* as a PNG. Raises `EnvironmentFault` where it cannot be written."""
-    from cablewright.apps.report import style
+    from cablewright.apps.pictures import style
 
     with style.drawing():
         picture = style.png(draw(*found))

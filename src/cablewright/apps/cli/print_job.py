@@ -11,8 +11,8 @@ from cablewright.apps.cli.options import AsJson, RobotName
 from cablewright.apps.cli.output import print_json, progress, tell
 
 if TYPE_CHECKING:
-    from cablewright.studies.print_plan import MachineTwin
-    from cablewright.studies.print_run import PrintRun
+    from cablewright.studies.prints.plan import MachineTwin
+    from cablewright.studies.prints.run import PrintRun
 
 __all__ = ["print_job"]
 
@@ -45,12 +45,12 @@ def print_job(
 ) -> int:
     """Print a job closed-loop on a simulated machine; the run folder gets its log, its figures and a report."""
     from cablewright.errors import UnknownName
-    from cablewright.machine.simulated import PLANTS
+    from cablewright.machine.simulated.simulated_machine import PLANTS
     from cablewright.printing.job import load_job
     from cablewright.robot import load
     from cablewright.studies import store
-    from cablewright.studies.print_plan import HEIGHTS, Choices, twin_of
-    from cablewright.studies.print_run import run_print
+    from cablewright.studies.prints.plan import HEIGHTS, Choices, twin_of
+    from cablewright.studies.prints.run import run_print
 
     for name, value, known in (("plant", plant, PLANTS), ("height", height or "job", HEIGHTS)):
         if value not in known:
@@ -90,7 +90,7 @@ def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Any) -> dict[st
     import numpy as np
 
     from cablewright.apps.report import print as report
-    from cablewright.studies.print_finish import finish, write_metrics
+    from cablewright.studies.prints.finish import finish, write_metrics
 
     track, ground = twin.course.track, run.machine.rig.ground.field
     found, log = finish(run.folder, track, twin.course.print_speed, ground, show)

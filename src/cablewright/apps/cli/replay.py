@@ -14,7 +14,7 @@ from cablewright.apps.cli.output import numbers, print_json, progress, tell, wri
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.estimation.room import Laser
+    from cablewright.estimation.lidar.room import Laser
     from cablewright.studies.replay import Replay
 
 __all__ = ["replay"]
@@ -55,7 +55,7 @@ def replay(
     with progress() as tells:
         all_found = [study.replay(log, name, lasers, progress=tells) for name in names]
     if plot is not None:
-        from cablewright.apps.report.replay_picture import replay_picture
+        from cablewright.apps.pictures.replay import replay_picture
 
         write_picture(plot, replay_picture, all_found)
     each = [_values(found, log, plot) for found in all_found]
@@ -82,7 +82,7 @@ def _together(each: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _lasers(text: str) -> list[Laser]:
     """The value of --laser. Raises `InputError`."""
-    from cablewright.estimation.room import Laser
+    from cablewright.estimation.lidar.room import Laser
 
     found = []
     for part in text.split(","):

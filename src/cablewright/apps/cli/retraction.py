@@ -27,7 +27,7 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, w
 from cablewright.errors import AnswerError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.retraction import Retracting
+    from cablewright.analyses.workspace.retraction import Retracting
 
 __all__ = ["retraction"]
 
@@ -53,7 +53,7 @@ def retraction(
     as_json: AsJson = False,
 ) -> int:
     """The best retraction length at each height, the line through it, and the workspace with that law in force."""
-    from cablewright.analyses.retraction import best_retraction
+    from cablewright.analyses.workspace.retraction import best_retraction
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
 
@@ -86,7 +86,7 @@ def retraction(
 
 
 def _draw(found: Retracting, file: Path) -> None:
-    from cablewright.apps.report.retraction_picture import retraction_picture
+    from cablewright.apps.pictures.retraction import retraction_picture
 
     write_picture(file, retraction_picture, found)
 

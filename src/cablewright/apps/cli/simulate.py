@@ -13,9 +13,9 @@ from cablewright.apps.cli.output import numbers, print_json, progress, tell, wri
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 
 if TYPE_CHECKING:
-    from cablewright.machine.log import LogHead
-    from cablewright.machine.settings import FaultPlan, MachineSettings
-    from cablewright.machine.simulated import SimulatedMachine
+    from cablewright.machine.log.log import LogHead
+    from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
+    from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.studies.drive import Array, Drive, DriveSettings
 
 __all__ = ["machines", "simulate"]
@@ -26,7 +26,7 @@ def machines(
     as_json: AsJson = False,
 ) -> None:
     """List the machines of the library: tolerances, drum, winches, room, sensors. Or print the file of one."""
-    from cablewright.machine.settings import settings_names, settings_text
+    from cablewright.machine.simulated.settings import settings_names, settings_text
 
     if name is not None:
         text = settings_text(name)
@@ -76,9 +76,9 @@ def simulate(
     as_json: AsJson = False,
 ) -> int:
     """Drive a simulated machine, built by --seed within its tolerances, along a path; its log is what sensors told."""
-    from cablewright.machine.log import LogHead
-    from cablewright.machine.settings import load_settings, settings_names
-    from cablewright.machine.simulated import SimulatedMachine
+    from cablewright.machine.log.log import LogHead
+    from cablewright.machine.simulated.settings import load_settings, settings_names
+    from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.robot import load
     from cablewright.studies.drive import DriveSettings, random_round
 
@@ -100,7 +100,7 @@ def simulate(
     head = LogHead(described, settings, twin.period, plant, seed)
     found = _run(twin, way, lasts, driving, head, out)
     if plot is not None:
-        from cablewright.apps.report.simulation_picture import simulation_picture
+        from cablewright.apps.pictures.simulation import simulation_picture
 
         write_picture(plot, simulation_picture, found)
     values = _values(twin, found, head) | {"out": _text(out), "plot": _text(plot)}
@@ -115,7 +115,7 @@ def _run(
     twin: SimulatedMachine, way: Array | None, duration: float, settings: DriveSettings, head: LogHead, out: Path | None
 ) -> Drive:
     """Drive, with a log beside its place until it is whole. Raises `EnvironmentFault` where it cannot be written."""
-    from cablewright.machine.log import write_log
+    from cablewright.machine.log.log import write_log
     from cablewright.studies.drive import drive
 
     with progress() as tells:
@@ -138,7 +138,7 @@ def _run(
 
 def _with_faults(settings: MachineSettings, faults: list[str], gaps: list[str]) -> MachineSettings:
     """The settings with what the command line breaks."""
-    from cablewright.machine.settings import Link
+    from cablewright.machine.simulated.settings import Link
     from cablewright.toml_input import validated
 
     plans = tuple(_fault(text) for text in faults)
@@ -148,7 +148,7 @@ def _with_faults(settings: MachineSettings, faults: list[str], gaps: list[str]) 
 
 
 def _fault(text: str) -> FaultPlan:
-    from cablewright.machine.settings import FaultPlan
+    from cablewright.machine.simulated.settings import FaultPlan
     from cablewright.toml_input import validated
 
     parts = text.split(",")

@@ -199,7 +199,7 @@ def _certified(found: Equilibrium) -> dict[str, Any]:
 
 def _pose_box(found: Equilibrium, length_error: str, budget: int | None) -> dict[str, Any]:
     """Where the pose surely is for all lengths within an error."""
-    from cablewright.solvers.hull import BUDGET, enclose_poses
+    from cablewright.solvers.pose_hull import BUDGET, enclose_poses
 
     errors = numbers(length_error, "--length-error") or []
     with progress() as show:

@@ -15,7 +15,7 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from cablewright.calibration.survey_result import Survey
+    from cablewright.calibration.survey.result import Survey
     from cablewright.robot import Robot
 
 __all__ = ["survey"]
@@ -37,8 +37,8 @@ def survey(
     as_json: AsJson = False,
 ) -> int:
     """Exits, sheave axes and walls from markers, in a frame along the west wall, each with its sigma."""
-    from cablewright.calibration.survey import load_plan, read_shots
-    from cablewright.calibration.survey import survey as evaluate
+    from cablewright.calibration.survey.survey import load_plan, read_shots
+    from cablewright.calibration.survey.survey import survey as evaluate
 
     check_plot(plot)
     if out is not None and robot is None:
@@ -51,7 +51,7 @@ def survey(
     if out is not None and own is not None:
         notes += _write(own, found, out)
     if plot is not None:
-        from cablewright.apps.report.survey_picture import survey_picture
+        from cablewright.apps.pictures.survey import survey_picture
 
         write_picture(plot, survey_picture, found)
     if as_json:
@@ -73,7 +73,7 @@ def _described(name: str) -> tuple[Robot, str]:
 
 def _write(own: tuple[Robot, str], found: Survey, out: Path) -> tuple[str, ...]:
     """Write the robot as surveyed; returns what could not be taken over."""
-    from cablewright.calibration.surveyed import surveyed
+    from cablewright.calibration.survey.surveyed_robot import surveyed
     from cablewright.robot import update
 
     robot, notes = surveyed(own[0], found)

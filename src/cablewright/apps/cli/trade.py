@@ -36,7 +36,7 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, t
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.robot.changes import Change
+    from cablewright.robot.design_variables import Change
     from cablewright.studies.trade import Asked, Combination, Trade
 
 __all__ = ["trade"]
@@ -147,7 +147,7 @@ def trade(
 
 def _varied(given: list[str]) -> dict[Change, tuple[float, ...]]:
     """Changes and their values. Raises `InputError`."""
-    from cablewright.robot.changes import Change
+    from cablewright.robot.design_variables import Change
 
     varied: dict[Change, tuple[float, ...]] = {}
     for text in given:
@@ -178,7 +178,7 @@ def _spaced(text: str, values: str) -> tuple[float, ...]:
 
 
 def _draw(found: Trade, file: Path) -> None:
-    from cablewright.apps.report.trade_picture import trade_picture
+    from cablewright.apps.pictures.trade import trade_picture
 
     write_picture(file, trade_picture, found)
 

@@ -15,11 +15,11 @@ from cablewright.apps.cli.output import numbers, print_json, tell, write_picture
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.estimation.lidar_walls import WallPose
-    from cablewright.estimation.room import Laser, Room
-    from cablewright.estimation.scan import Lidar, Points
-    from cablewright.estimation.scan_file import FileScan
-    from cablewright.estimation.wall_lines import WallLine
+    from cablewright.estimation.lidar.localisation import WallPose
+    from cablewright.estimation.lidar.room import Laser, Room
+    from cablewright.estimation.lidar.scan import Lidar, Points
+    from cablewright.estimation.lidar.scan_file import FileScan
+    from cablewright.estimation.lidar.wall_lines import WallLine
 
 __all__ = ["walls"]
 
@@ -55,7 +55,7 @@ def walls(
     as_json: AsJson = False,
 ) -> int:
     """Walls in a planar lidar's scan: direction, distance, and how straight; with --room the lidar's place and yaw."""
-    from cablewright.estimation.scan_file import read_scan
+    from cablewright.estimation.lidar.scan_file import read_scan
 
     check_plot(plot)
     if laser is not None and room is None:
@@ -71,7 +71,7 @@ def walls(
         pose = _placed(known, lidar, scan, (math.radians(low), math.radians(high)), lasers)
     status, said = _status(lines, points)
     if plot is not None:
-        from cablewright.apps.report.walls_picture import walls_picture
+        from cablewright.apps.pictures.walls import walls_picture
 
         write_picture(plot, walls_picture, points, lines)
     if as_json:
@@ -94,8 +94,8 @@ def _searched(
     scan: FileScan, within: str, mask: str | None, noise: float | None
 ) -> tuple[Lidar, Points, list[WallLine]]:
     """The points that count and the walls among them."""
-    from cablewright.estimation.scan import Lidar, noise_of, points_of
-    from cablewright.estimation.wall_lines import LineSearch, lines_of
+    from cablewright.estimation.lidar.scan import Lidar, noise_of, points_of
+    from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
 
     least, most = _pair(within, "--range")
     masked = _masked(mask)
@@ -108,8 +108,8 @@ def _searched(
 
 
 def _placed(known: Room, lidar: Lidar, scan: FileScan, yaws: tuple[float, float], lasers: Sequence[Laser]) -> WallPose:
-    from cablewright.estimation.lidar_walls import LidarTurn, WallSettings, start, step
-    from cablewright.estimation.wall_lines import LineSearch
+    from cablewright.estimation.lidar.localisation import LidarTurn, WallSettings, start, step
+    from cablewright.estimation.lidar.wall_lines import LineSearch
 
     search = LineSearch.of_noise(lidar.sigma)
     wide = search.merge / LineSearch().merge
@@ -133,7 +133,7 @@ def _masked(text: str | None) -> tuple[tuple[float, float], ...]:
 
 
 def _lasers(text: str) -> tuple[Laser, ...]:
-    from cablewright.estimation.room import Laser
+    from cablewright.estimation.lidar.room import Laser
 
     found = []
     for part in text.split(","):
@@ -150,7 +150,7 @@ def _lasers(text: str) -> tuple[Laser, ...]:
 
 def _room(file: Path) -> Room:
     """The room that `survey --json` found."""
-    from cablewright.estimation.room import Room, RoomWall
+    from cablewright.estimation.lidar.room import Room, RoomWall
     from cablewright.toml_input import read_bytes
 
     try:

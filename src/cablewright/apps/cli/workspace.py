@@ -35,8 +35,8 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, t
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.analyses.question import Question
-    from cablewright.analyses.workspace import Nodes, Workspace
+    from cablewright.analyses.workspace.criterion import Question
+    from cablewright.analyses.workspace.workspace import Nodes, Workspace
 
 __all__ = ["of_question", "workspace"]
 
@@ -76,7 +76,7 @@ def workspace(
     as_json: AsJson = False,
 ) -> int:
     """Where the robot can be: volume, boundary and slices of its workspace by a criterion."""
-    from cablewright.analyses import workspace as volumes
+    from cablewright.analyses.workspace import workspace as volumes
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
 
@@ -135,7 +135,7 @@ def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, 
         write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
         written["mesh"] = str(mesh)
     if plot is not None:
-        from cablewright.apps.report.volume_picture import volume_picture
+        from cablewright.apps.pictures.volume import volume_picture
 
         write_picture(plot, volume_picture, found)
         written["plot"] = str(plot)
@@ -144,7 +144,7 @@ def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, 
 
 def of_question(asked: Question) -> dict[str, Any]:
     """What was asked, for the JSON of every command that asks for a workspace."""
-    from cablewright.analyses.question import Law
+    from cablewright.analyses.workspace.criterion import Law
 
     law, fidelity = asked.retraction, asked.model.fidelity
     told = (

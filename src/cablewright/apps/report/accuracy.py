@@ -9,16 +9,16 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablewright.analyses.accuracy import Accuracy
-from cablewright.analyses.region import Interior, Region
+from cablewright.analyses.accuracy.nozzle_error import Accuracy
+from cablewright.analyses.accuracy.region import Interior, Region
+from cablewright.apps.pictures import style
+from cablewright.apps.pictures.accessible import workspace
+from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
+from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report import accuracy_tables as tell
-from cablewright.apps.report import style
-from cablewright.apps.report.accuracy_pictures import along, contributions, displaced_by, plane
 from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
 from cablewright.apps.report.provenance import assumptions, list_of
 from cablewright.apps.report.quantities import count, quantity
-from cablewright.apps.report.region_picture import region as region_picture
-from cablewright.apps.report.workspace_picture import workspace
 from cablewright.studies.accuracy import Study
 
 __all__ = ["write", "write_place"]

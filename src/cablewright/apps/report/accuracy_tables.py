@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.accuracy import Accuracy
-from cablewright.apps.report.accuracy_pictures import effects
+from cablewright.analyses.accuracy.nozzle_error import Accuracy
+from cablewright.apps.pictures.accuracy import effects
 from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity

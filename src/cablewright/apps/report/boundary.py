@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.accessible import Accessible
+from cablewright.analyses.workspace.accessible import Accessible
 
 __all__ = ["faces"]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem.element import ElementHexS2
 
-from cablewright.analyses.bracket import Comparison, Design
-from cablewright.analyses.elasticity import von_mises
+from cablewright.analyses.bracket.elasticity import von_mises
+from cablewright.analyses.bracket.stress import Comparison, Design
 
 __all__ = ["CORNERS_THEN_EDGES", "vtu"]
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.apps.report import style
+from cablewright.apps.pictures import style
+from cablewright.apps.pictures.error import error_by_height
+from cablewright.apps.pictures.lines import MOST_LINES, limits, tensions
+from cablewright.apps.pictures.path import MOST_NAMES, plan, side_view
 from cablewright.apps.report.digest import Digest, extreme, median
-from cablewright.apps.report.error_picture import error_by_height
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.line_pictures import MOST_LINES, limits, tensions
 from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
-from cablewright.apps.report.path_pictures import MOST_NAMES, plan, side_view
 from cablewright.apps.report.per_line import line_table, unknowns
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.quantities import count, duration, quantity

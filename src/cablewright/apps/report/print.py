@@ -10,16 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.mesh import Mesh
-from cablewright.apps.report import style
-from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
-from cablewright.apps.report.print_line_pictures import (
-    angles_picture,
-    coiling_picture,
-    ringing_picture,
-    tensions_picture,
-)
-from cablewright.apps.report.print_pictures import (
+from cablewright.analyses.workspace.mesh import Mesh
+from cablewright.apps.pictures import style
+from cablewright.apps.pictures.print import (
     drum_picture,
     errors_picture,
     path_picture,
@@ -27,7 +20,14 @@ from cablewright.apps.report.print_pictures import (
     states_picture,
     steps_picture,
 )
-from cablewright.apps.report.print_structure_picture import cuts_picture, maps_picture
+from cablewright.apps.pictures.print_lines import (
+    angles_picture,
+    coiling_picture,
+    ringing_picture,
+    tensions_picture,
+)
+from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
+from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
 from cablewright.apps.report.print_tables import (
     faults_table,
     following_table,
@@ -41,7 +41,7 @@ from cablewright.apps.report.provenance import list_of
 from cablewright.apps.report.quantities import count, duration, quantity
 from cablewright.printing.heightfield import HeightField
 from cablewright.signals import PrintState
-from cablewright.studies.print_result import PrintRecord
+from cablewright.studies.prints.result import PrintRecord
 
 __all__ = ["write"]
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from cablewright.apps.report.page import Html, element, short_name, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, duration, quantity
-from cablewright.studies.print_result import Following, LineUse, PrintRecord
-from cablewright.studies.print_structure import Structure
+from cablewright.studies.prints.result import Following, LineUse, PrintRecord
+from cablewright.studies.prints.structure import Structure
 
 __all__ = [
     "faults_table",

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from cablewright.apps.report import style
+from cablewright.apps.pictures import style
+from cablewright.apps.pictures.path import error_scale
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, bundled, element
-from cablewright.apps.report.path_pictures import error_scale
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import coarse_corners
 

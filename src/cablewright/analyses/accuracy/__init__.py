@@ -1,0 +1,1 @@
+"""How far off the nozzle is while numbers of the robot are uncertain."""

@@ -1,0 +1,1 @@
+"""Stress in the brackets of the sheaves by finite elements."""

@@ -1,0 +1,1 @@
+"""Where the platform can be: criteria, volumes, surfaces and retraction."""

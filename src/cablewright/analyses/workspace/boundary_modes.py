@@ -1,0 +1,151 @@
+"""How the platform vibrates along the boundary of its workspace, where its stiffness is often least."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.analyses.modes import FREEDOMS, Modes, modes_at
+from cablewright.analyses.workspace.criterion import Law, Progress
+from cablewright.analyses.workspace.workspace import Nodes, count_nodes
+from cablewright.errors import InputError, UnknownName
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Model
+
+__all__ = ["GRID", "HOLDING", "Boundary", "boundary_modes", "straight"]
+
+Array = NDArray[np.float64]
+
+GRID = 21
+GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
+HOLDING = ("least", "middle")
+"""Which tensions hold the platform where several would: those of least norm, or nearest to the middle of the limits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """Modes at the outermost nodes of a workspace; with K orientations each node has K rows, one orientation at a time.
+
+    Rows that do not balance are NaN. Properties that tell a frequency are NaN where none of the rows does.
+    """
+
+    nodes: Nodes
+    places: Array  # (N / K, 3) m, of the point that the question asks of
+    holding: str
+    modes: Modes  # of N rows
+
+    @property
+    def lowest(self) -> Array:
+        """The lowest frequency of each row, (N,) Hz; negative where unstable."""
+        return self.modes.lowest
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which rows balance (N,)."""
+        return np.isfinite(self.lowest)
+
+    @property
+    def beyond(self) -> int:
+        """How many rows balance, but not within the limits of tension or not stably."""
+        return int((self.known & ~self.modes.equilibrium.ok).sum())
+
+    @property
+    def spread(self) -> tuple[float, float, float]:
+        """The least, the median and the greatest of the lowest frequencies, Hz."""
+        values = self.lowest[self.known]
+        if not len(values):
+            return np.nan, np.nan, np.nan
+        return float(values.min()), float(np.median(values)), float(values.max())
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """At which share of the rows a freedom has most of the lowest mode's energy, by `FREEDOMS`; those that have."""
+        named = self.modes.dominant[self.known, 0]
+        counts = np.bincount(named, minlength=len(FREEDOMS))
+        return {name: float(n) / len(named) for name, n in zip(FREEDOMS, counts, strict=True) if n}
+
+    @property
+    def dominant(self) -> str | None:
+        """The freedom that the lowest mode has most often; None where there are no modes."""
+        shares = self.shares
+        return max(shares, key=shares.__getitem__, default=None)
+
+    @property
+    def worst(self) -> int | None:
+        """The row with the lowest of all frequencies; None where there are no modes."""
+        return int(np.nanargmin(self.lowest)) if self.known.any() else None
+
+
+def boundary_modes(
+    model: Model,
+    criterion: str = "exact",
+    *,
+    grid: int = GRID,
+    geometric: bool = True,
+    holding: str | None = None,
+    box: ArrayLike | None = None,
+    point: str = "nozzle",
+    wrench: ArrayLike | None = None,
+    wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
+    arm: float = 1.0,
+    orientations: ArrayLike | None = None,
+    retraction: float | Law | None = None,
+    progress: Progress | None = None,
+) -> Boundary:
+    """Modes along the boundary of a workspace: at the nodes of a grid that are inside and have a neighbour that is not.
+
+    What is inside is asked as in `count_nodes`, of straight lines unless the *criterion* is ``static``; a node on a
+    side of the box is on the boundary. Modes are those of *model* with all that its fidelity has. The tensions that
+    hold it there are by *holding* those of least norm, or those nearest to the middle of the limits, which are the
+    closed forms' own and the default with them. *geometric*: see `modes`. Raises `InputError`.
+    """
+    if holding is None:
+        holding = "middle" if criterion.endswith("closed-form") else "least"
+    if holding not in HOLDING:
+        raise UnknownName("tensions", holding, HOLDING)
+    if model.m < model.n:
+        few = f"{model.m} lines leave some of its {model.n} freedoms to gravity"
+        raise InputError(f"robot {model.robot.name!r}: {few}: a grid of places says too little about its poses")
+    if not GRIDS[0] <= grid <= GRIDS[1]:
+        raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")
+    given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
+    given |= {"box": box, "orientations": orientations, "retraction": retraction}
+    asked = model if criterion == "static" else straight(model)
+    nodes = count_nodes(asked, criterion, grid=grid, **given, progress=progress)
+    places = outermost(nodes)
+    held = _modes_at(nodes, places, replace(model, robot=nodes.question.model.robot), geometric, holding)
+    return Boundary(nodes, places, holding, held)
+
+
+def straight(model: Model) -> Model:
+    """The model with straight lines, which all criteria but ``static`` ask for."""
+    if model.fidelity.cable is not CableLaw.CATENARY:
+        return model
+    return replace(model, fidelity=Fidelity(CableLaw.RIGID, model.fidelity.sheave))
+
+
+def outermost(nodes: Nodes) -> Array:
+    """Places (N, 3), m, of the nodes that are inside and have one of their six neighbours outside, or none there."""
+    beyond = np.pad(nodes.inside, 1)
+    inner = nodes.inside.copy()
+    for axis in range(3):
+        for side in (-1, 1):
+            inner &= np.roll(beyond, side, axis)[1:-1, 1:-1, 1:-1]
+    places = np.stack(np.meshgrid(*nodes.axes, indexing="ij"), axis=-1)
+    return np.asarray(places[nodes.inside & ~inner])
+
+
+def _modes_at(nodes: Nodes, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
+    asked = nodes.question
+    poses = np.concatenate([asked.poses(places, turn) for turn in asked.orientations])
+    preferred = _middle(model) if holding == "middle" else None
+    return modes_at(model, poses, geometric=geometric, retraction=asked.lengths(poses), preferred=preferred)
+
+
+def _middle(model: Model) -> Array:
+    """The middle (m,) of each line's tension limits, N."""
+    limits = [model.tension_limits or line.tension_limits for line in model.robot.lines]
+    return np.array([0.5 * (low + high) for low, high in limits])

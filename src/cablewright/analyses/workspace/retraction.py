@@ -1,0 +1,128 @@
+"""How far to retract the end-effector at each height: areas by height and length, the best length, a line through it.
+
+Jung 2020, Eqs. 13 to 15: the area of each level slice is made largest over the length l, and a line l(z) is fitted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.analyses.workspace.criterion import Law, Progress
+from cablewright.analyses.workspace.workspace import Workspace, box_of, workspace
+from cablewright.errors import AnswerError, InputError
+from cablewright.models.statics import Model
+
+__all__ = ["Retracting", "best_retraction"]
+
+Array = NDArray[np.float64]
+STEPS = (3, 200)
+HEIGHTS = (4, 1000)
+
+
+@dataclass(frozen=True, eq=False)
+class Retracting:
+    """Slices of Z heights at L lengths, and the law that follows from them. Heights are those of slices' middles."""
+
+    lengths: Array  # (L,) m, rising
+    heights: Array  # (Z,) m, of the point whose workspace it is
+    areas: Array  # (Z, L) m^2
+    volumes: Array  # (L,) m^3 of the workspaces at constant lengths
+    best: Array  # (Z,) m, the length at which a slice is largest; NaN where no length has any
+    best_areas: Array  # (Z,) m^2
+    fitted: NDArray[np.bool_]  # (Z,) which slices the law was fitted to
+    law: Law
+    held: Workspace  # the workspace with the law in force
+
+    @property
+    def slice_height(self) -> float:
+        """How high each slice is, m."""
+        return float(self.heights[1] - self.heights[0])
+
+    @property
+    def best_volume(self) -> float:
+        """What the best length in each slice would reach, m^3."""
+        return float(self.best_areas.sum()) * self.slice_height
+
+    @property
+    def share(self) -> float:
+        """Volume with the law in force, as a share of `best_volume`."""
+        return self.held.volume / self.best_volume
+
+
+def best_retraction(
+    model: Model,
+    criterion: str = "exact",
+    *,
+    least: float | None = None,
+    most: float | None = None,
+    steps: int = 9,
+    heights: int = 40,
+    box: ArrayLike | None = None,
+    point: str = "nozzle",
+    tolerance: float = 2e-3,
+    progress: Progress | None = None,
+) -> Retracting:
+    """Slices of the workspace of *model* at *steps* lengths from *least* to *most*, m, the robot's own if None.
+
+    Between the lengths the area of a slice is taken as a parabola through the best one and its neighbours. The law is
+    the line through the best lengths, least squares over the slices whose best is not at an end of the range; over all
+    that have an area where fewer than two are so. Its clamps are *least* and *most*, its height that of *point*.
+    Raises `InputError`, and `AnswerError` where fewer than two heights can be reached at all.
+    """
+    retraction = model.robot.retraction
+    if retraction is None:
+        raise InputError(f"robot {model.robot.name!r} has no retraction: its platform has one length")
+    least, most = (retraction.least if least is None else least), (retraction.most if most is None else most)
+    if not least < most:
+        raise InputError(f"retraction from {least:g} to {most:g} m: rising lengths are wanted")
+    for what, value, (low, high) in (("steps", steps, STEPS), ("heights", heights, HEIGHTS)):
+        if not low <= value <= high:
+            raise InputError(f"{what} = {value}: {low} to {high} are allowed")
+    lengths = np.linspace(least, most, steps)
+    for end in (least, most):
+        model.robot.retraction_to(end)
+    where = box_of(model.robot, box)
+    edges = np.linspace(where.low[2], where.high[2], heights + 1)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    areas, volumes = np.zeros((heights, steps)), np.zeros(steps)
+    given: dict[str, Any] = {"box": box, "point": point, "tolerance": tolerance}
+    for k, length in enumerate(lengths):
+        found = workspace(model, criterion, retraction=float(length), **given)
+        areas[:, k], volumes[k] = found.slices(middles), found.volume
+        if progress:
+            progress("lengths", k + 1, steps)
+    best, best_areas = _peaks(lengths, areas)
+    law, fitted = _fit(middles, best, best_areas, (least, most))
+    law = replace(law, of=point)
+    held = workspace(model, criterion, retraction=law, **given)
+    return Retracting(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)
+
+
+def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:
+    """The best length (Z,) of each slice and its area (Z,): the peak of the parabola about the largest."""
+    rows = np.arange(len(areas))
+    at = areas.argmax(axis=1)
+    inner = np.clip(at, 1, len(lengths) - 2)
+    before, middle, after = (areas[rows, inner + k] for k in (-1, 0, 1))
+    bend = before - 2.0 * middle + after
+    usable = (at == inner) & (bend < 0.0)
+    shift = np.where(usable, 0.5 * (before - after) / np.where(usable, bend, 1.0), 0.0)
+    best = lengths[at] + shift * (lengths[1] - lengths[0])
+    peak = areas[rows, at] - np.where(usable, 0.25 * (before - after) * shift, 0.0)
+    return np.where(areas.max(axis=1) > 0.0, best, np.nan), peak
+
+
+def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -> tuple[Law, NDArray[np.bool_]]:
+    """The line through the best lengths of the slices that have a choice, and which those are."""
+    some = areas > 0.0
+    fitted = some & (best > ends[0]) & (best < ends[1])
+    if fitted.sum() < 2:
+        fitted = some
+    if fitted.sum() < 2:
+        raise AnswerError("at most one of the heights can be reached at any length: no law can be fitted")
+    slope, intercept = np.polyfit(heights[fitted], best[fitted], 1)
+    return Law(float(slope), float(intercept), *ends), fitted

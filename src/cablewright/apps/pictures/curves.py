@@ -1,0 +1,45 @@
+"""Contact sheet of random curves to choose from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from cablewright.apps.pictures import style
+from cablewright.printing.curve import Curve, Wanted
+
+__all__ = ["curves_picture"]
+
+_WIDTH = 12.0  # inches
+_WIDE = 14  # curves side by side, at most, of an area as long as wide
+_GAP = 0.12  # between two, of the area's shorter side
+_TITLE = 0.19  # inches, for a curve's number
+
+
+def curves_picture(curves: list[tuple[int, Curve]], wanted: Wanted) -> Figure:
+    """Draw numbered *curves* row by row, each in its area, m, all at one scale."""
+    x, y = wanted.area
+    gap = _GAP * min(x, y)
+    columns = min(len(curves), max(4, round(_WIDE * math.sqrt(y / x))))
+    rows = math.ceil(len(curves) / columns)
+    scale = _WIDTH / (columns * (x + gap))  # inches per metre
+    pitch = np.array([x + gap, y + gap + _TITLE / scale])
+    drawn = style.figure(_WIDTH, rows * pitch[1] * scale + 0.4)
+    axes = drawn.add_subplot()
+    axes.set_title(f"{len(curves)} closed curves of {wanted.length:g} m in {x:g} x {y:g} m, the best cover first")
+    lines, frames = [], []
+    for place, (number, curve) in enumerate(curves):
+        row, column = divmod(place, columns)
+        centre = pitch * [column, -row]
+        lines.append(curve.even(400) + centre)
+        frames.append(centre + 0.5 * np.array([[-x, -y], [x, -y], [x, y], [-x, y], [-x, -y]]))
+        axes.text(centre[0], centre[1] + 0.5 * y, str(number), ha="center", va="bottom", fontsize=7.5)
+    axes.add_collection(LineCollection(frames, colors=style.GREY, linewidths=0.5))
+    axes.add_collection(LineCollection(lines, colors=style.BLUE, linewidths=1.0))
+    ends = 0.5 * pitch
+    axes.set(aspect="equal", xlim=(-ends[0], columns * pitch[0] - ends[0]), ylim=(ends[1] - rows * pitch[1], ends[1]))
+    axes.set_axis_off()
+    return drawn

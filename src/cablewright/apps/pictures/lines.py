@@ -1,0 +1,181 @@
+"""What each line goes through: its tension along the print, and how much of its limits it uses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from cablewright.apps.pictures import style
+from cablewright.apps.report.digest import Digest, band
+from cablewright.apps.report.quantities import quantity
+from cablewright.robot import Line
+
+__all__ = ["MOST_LINES", "Use", "limits", "tensions", "uses"]
+
+Array = NDArray[np.float64]
+
+MOST_LINES: Final = 8
+"""Lines that one picture shows; of more, those nearest to their limits."""
+
+_FAR: Final = 4.0  # a limit this many times above the highest tension is told, not drawn
+
+
+class Use(NamedTuple):
+    """What the lines used of one kind of range. NaN where a line has no value, infinite where it has no bound."""
+
+    title: str
+    unit: str  # as it is drawn
+    low: Array  # (m,)
+    high: Array  # (m,)
+    allowed: Array  # (m, 2)
+
+
+def tensions(digest: Digest) -> Figure | None:
+    """Draw one panel per line on common axes: lowest, median and highest tension along the print, and its limits.
+
+    Nothing is drawn where no tension is known.
+    """
+    check = digest.check
+    if np.isnan(check.tensions).all():
+        return None
+    lines = digest.nearest_lines(MOST_LINES)
+    columns = 1 if len(lines) == 1 else 2
+    rows = -(-len(lines) // columns)
+    drawn = style.figure(9.0, 0.7 + 1.9 * rows)
+    grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    starts = digest.stretches
+    unit, seconds = _time_unit(check.law.duration)
+    time = np.append(check.time[starts], check.law.duration) / seconds
+    low = np.fmin.reduceat(check.lowest_tension, starts)
+    middle = band(check.tensions, starts).middle
+    high = np.fmax.reduceat(check.highest_tension, starts)
+    top = float(np.nanmax(high[:, lines], initial=0.0))
+    for i, axes in zip(lines, grid.flat, strict=False):
+        axes.fill_between(time, _held(low[:, i]), _held(high[:, i]), step="post", color=style.BLUE, alpha=0.3, lw=0)
+        marker = "o" if len(starts) == 1 else ""
+        axes.step(time, _held(middle[:, i]), where="post", color=style.BLUE, linewidth=1.3, marker=marker)
+        _draw_tension_limits(axes, check.robot.lines[i], top)
+        axes.set_title(style.label(check.robot.lines[i].name), fontsize=9.5)
+    grid[0, 0].margins(x=0)
+    bottom, upper = grid[0, 0].get_ylim()
+    grid[0, 0].set_ylim(bottom, upper + 0.12 * (upper - bottom))  # room for what is told of a limit
+    for axes in grid.flat[len(lines) :]:
+        axes.set_axis_off()
+    for i, axes in enumerate(grid.flat[: len(lines)]):
+        axes.tick_params(labelbottom=i + columns >= len(lines))
+    drawn.supxlabel(f"time in {unit}", fontsize=9)
+    drawn.supylabel("tension in N", fontsize=9)
+    return drawn
+
+
+def _time_unit(duration: float) -> tuple[str, float]:
+    """Return the unit that a print of that many seconds is told in, and the seconds it has."""
+    if duration < 120:
+        return "s", 1.0
+    return ("min", 60.0) if duration < 7200 else ("h", 3600.0)
+
+
+def _held(values: Array) -> Array:
+    """Repeat the last value, so that steps reach the end."""
+    return np.append(values, values[-1:])
+
+
+def _draw_tension_limits(axes: Axes, line: Line, top: float) -> None:
+    low, high = line.tension_limits
+    limit: dict[str, Any] = {"color": style.RED, "linewidth": 1.2, "linestyle": (0, (4, 2))}
+    axes.axhline(low, **limit)
+    if high <= _FAR * max(top, low):
+        axes.axhline(high, **limit)
+    else:
+        axes.annotate(
+            f"highest allowed {quantity(high, 'N')}, far above",
+            (0.99, 0.97),
+            xycoords="axes fraction",
+            ha="right",
+            va="top",
+            fontsize=8,
+            color=style.RED,
+        )
+
+
+def uses(digest: Digest) -> list[Use]:
+    """Return what is known of winch speed, winch torque, swing and lever, in the units that are drawn."""
+    check = digest.check
+    lines = check.robot.lines
+    degrees = 180 / math.pi
+    everything = (
+        ("winch speed", "m/s", np.abs(check.cable_speed), 1.0, [_up_to(line.winch.max_speed) for line in lines]),
+        ("winch torque", "N m", check.torque, 1.0, [_up_to(line.winch.max_torque) for line in lines]),
+        ("swing of the sheave", "degrees", check.swing, degrees, [_swing(line) for line in lines]),
+        ("angle of the lever", "degrees", check.lever, degrees, [_lever(line) for line in lines]),
+    )
+    known = []
+    for title, unit, values, factor, allowed in everything:
+        low, high = np.fmin.reduce(values, axis=0) * factor, np.fmax.reduce(values, axis=0) * factor
+        if np.isfinite(high).any():
+            known.append(Use(title, unit, low, high, np.array(allowed) * factor))
+    return known
+
+
+def limits(digest: Digest) -> Figure | None:
+    """Draw for each quantity and line the range used, and the range allowed; nothing if nothing is known."""
+    known = uses(digest)
+    if not known:
+        return None
+    lines = digest.nearest_lines(MOST_LINES)
+    columns = min(2, len(known))
+    rows = -(-len(known) // columns)
+    drawn = style.figure(9.0, rows * (1.15 + 0.24 * len(lines)))
+    grid = drawn.subplots(rows, columns, squeeze=False)
+    for use, axes in zip(known, grid.flat, strict=False):
+        _draw_use(axes, use, lines, [style.label(digest.check.robot.lines[i].name, 16) for i in lines])
+    for axes in grid.flat[len(known) :]:
+        axes.set_axis_off()
+    return drawn
+
+
+def _draw_use(axes: Axes, use: Use, lines: list[int], names: list[str]) -> None:
+    """Draw the ranges of one quantity: allowed pale with its ends marked, used blue, or orange if it goes outside."""
+    places = np.arange(len(lines))
+    low, high, allowed = use.low[lines], use.high[lines], use.allowed[lines]
+    for place, (least, most) in zip(places, allowed, strict=True):
+        if math.isfinite(most):
+            begin = least if math.isfinite(least) else 0.0
+            axes.barh(place, most - begin, left=begin, height=0.62, color="#e9edf1", zorder=1)
+        for end in (least, most):
+            if math.isfinite(end):
+                axes.plot([end, end], [place - 0.36, place + 0.36], color=style.INK, linewidth=2, zorder=3)
+    outside = (low < allowed[:, 0]) | (high > allowed[:, 1])
+    colours = [style.RED if out else style.BLUE for out in outside]
+    span = float(np.nanmax([*high, *allowed[np.isfinite(allowed)]]) - np.nanmin([*low, *allowed[np.isfinite(allowed)]]))
+    width = np.maximum(
+        high - low, 0.004 * (span or float(np.nanmax(np.abs(high))))
+    )  # a range of one value is still seen
+    axes.barh(places, width, left=low, height=0.34, color=colours, zorder=2)
+    axes.set_yticks(places, names)
+    axes.set_ylim(len(lines) - 0.4, -0.6)
+    axes.grid(visible=False, axis="y")
+    axes.use_sticky_edges = False
+    axes.margins(x=0.03)
+    if not np.isfinite(allowed).any() and np.nanmin(low) >= 0 and "degrees" not in use.unit:
+        axes.set_xlim(left=0)
+    axes.set_xlabel(f"{use.title} in {use.unit}")
+
+
+def _up_to(limit: float | None) -> tuple[float, float]:
+    return (-math.inf, math.inf if limit is None else limit)
+
+
+def _swing(line: Line) -> tuple[float, float]:
+    swing = getattr(line.sheave, "swing", None)
+    return (-math.inf, math.inf) if swing is None else (-swing, swing)
+
+
+def _lever(line: Line) -> tuple[float, float]:
+    bounds = getattr(line.sheave, "lever_range", None)
+    return (-math.inf, math.inf) if bounds is None else bounds

@@ -1,0 +1,109 @@
+"""The structure that a print left: height maps, true and rebuilt, their difference, and cuts across the path."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+
+from cablewright.apps.pictures import style
+from cablewright.printing.heightfield import HeightField
+from cablewright.studies.prints.result import PrintRecord
+from cablewright.studies.prints.structure import Cut, Structure
+
+__all__ = ["cuts_picture", "maps_picture"]
+
+Array = NDArray[np.float64]
+
+_MARGIN: Final = 0.5  # m about the path that is drawn
+
+
+def maps_picture(found: PrintRecord) -> Figure | None:
+    """Heights from above."""
+    structure = found.structure
+    if structure is None:
+        return None
+    fields = [("true", structure.true), ("rebuilt from scans", structure.seen)]
+    known = [(title, field) for title, field in fields if field is not None]
+    low = found.track.positions[:, :2].min(axis=0) - _MARGIN
+    high = found.track.positions[:, :2].max(axis=0) + _MARGIN
+    wide, deep = high - low
+    columns = len(known) + (len(known) == 2)
+    drawn = style.figure(3.2 * columns + 0.4, float(np.clip(2.7 * deep / wide, 2.0, 7.0)) + 1.3)
+    axes = drawn.subplots(1, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    top = 1e3 * max(structure.highest, 1e-3)
+    shown = None
+    for axis, (title, field) in zip(axes, known, strict=False):
+        shown = _map(axis, field, 1e3 * field.heights, (0.0, top), style.stress_colours())
+        axis.set_title(title)
+    assert shown is not None
+    bar = drawn.colorbar(shown, ax=list(axes[: len(known)]), location="bottom", shrink=0.7, aspect=30, pad=0.02)
+    bar.set_label("height in mm")
+    bar.outline.set_visible(False)
+    if structure.seen is not None and structure.true is not None:
+        _difference(drawn, axes[-1], structure, structure.seen)
+    for axis in axes:
+        axis.set(xlabel="x in m", aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        axis.grid(visible=False)
+    axes[0].set_ylabel("y in m")
+    return drawn
+
+
+def _map(axes: Axes, field: HeightField, values: Array, ends: tuple[float, float], colours: Colormap) -> AxesImage:
+    extent = (
+        field.low[0],
+        field.low[0] + field.cell * field.shape[0],
+        field.low[1],
+        field.low[1] + field.cell * field.shape[1],
+    )
+    return axes.imshow(
+        values.T, origin="lower", extent=extent, cmap=colours, vmin=ends[0], vmax=ends[1], interpolation="nearest"
+    )
+
+
+def _difference(drawn: Figure, axes: Axes, structure: Structure, seen: HeightField) -> None:
+    assert structure.true is not None
+    x, y = np.meshgrid(seen.centres(0), seen.centres(1), indexing="ij")
+    true = structure.true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(seen.shape)
+    off = 1e3 * (seen.heights - true)
+    known = np.abs(off[np.isfinite(off)])
+    most = max(float(np.quantile(known, 0.995)) if len(known) else 1.0, 1.0)
+    shown = _map(axes, seen, off, (-most, most), mpl.colormaps["RdBu_r"])
+    axes.set_title("rebuilt less true")
+    bar = drawn.colorbar(shown, ax=axes, location="bottom", shrink=0.95, aspect=20, pad=0.02, extend="both")
+    bar.set_label("mm")
+    bar.outline.set_visible(False)
+
+
+def cuts_picture(found: PrintRecord) -> Figure | None:
+    """Heights across the path where it passes once, and where the structure is highest."""
+    if found.structure is None or not found.structure.cuts:
+        return None
+    cuts = found.structure.cuts
+    drawn = style.figure(9.6, 3.2)
+    axes = drawn.subplots(1, len(cuts), sharey=True, sharex=True, squeeze=False).ravel()
+    for axis, cut in zip(axes, cuts, strict=True):
+        _draw_cut(axis, cut)
+    axes[0].set_ylabel("height in mm")
+    handles, names = axes[0].get_legend_handles_labels()
+    drawn.legend(handles, names, loc="outside lower center", ncols=2)
+    return drawn
+
+
+def _draw_cut(axes: Axes, cut: Cut) -> None:
+    if np.isfinite(cut.true).any():
+        axes.fill_between(
+            1e2 * cut.offsets, 0.0, 1e3 * cut.true, color=style.GREY, alpha=0.35, linewidth=0, label="true"
+        )
+    if np.isfinite(cut.seen).any():
+        axes.plot(
+            1e2 * cut.offsets, 1e3 * cut.seen, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans"
+        )
+    title = f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m".replace("-", "\N{MINUS SIGN}")
+    axes.set(xlabel="cm beside the path, left of it positive", title=title)

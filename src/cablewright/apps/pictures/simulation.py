@@ -1,0 +1,45 @@
+"""A drive in four pictures: the path from above, and tilt, yaw and excess of each line over time."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from cablewright.apps.pictures import style
+from cablewright.studies.drive import SLACK, Drive
+
+__all__ = ["simulation_picture"]
+
+_COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)
+_DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), "-.", (0, (1, 1.2)))
+
+
+def simulation_picture(found: Drive) -> Figure:
+    """Draw *found*, sampled about once a second. Call within `style.drawing`."""
+    columns = np.array(found.path).reshape(-1, 6 + len(found.lines)).T
+    time, x, y, _, tilt, yaw = columns[:6]
+    drawn = style.figure(9.6, 6.0)
+    grid = drawn.add_gridspec(3, 2, width_ratios=(1.0, 1.9))
+    above = drawn.add_subplot(grid[:, 0])
+    above.plot(x, y, color=style.BLUE)
+    above.plot(x[:1], y[:1], "o", color=style.ORANGE, label="begins here")
+    above.set(xlabel="x in m", ylabel="y in m", title="path of B, from above")
+    above.set_aspect("equal", adjustable="datalim")
+    above.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12))
+    axes = [drawn.add_subplot(grid[0, 1])]
+    axes += [drawn.add_subplot(grid[row, 1], sharex=axes[0]) for row in (1, 2)]
+    axes[0].plot(time, np.degrees(tilt), color=style.BLUE, linewidth=0.9)
+    axes[0].set(ylabel="tilt in degrees", title="drum")
+    axes[1].plot(time, np.degrees(yaw), color=style.BLUE)
+    axes[1].set_ylabel("yaw in degrees")
+    for i, (name, excess) in enumerate(zip(found.lines, columns[6:], strict=True)):
+        colour, dash = _COLOURS[i % len(_COLOURS)], _DASHES[i % len(_DASHES)]
+        axes[2].plot(time, 1e3 * excess, color=colour, linestyle=dash, linewidth=1.1, label=style.label(name))
+    axes[2].axhline(1e3 * SLACK, color=style.GREY, linewidth=0.8)
+    axes[2].set(xlabel="time in s", ylabel="excess in mm", title="lines: slack above the grey line")
+    axes[2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=4)
+    for each in axes[:2]:
+        each.tick_params(labelbottom=False)
+    return drawn

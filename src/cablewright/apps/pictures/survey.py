@@ -1,0 +1,114 @@
+"""A survey from above: walls, exits and winches with their ellipses, and how far each marker is off."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from cablewright.apps.pictures import style
+from cablewright.calibration.survey.result import Survey
+
+__all__ = ["survey_picture"]
+
+Array = NDArray[np.float64]
+
+_MAGNIFIED: Final = 100.0  # how much larger than the room the ellipses are drawn
+_SIGMAS: Final = 2.4477  # of an ellipse that holds 95 %
+_MOST_BARS: Final = 40
+
+
+def survey_picture(found: Survey) -> Figure:
+    """Draw a survey. Call within `style.drawing`."""
+    drawn = style.figure(9.6, 5.2)
+    room, bars = drawn.subplots(1, 2, width_ratios=(1.15, 1.0))
+    _draw_room(room, found)
+    _draw_residuals(bars, found)
+    handles, names = room.get_legend_handles_labels()
+    drawn.legend(handles, names, loc="outside lower center", ncols=5)
+    return drawn
+
+
+def _draw_room(axes: Axes, found: Survey) -> None:
+    """Draw the plan: places with ellipses of 95 %, magnified, and each wall as far as the places go."""
+    exits = [(one.line, one.exit_point) for one in found.exits if one.exit_point is not None]
+    winches = [(one.line, one.winch_exit) for one in found.exits if one.winch_exit is not None]
+    everything = [place[:2] for _, place in exits + winches] + [axis.point[:2] for axis in found.axes] + [np.zeros(2)]
+    upright = [wall for wall in found.walls if wall.normal[2] == 0]
+    everything += [wall.distance * wall.normal[:2] for wall in upright]
+    points = np.array(everything)
+    low, high = points.min(axis=0), points.max(axis=0)
+    for i, wall in enumerate(upright):
+        along = np.array([-wall.normal[1], wall.normal[0]])
+        ends = _within(wall.distance * wall.normal[:2], along, low - 0.2, high + 0.2)
+        axes.plot(*ends.T, color=style.GREY, linewidth=2.2, label="wall" if i == 0 else None)
+        x, y = ends.mean(axis=0) - 0.03 * float(np.max(high - low)) * wall.normal[:2]
+        turned = 90.0 if abs(wall.normal[0]) > abs(wall.normal[1]) else 0.0
+        name = style.label(wall.name)
+        axes.text(x, y, name, rotation=turned, ha="center", va="center", color=style.INK, fontsize=8.5)
+    first = 0
+    for one in found.exits:
+        for place, colour in ((one.exit_point, style.BLUE), (one.winch_exit, style.ORANGE)):
+            if place is not None:
+                part = found.covariance[first : first + 2, first : first + 2]
+                axes.plot(*(place[:2, None] + _MAGNIFIED * _ellipse(part)), color=colour, linewidth=0.9)
+                first += 3
+    if winches:
+        xy = np.array([place[:2] for _, place in winches])
+        axes.plot(*xy.T, "s", color=style.ORANGE, markersize=8, markerfacecolor="none", label="winch exit")
+    if exits:
+        xy = np.array([place[:2] for _, place in exits])
+        axes.plot(*xy.T, "o", color=style.BLUE, markersize=4, label="exit point")
+    for line, place in exits or winches:
+        axes.annotate(
+            style.label(line, 16), (place[0], place[1]), xytext=(7, 7), textcoords="offset points", fontsize=8
+        )
+    axes.plot([], [], color=style.BLUE, linewidth=0.9, label=f"95 % ellipse, {_MAGNIFIED:g} times as large")
+    axes.plot(0, 0, "+", color=style.INK, markersize=8, label="origin")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.08)
+    axes.set(xlabel="x in m", ylabel="y in m")
+    axes.set_title("from above")
+
+
+def _within(point: Array, along: Array, low: Array, high: Array) -> Array:
+    """Return the part (2, 2) of a line that passes a box, or a metre of it."""
+    reach = []
+    for end in (-1.0, 1.0):
+        steps = [(bound - p) / a for p, a, lo, hi in zip(point, along, low, high, strict=True) if abs(a) > 1e-9
+                 for bound in (lo, hi)]  # fmt: skip
+        ahead = [step for step in steps if step * end > 0]
+        reach.append(min(ahead, key=abs) if ahead else end * 0.5)
+    return np.array([point + step * along for step in reach])
+
+
+def _ellipse(covariance: Array) -> Array:
+    """(2, k) of the ellipse that holds 95 %."""
+    values, axes = np.linalg.eigh(covariance)
+    turn = np.linspace(0.0, 2.0 * np.pi, 60)
+    sizes = _SIGMAS * np.sqrt(np.maximum(values, 0.0))
+    drawn: Array = axes @ (sizes[:, None] * np.array([np.cos(turn), np.sin(turn)]))
+    return drawn
+
+
+def _draw_residuals(axes: Axes, found: Survey) -> None:
+    """Draw how far each marker is off, the worst first, with what is expected."""
+    rows = [row for row in found.residuals if not np.isnan(row.residual)]
+    rows = sorted(rows, key=lambda row: row.residual, reverse=True)[:_MOST_BARS]
+    axes.set_title("residuals")
+    if not rows:
+        axes.text(0.5, 0.5, "no marker is checked\nby another one", ha="center", va="center", transform=axes.transAxes)
+        axes.set(xticks=[], yticks=[])
+        return
+    places = np.arange(len(rows))
+    colours = [style.RED if row.suspect else style.BLUE for row in rows]
+    axes.barh(places, [1e3 * row.residual for row in rows], color=colours, height=0.6)
+    axes.plot([1e3 * row.sigma for row in rows], places, "|", color=style.INK, markersize=9, label="expected (sigma)")
+    axes.set_yticks(places, [style.label(row.point, 14) for row in rows], fontsize=7.5 if len(rows) < 25 else 5.5)
+    axes.invert_yaxis()
+    axes.set_xlim(left=0)
+    axes.set_xlabel("distance from what was fitted, in mm")
+    axes.legend(loc="lower right")

@@ -1,0 +1,1 @@
+"""Exits, axes and walls from a total station's shots at markers."""

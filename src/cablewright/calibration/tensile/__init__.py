@@ -1,0 +1,1 @@
+"""A cable's modulus from a tensile test."""

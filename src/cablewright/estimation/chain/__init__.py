@@ -1,0 +1,1 @@
+"""The estimator of Merlet and Papegay 2023, section III."""

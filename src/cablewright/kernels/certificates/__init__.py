@@ -1,0 +1,1 @@
+"""Theorems about equilibria by interval arithmetic: existence, uniqueness, enclosures, exhaustive search."""

@@ -1,0 +1,401 @@
+"""For each lengths of a set exactly one equilibrium, in a tube around the linearisation at one of them.
+
+With F the equations, L their lengths, x a solution at L_c, Y an approximate inverse of its Jacobian J, S = -Y F_L, and
+H bounds of all second derivatives within a + r, where a bounds |S (L - L_c)| over the set, let
+
+    k = |Y F(x)| + |I - Y J| (a + r) + |Y| H[a + r, a + r] / 2
+    u = |Y F(x)| + |I - Y J| (a + r) + |Y| H[a + r, r]
+
+If k < r and u < r, then for each L of the set F has exactly one zero within r of x + S (L - L_c), and it is within k
+of it. Proof: docs/theory/certificates.md. The products with Y are taken in each line's own frame.
+"""
+
+from math import cos, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.hessian_bounds import (
+    ACROSS,
+    ALONG,
+    ASIDE,
+    AWAY,
+    DEAD_ACROSS,
+    DEAD_ALONG,
+    LENGTH,
+    MOMENT,
+    PAIRS,
+    PULL,
+    ROWS,
+    SHEAR,
+    SIDEWAYS,
+    TURN,
+    TURN_TURN,
+    TURNED,
+    VARIABLES,
+    bend_line,
+)
+from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
+from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
+from cablewright.kernels.certificates.length_polytope import most
+from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
+from cablewright.kernels.layout import (
+    BETA,
+    LEVER,
+    MASS_X,
+    PHI,
+    PLATFORM_WEIGHT,
+    POINT_X,
+    PSI,
+    RADIUS,
+    SIDE,
+    STATE,
+    UNKNOWNS,
+)
+
+PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
+ROOM = 0.25  # of the reach: how much wider the box of second derivatives is, at first
+MORE = 1.6  # of what was asked for: how much wider then
+TRIES = 4
+STEPS = 12
+HOPELESS = 1e3
+WIDER = 1.05
+GRAIN = 1e-10  # of an unknown: the least radius, over what a point's own certificate leaves open
+SIDE_SLACK = 1e-14
+
+
+class TubeWork(NamedTuple):
+    """Scratch of one prover. N unknowns as in `CertificateWork`, K slabs."""
+
+    left: NDArray[np.float64]  # (m,): the set's lengths from the centre's
+    right: NDArray[np.float64]
+    below: NDArray[np.float64]  # (K,): its slabs, from the centre
+    above: NDArray[np.float64]
+    weights: NDArray[np.float64]  # (K,)
+    row: NDArray[np.float64]  # (m,)
+    reach: NDArray[np.float64]  # (N + 2m,): a; then of each line's end, away from the exit and aside
+    gains: NDArray[np.float64]  # (K + m,): what it would help to halve each slab and length
+    room: NDArray[np.float64]  # (N,): r up to which the second derivatives are known
+    radius: NDArray[np.float64]  # (N,): r
+    bound: NDArray[np.float64]  # (N,): k
+    base: NDArray[np.float64]  # (N,): of k, without second derivatives
+    planes: NDArray[np.float64]  # (m, 4): ex, ey, distance from the exit, of the platform point from the origin
+    arms: NDArray[np.float64]  # (m, 3)
+    frames: NDArray[np.float64]  # (m, 4): of the chord and of the dead span
+    turns: NDArray[np.float64]  # (m,): bounds of the planes' turns, rad
+    boxes: NDArray[np.float64]  # (m, 9): of a + r, in a line's own terms
+    radii: NDArray[np.float64]  # (m, 9): of r
+    bends: NDArray[np.float64]  # (m, rows, pairs): H
+    curved: NDArray[np.float64]  # (m, rows)
+    effects: NDArray[np.float64]  # (N, m, rows): |Y|
+    span: NDArray[np.float64]  # (2, 6)
+    rotation: NDArray[np.float64]  # (3, 3, 2)
+    turned: NDArray[np.float64]  # (3, 2)
+
+
+@jit(allocates=True)
+def tube_work(size, m, slabs):
+    """Scratch for *size* unknowns, *m* lines and so many slabs."""
+    return TubeWork(
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(slabs),
+        np.zeros(slabs),
+        np.zeros(slabs),
+        np.zeros(m),
+        np.zeros(size + 2 * m),
+        np.zeros(slabs + m),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((m, 4)),
+        np.zeros((m, 3)),
+        np.zeros((m, 4)),
+        np.zeros(m),
+        np.zeros((m, VARIABLES)),
+        np.zeros((m, VARIABLES)),
+        np.zeros((m, ROWS, len(PAIRS))),
+        np.zeros((m, ROWS)),
+        np.zeros((size, m, ROWS)),
+        np.zeros((2, 6)),
+        np.zeros((3, 3, 2)),
+        np.zeros((3, 2)),
+    )
+
+
+@jit
+def prove_tube(packed, lengths, pose, states, slabs, cert, work):
+    """Whether for each lengths of the set exactly one equilibrium is within work.radius of the linearisation.
+
+    *pose* and *states* are the solution for *lengths*, from which the set was measured (work.left to work.above).
+    work.bound is then how far the equilibrium is from the linearisation, whose slopes are columns of cert.inverse.
+    """
+    size = cert.step.shape[0]
+    residual_of_all(packed, lengths, pose, states, cert)
+    for k in range(size):
+        cert.radius[k] = 0.0
+    jacobian_of_all(packed, pose, states, cert)
+    if not (split(packed, cert) and _frame_lines(packed, pose, states, cert, work)):
+        return UNBOUNDED
+    if not invert(packed, cert):
+        return SINGULAR
+    if not newton_bound(cert):
+        return UNBOUNDED
+    _reach(packed, slabs, cert, work)
+    _find_effects(packed, cert, work)
+    for k in range(size):
+        work.room[k] = ROOM * work.reach[k] + 10.0 * (cert.step[k] + GRAIN)
+    for tried in range(TRIES):
+        for k in range(size):
+            cert.radius[k] = (work.reach[k] + work.room[k]) * ROUNDING
+        image(packed, cert)
+        for k in range(size):
+            work.base[k] = cert.bound[k]
+        if not _bend_all(packed, states, cert, work):
+            return UNBOUNDED
+        if _settles(packed, cert, work):
+            return PROVED
+        for k in range(size):
+            if not work.bound[k] < HOPELESS:
+                return UNBOUNDED if tried == 0 else NOT_CONTRACTING
+            work.room[k] = max(work.room[k], MORE * work.bound[k])
+    return NOT_CONTRACTING
+
+
+@jit
+def _frame_lines(packed, pose, states, cert, work):
+    """Planes, arms and chords at the centre; False under an exit."""
+    n = packed.freedoms
+    first = cert.offsets[packed.lines.shape[0]]
+    for i in range(packed.lines.shape[0]):
+        row, y = packed.lines[i], states[i]
+        ex, ey, reach, z = place_line(row, pose, 0.0, n, cert.radius[first:], cert)
+        if not reach[0] > 0.0:
+            return False
+        work.planes[i, 0], work.planes[i, 1] = 0.5 * (ex[0] + ex[1]), 0.5 * (ey[0] + ey[1])
+        work.planes[i, 2] = reach[0]
+        square = 0.0
+        for k in range(3):
+            work.arms[i, k] = 0.5 * (cert.arm[k, 0] + cert.arm[k, 1])
+            square += row[POINT_X + k] ** 2
+        work.planes[i, 3] = sqrt(square) * ROUNDING if n == 6 else 0.0
+        turn, unknowns = row[SIDE] * row[RADIUS], row[UNKNOWNS]
+        lever = row[LEVER] if unknowns > 5.0 else 0.0
+        cx = reach[0] - lever * cos(y[BETA]) + turn * sin(y[PHI])
+        cz = z[0] - lever * sin(y[BETA]) - turn * cos(y[PHI])
+        chord = sqrt(cx * cx + cz * cz)
+        work.frames[i, 0], work.frames[i, 1] = cx / chord, cz / chord
+        work.frames[i, 2], work.frames[i, 3] = 0.0, -row[SIDE]
+        if unknowns > 4.0:
+            work.frames[i, 2], work.frames[i, 3] = cos(y[PSI]), sin(y[PSI])
+    return True
+
+
+@jit
+def _reach(packed, slabs, cert, work):
+    """How far the linearisation goes over the set: each unknown, and each line's end in its plane and aside."""
+    m, size = packed.lines.shape[0], cert.step.shape[0]
+    for j in range(size):
+        slopes(cert, j, work.row)
+        _reach_of(j, 0.0, slabs, work)
+    for line in range(m):
+        ex, ey = work.planes[line, 0], work.planes[line, 1]
+        bulk = _end_slopes(packed, line, ex, ey, cert, work)
+        _reach_of(size + 2 * line, bulk, slabs, work)
+        bulk = _end_slopes(packed, line, -ey, ex, cert, work)
+        _reach_of(size + 2 * line + 1, bulk, slabs, work)
+
+
+@jit
+def slopes(cert, j, row):
+    """Change of unknown *j* per length, to *row*: its entry of Y at each line's equation for the length."""
+    for i in range(row.shape[0]):
+        row[i] = cert.inverse[j, cert.offsets[i] + 2]
+
+
+@jit
+def _end_slopes(packed, line, a, b, cert, work):
+    """How the line's end moves along the horizontal (a, b) per length, to work.row; a bound of the rounding."""
+    first, bulk = cert.offsets[packed.lines.shape[0]], 0.0
+    for i in range(packed.lines.shape[0]):
+        at, far = cert.offsets[i] + 2, max(abs(work.left[i]), abs(work.right[i]))
+        x, y = cert.inverse[first, at], cert.inverse[first + 1, at]
+        bulk += (abs(x) + abs(y)) * far
+        if packed.freedoms == 6:
+            p, q, r = cert.inverse[first + 3, at], cert.inverse[first + 4, at], cert.inverse[first + 5, at]
+            arm = work.arms[line]
+            x += q * arm[2] - r * arm[1]
+            y += r * arm[0] - p * arm[2]
+            bulk += 2.0 * work.planes[line, 3] * (abs(p) + abs(q) + abs(r)) * far
+        work.row[i] = a * x + b * y
+    return SIDE_SLACK * bulk
+
+
+@jit
+def _reach_of(j, slack, slabs, work):
+    """Bound of |work.row . (L - L_c)| over the set."""
+    low = most(work.row, -1.0, work.left, work.right, slabs, work.below, work.above, work.weights)
+    high = most(work.row, 1.0, work.left, work.right, slabs, work.below, work.above, work.weights)
+    work.reach[j] = max(low, high) + slack
+
+
+@jit
+def _find_effects(packed, cert, work):
+    """|Y| for each unknown and each equation of a line in its own frame."""
+    m, n = packed.lines.shape[0], packed.freedoms
+    first = cert.offsets[m]
+    for k in range(cert.step.shape[0]):
+        row = cert.inverse[k]
+        for i in range(m):
+            start, unknowns = cert.offsets[i], int(packed.lines[i, UNKNOWNS])
+            frame, arm, out = work.frames[i], work.arms[i], work.effects[k, i]
+            _turn_effect(row[start], row[start + 1], frame[0], frame[1], ALONG, ACROSS, 0.0, out)
+            out[LENGTH] = abs(row[start + 2])
+            z = row[start + 3] if unknowns > 3 else 0.0
+            x = row[start + 4] if unknowns > 4 else 0.0
+            _turn_effect(x, z, frame[2], frame[3], DEAD_ALONG, DEAD_ACROSS, 0.0, out)
+            out[MOMENT] = abs(row[start + 5]) if unknowns > 5 else 0.0
+            x, y, z = row[first], row[first + 1], row[first + 2]
+            slack = abs(x) + abs(y)
+            out[TURNED] = 0.0
+            if n == 6:
+                a, b, c = row[first + 3], row[first + 4], row[first + 5]
+                x += b * arm[2] - c * arm[1]
+                y += c * arm[0] - a * arm[2]
+                z += a * arm[1] - b * arm[0]
+                out[TURNED] = sqrt(a * a + b * b + c * c) * ROUNDING
+                slack += 6.0 * out[TURNED] * work.planes[i, 3]
+            ex, ey = work.planes[i, 0], work.planes[i, 1]
+            _turn_effect(ex * x + ey * y, z, frame[0], frame[1], PULL, SHEAR, slack, out)
+            out[SIDEWAYS] = abs(ex * y - ey * x) + 1e-15 * slack
+
+
+@jit
+def _turn_effect(x, z, c, s, along, across, slack, out):
+    """Effects of equations in x and z on those along (c, s) and across it; 1e-15 is for rounding."""
+    slack = 1e-15 * (abs(x) + abs(z) + slack)
+    out[along], out[across] = abs(c * x + s * z) + slack, abs(c * z - s * x) + slack
+
+
+@jit
+def _find_boxes(packed, whole, radius, cert, work, boxes):
+    """Half widths in a line's own terms: of *radius*, where *whole* with the reach. Returns the body's whole turn."""
+    m, n, size = packed.lines.shape[0], packed.freedoms, cert.step.shape[0]
+    first = cert.offsets[m]
+    omega, wide = 0.0, 0.0
+    for k in range(first + 3, first + n):
+        omega += radius[k] ** 2
+        wide += (radius[k] + work.reach[k]) ** 2
+    omega, wide = sqrt(omega) * ROUNDING, sqrt(wide) * ROUNDING
+    own = wide if whole else omega
+    for i in range(m):
+        box = boxes[i]
+        for k in range(STATE):
+            box[k] = 0.0
+        for k in range(int(packed.lines[i, UNKNOWNS])):
+            at = cert.offsets[i] + k
+            box[k] = radius[at] + (work.reach[at] if whole else 0.0)
+        ex, ey, arm = abs(work.planes[i, 0]), abs(work.planes[i, 1]), work.planes[i, 3]
+        more = arm * (omega + 1.5 * wide * own)  # the end's motion is that of the arm as it is turned
+        away = ex * radius[first] + ey * radius[first + 1] + more
+        aside = ey * radius[first] + ex * radius[first + 1] + more
+        if whole:
+            away += work.reach[size + 2 * i]
+            aside += work.reach[size + 2 * i + 1]
+        eta = work.turns[i]  # the plane turns too
+        box[AWAY], box[ASIDE], box[TURN] = (away + eta * aside) * ROUNDING, (aside + eta * away) * ROUNDING, own
+    return wide
+
+
+@jit
+def _bend_all(packed, states, cert, work):
+    """Second derivatives of all equations over the reach and the room; False where one is not bounded."""
+    m = packed.lines.shape[0]
+    for i in range(m):
+        work.turns[i] = 0.0
+    omega = _find_boxes(packed, True, work.room, cert, work, work.boxes)
+    for i in range(m):
+        near = work.planes[i, 2] - work.boxes[i, AWAY] - work.boxes[i, ASIDE]
+        work.turns[i] = work.boxes[i, ASIDE] / near * ROUNDING + 1e-13
+        if not (near > 0.0 and work.turns[i] < 0.5):
+            return False
+    _find_boxes(packed, True, work.room, cert, work, work.boxes)
+    for i in range(m):
+        reach = inflate(point(work.planes[i, 2]), work.boxes[i, AWAY] + work.boxes[i, ASIDE])
+        if not bend_line(
+            packed.lines[i],
+            states[i],
+            work.boxes[i],
+            reach,
+            work.frames[i],
+            work.turns[i],
+            omega,
+            work.planes[i, 3],
+            work.span,
+            work.bends[i],
+        ):
+            return False
+    if packed.freedoms == 6:
+        body = packed.platform
+        arm = sqrt(body[MASS_X] ** 2 + body[MASS_X + 1] ** 2 + body[MASS_X + 2] ** 2)
+        work.bends[0, TURNED, TURN_TURN] += body[PLATFORM_WEIGHT] * arm * (1.0 + 2.0 * omega) * ROUNDING
+    return True
+
+
+@jit
+def _settles(packed, cert, work):
+    """Find radii within the room that hold what they are mapped to, and no two zeros."""
+    size = cert.step.shape[0]
+    for k in range(size):
+        work.radius[k] = 0.0
+    good = False
+    for _ in range(STEPS):
+        _find_boxes(packed, True, work.radius, cert, work, work.boxes)
+        _curve(work.boxes, work.boxes, 0.5, work)
+        good, fits = True, True
+        for k in range(size):
+            work.bound[k] = _image_of(k, work)
+            good = good and work.bound[k] < work.radius[k]
+            fits = fits and work.bound[k] <= work.room[k]
+        if good or not fits:
+            break
+        for k in range(size):
+            work.radius[k] = min(work.room[k], WIDER * work.bound[k] + 2.0 * cert.step[k] + GRAIN)
+    if not good:
+        return False
+    _find_boxes(packed, False, work.radius, cert, work, work.radii)
+    _curve(work.boxes, work.radii, 1.0, work)
+    for k in range(size):
+        if not _image_of(k, work) < work.radius[k]:
+            return False
+    return True
+
+
+@jit
+def _curve(first, second, factor, work):
+    """*factor* H[first, second], line by line, to work.curved."""
+    for i in range(first.shape[0]):
+        a, b, out = first[i], second[i], work.curved[i]
+        for row in range(ROWS):
+            out[row] = 0.0
+        for k in range(len(PAIRS)):
+            p, q = PAIRS[k, 0], PAIRS[k, 1]
+            product = a[p] * b[p] if p == q else a[p] * b[q] + a[q] * b[p]
+            if product > 0.0:
+                for row in range(ROWS):
+                    out[row] += work.bends[i, row, k] * product
+        for row in range(ROWS):
+            out[row] *= factor
+
+
+@jit
+def _image_of(k, work):
+    """The bound of unknown *k*: base and |Y| times what is curved."""
+    total = work.base[k]
+    for i in range(work.curved.shape[0]):
+        for row in range(ROWS):
+            total += work.effects[k, i, row] * work.curved[i, row]
+    return total * ROUNDING

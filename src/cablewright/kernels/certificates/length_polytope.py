@@ -1,0 +1,144 @@
+"""A box of lengths that is cut by slabs: bounds of linear forms over it, and points in it.
+
+The set is low <= x <= high, slab_low <= S (x - origin) <= slab_high. A linear form's bound is that of weak duality: any
+weights of the slabs give a true one, so how they are found matters for its tightness alone.
+"""
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.interval import GAMMA
+
+UNDERFLOW = 1e-290
+SWEEPS = 2  # over the weights, where there are several
+ROUNDS = 100
+HALVINGS = 20
+
+
+@jit
+def most(row, sign, left, right, slabs, below, above, weights):
+    """Upper bound of sign row . x for left <= x <= right, below <= slabs x <= above; *weights* are chosen for it."""
+    m, count = left.shape[0], below.shape[0]
+    for k in range(count):
+        weights[k] = 0.0
+    for _ in range(SWEEPS if count > 1 else count):
+        for k in range(count):
+            _weigh(row, sign, left, right, slabs, below, above, weights, k)
+    total, bulk = 0.0, 0.0
+    for i in range(m):
+        rest, size = sign * row[i], abs(row[i])
+        for k in range(count):
+            rest -= weights[k] * slabs[k, i]
+            size += abs(weights[k] * slabs[k, i])
+        total += max(rest * left[i], rest * right[i])
+        bulk += size * max(abs(left[i]), abs(right[i]))
+    for k in range(count):
+        total += max(weights[k] * below[k], weights[k] * above[k])
+        bulk += abs(weights[k]) * max(abs(below[k]), abs(above[k]))
+    return total + GAMMA * bulk + UNDERFLOW
+
+
+@jit
+def _weigh(row, sign, left, right, slabs, below, above, weights, k):
+    """The best weight of slab *k* with the others' as they are: the bound is convex, its corners where a term is 0."""
+    m = left.shape[0]
+    weights[k] = 0.0
+    best, least = 0.0, np.inf
+    for j in range(m + 1):
+        trial = 0.0
+        if j < m:
+            if slabs[k, j] == 0.0:
+                continue
+            trial = _rest(row, sign, slabs, weights, j) / slabs[k, j]
+        total = max(trial * below[k], trial * above[k])
+        for i in range(m):
+            rest = _rest(row, sign, slabs, weights, i) - trial * slabs[k, i]
+            total += max(rest * left[i], rest * right[i])
+        if total < least:
+            best, least = trial, total
+    weights[k] = best
+
+
+@jit
+def _rest(row, sign, slabs, weights, i):
+    """What the weights leave of an entry."""
+    rest = sign * row[i]
+    for k in range(weights.shape[0]):
+        rest -= weights[k] * slabs[k, i]
+    return rest
+
+
+@jit
+def offset(slabs, k, origin, x):
+    """slabs[k] . (x - origin), and the sum of its absolute terms."""
+    total, bulk = 0.0, 0.0
+    for i in range(x.shape[0]):
+        part = slabs[k, i] * (x[i] - origin[i])
+        total += part
+        bulk += abs(part)
+    return total, bulk
+
+
+@jit
+def holds(low, high, slab_low, slab_high, slabs, origin, x, pads):
+    """Whether *x* is in the set, with half of *pads* more on each side of a slab."""
+    for i in range(x.shape[0]):
+        if not low[i] <= x[i] <= high[i]:
+            return False
+    for k in range(slabs.shape[0]):
+        at, _ = offset(slabs, k, origin, x)
+        if not slab_low[k] - 0.5 * pads[k] <= at <= slab_high[k] + 0.5 * pads[k]:
+            return False
+    return True
+
+
+@jit
+def centre_of(low, high, slab_low, slab_high, slabs, origin, x, pads, inner):
+    """Move *x* near the middle of the set, of which *inner* is a point. Whether it is in it."""
+    for i in range(x.shape[0]):
+        x[i] = 0.5 * (low[i] + high[i])
+    for _ in range(ROUNDS):
+        worst = 0.0
+        for k in range(slabs.shape[0]):
+            at, _ = offset(slabs, k, origin, x)
+            lack = _middle(slabs, k, origin, low, high, slab_low[k], slab_high[k]) - at
+            worst = max(worst, abs(lack) / (slab_high[k] - slab_low[k] + pads[k]))
+            _shift(slabs, k, low, high, lack, x)
+        if worst < 0.1:
+            break
+    for _ in range(HALVINGS):
+        if holds(low, high, slab_low, slab_high, slabs, origin, x, pads):
+            return True
+        for i in range(x.shape[0]):
+            x[i] = 0.5 * (x[i] + inner[i])
+    return False
+
+
+@jit
+def _middle(slabs, k, origin, low, high, first, last):
+    """The middle of what a slab leaves of the box's range."""
+    least, greatest = 0.0, 0.0
+    for i in range(low.shape[0]):
+        a, b = slabs[k, i] * (low[i] - origin[i]), slabs[k, i] * (high[i] - origin[i])
+        least += min(a, b)
+        greatest += max(a, b)
+    return 0.5 * (max(first, least) + min(last, greatest))
+
+
+@jit
+def _shift(slabs, k, low, high, lack, x):
+    """Move what is not at its end yet, so that slabs[k] . x grows by *lack*, as far as the box lets it."""
+    free = 0.0
+    for i in range(x.shape[0]):
+        if _may_move(slabs[k, i] * lack, low[i], high[i], x[i]):
+            free += slabs[k, i] ** 2
+    if not free > 0.0:
+        return
+    for i in range(x.shape[0]):
+        if _may_move(slabs[k, i] * lack, low[i], high[i], x[i]):
+            x[i] = min(max(x[i] + lack * slabs[k, i] / free, low[i]), high[i])
+
+
+@jit
+def _may_move(way, low, high, x):
+    return (way > 0.0 and x < high) or (way < 0.0 and x > low)

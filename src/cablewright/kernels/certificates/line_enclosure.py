@@ -1,0 +1,247 @@
+"""All equations and their Jacobian in intervals: what `line.system` and `equilibrium.evaluate` compute, enclosed.
+
+The same formulas, every operation rounded outward. Model data are taken as the doubles that they are packed as; pi is
+pi, and where the dead span is upright it is upright.
+"""
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.interval import (
+    add,
+    cos,
+    div,
+    exp,
+    inflate,
+    log1p_ratio,
+    mul,
+    neg,
+    point,
+    root,
+    sin,
+    sqr,
+    sub,
+)
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    BETA,
+    DEAD,
+    DEAD_COMPLIANCE,
+    DEAD_LENGTH,
+    FREE,
+    FREE_COMPLIANCE,
+    LEVER,
+    LEVER_MOMENT,
+    PHI,
+    PSI,
+    RADIUS,
+    SIDE,
+    TAU,
+    UNKNOWNS,
+    WEIGHT,
+    WINCH_X,
+    WINCH_Z,
+)
+
+PI = (3.141592653589793, 3.1415926535897936)
+HALF_PI = (1.5707963267948966, 1.5707963267948968)
+ZERO = (0.0, 0.0)
+ONE = (1.0, 1.0)
+
+
+@jit
+def enclose_end(h, v, length, weight, compliance):
+    """Where `catenary.span` ends, x and z, of intervals. *weight*, *compliance*: doubles."""
+    v1, t0, t1, reach = _tensions(h, v, length, weight)
+    c = point(compliance)
+    x = mul(h, add(mul(c, length), reach))
+    z = mul(length, mul(add(v, v1), add(mul((0.5, 0.5), c), div(ONE, add(t0, t1)))))
+    return x, z
+
+
+@jit
+def _tensions(h, v, length, weight):
+    """Vertical tension at the end, tensions at both ends, and the integral of ds / T."""
+    v1 = add(v, mul(point(weight), length)) if weight > 0.0 else v
+    hh = sqr(h)
+    t0, t1 = root(add(hh, sqr(v))), root(add(hh, sqr(v1)))
+    p = div(hh, sub(t0, v)) if v[1] < 0.0 else add(t0, v)
+    q = div(hh, add(t1, v1)) if v1[0] > 0.0 else sub(t1, v1)
+    half = div(mul((2.0, 2.0), length), add(p, q))
+    if weight > 0.0:
+        half = mul(half, log1p_ratio(mul(point(weight), half)))
+    return v1, t0, t1, half
+
+
+@jit
+def enclose_flexibility(h, v, length, weight, compliance):
+    """Derivatives of where a span ends: x_h, x_v (= z_h), z_v, x_l, z_l, as `catenary.span`, of intervals."""
+    v1, t0, t1, reach = _tensions(h, v, length, weight)
+    c = point(compliance)
+    stretch, both, across = mul(c, length), add(v, v1), mul(t0, t1)
+    hl = mul(h, length)
+    if weight == 0.0:
+        slope = div(mul(h, hl), mul(sqr(t0), t0))
+    elif v[0] > 0.0 or v1[1] < 0.0:
+        slope = div(mul(mul(h, hl), both), mul(across, add(mul(v1, t0), mul(v, t1))))
+    else:
+        slope = div(sub(div(v1, t1), div(v, t0)), point(weight))
+    per_length = add(c, div(ONE, t1))
+    return (
+        sub(add(stretch, reach), slope),
+        neg(div(mul(hl, both), mul(add(t0, t1), across))),
+        add(stretch, slope),
+        mul(h, per_length),
+        mul(v1, per_length),
+    )
+
+
+@jit
+def _entry(low, high, i, j, value):
+    low[i, j], high[i, j] = value
+
+
+@jit
+def enclose_residual(row, y, x, z, length, out):
+    """The line's equations at *y*, in rows of *out* (k, 2); *x*, *z*, *length* are intervals.
+
+    Returns the tension (h, v) where the free span starts.
+    """
+    unknowns = int(row[UNKNOWNS])
+    turn, lever = point(row[SIDE] * row[RADIUS]), point(row[LEVER])  # exact: the side is a sign
+    phi, free = point(y[PHI]), point(y[FREE])
+    t = exp(point(y[TAU]))
+    cf, sf = cos(phi), sin(phi)
+    cb, sb = ONE, ZERO
+    if unknowns == 6:
+        cb, sb = cos(point(y[BETA])), sin(point(y[BETA]))
+    hx, hz = mul(lever, cb), mul(lever, sb)
+    h, v = mul(t, cf), mul(t, sf)
+    sx, sz = enclose_end(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
+    _put(out, 0, sub(add(sub(hx, mul(turn, sf)), sx), x))
+    _put(out, 1, sub(add(add(hz, mul(turn, cf)), sz), z))
+    psi = point(y[PSI]) if unknowns > 4 else upright(row[SIDE])
+    taken, _ = taken_up(row, t)
+    rest = point(y[DEAD]) if unknowns > 3 else point(row[DEAD_LENGTH])
+    _put(out, 2, sub(add(add(free, arc_length(row, psi, phi, taken)), rest), length))
+    if unknowns > 3:
+        cp, sp = dead_direction(row, psi)
+        dx, dz = enclose_end(mul(t, cp), mul(t, sp), rest, row[WEIGHT], row[DEAD_COMPLIANCE])
+        _put(out, 3, sub(add(sub(hz, mul(turn, cp)), dz), point(row[WINCH_Z])))
+        if unknowns > 4:
+            _put(out, 4, sub(add(add(hx, mul(turn, sp)), dx), point(row[WINCH_X])))
+        if unknowns > 5:
+            pull = div(point(row[LEVER_MOMENT]), mul(lever, t))
+            across = sub(mul(add(sf, sp), cb), mul(add(cf, cp), sb))
+            _put(out, 5, sub(across, mul(pull, cb)))
+    return h, v
+
+
+@jit
+def enclose_jacobian(row, y, radius, low, high):
+    """The Jacobian (k, k) of the line's equations for unknowns within *radius* of *y*, between *low* and *high*.
+
+    Returns the tension (h, v) where the free span starts.
+    """
+    unknowns = int(row[UNKNOWNS])
+    low[:unknowns, :unknowns] = 0.0
+    high[:unknowns, :unknowns] = 0.0
+    turn = point(row[SIDE] * row[RADIUS])
+    phi, free = _unknown(y, radius, PHI), _unknown(y, radius, FREE)
+    t = exp(_unknown(y, radius, TAU))
+    cf, sf = cos(phi), sin(phi)
+    h, v = mul(t, cf), mul(t, sf)
+    hh, hv, vv, xl, zl = enclose_flexibility(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
+    rsf, rcf = mul(turn, sf), mul(turn, cf)
+    _entry(low, high, 0, PHI, sub(sub(mul(hv, h), mul(hh, v)), rcf))
+    _entry(low, high, 1, PHI, sub(sub(mul(vv, h), mul(hv, v)), rsf))
+    _entry(low, high, 0, TAU, add(mul(hh, h), mul(hv, v)))
+    _entry(low, high, 1, TAU, add(mul(hv, h), mul(vv, v)))
+    _entry(low, high, 0, FREE, xl)
+    _entry(low, high, 1, FREE, zl)
+    psi = _unknown(y, radius, PSI) if unknowns > 4 else upright(row[SIDE])
+    taken, stretch = taken_up(row, t)
+    _entry(low, high, 2, PHI, neg(mul(turn, taken)))
+    _entry(low, high, 2, TAU, neg(mul(arc_length(row, psi, phi, taken), mul(taken, stretch))))
+    _entry(low, high, 2, FREE, ONE)
+    if unknowns > 3:
+        cp, sp = dead_direction(row, psi)
+        _enclose_dead(row, t, cp, sp, _unknown(y, radius, DEAD), turn, taken, low, high)
+        if unknowns > 5:
+            beta = _unknown(y, radius, BETA)
+            _enclose_moment(row, t, cf, sf, cp, sp, cos(beta), sin(beta), low, high)
+    return h, v
+
+
+@jit
+def _put(out, k, value):
+    out[k, 0], out[k, 1] = value
+
+
+@jit
+def _unknown(y, radius, k):
+    """The interval of unknown *k*."""
+    return inflate(point(y[k]), radius[k])
+
+
+@jit
+def upright(side):
+    """Direction of a dead span that is upright: -90 degrees on one side, 90 on the other."""
+    return neg(HALF_PI) if side > 0.0 else HALF_PI
+
+
+@jit
+def dead_direction(row, psi):
+    """Cosine and sine of the dead span's direction."""
+    if row[UNKNOWNS] > 4.0:
+        return cos(psi), sin(psi)
+    return ZERO, point(-row[SIDE])
+
+
+@jit
+def taken_up(row, t):
+    """Unstrained per strained length of the cable on the sheave, and its strain."""
+    if row[ARC_COMPLIANCE] == 0.0:
+        return ONE, ZERO
+    stretch = mul(t, point(row[ARC_COMPLIANCE]))
+    return div(ONE, add(ONE, stretch)), stretch
+
+
+@jit
+def arc_length(row, psi, phi, taken):
+    """Unstrained length on the sheave."""
+    if row[RADIUS] == 0.0:
+        return ZERO
+    contact = add(mul(point(row[SIDE]), sub(psi, phi)), PI)
+    return mul(mul(point(row[RADIUS]), contact), taken)
+
+
+@jit
+def _enclose_dead(row, t, cp, sp, dead, turn, taken, low, high):
+    """The dead span: it ends at the winch exit."""
+    h, v = mul(t, cp), mul(t, sp)
+    hh, hv, vv, xl, zl = enclose_flexibility(h, v, dead, row[WEIGHT], row[DEAD_COMPLIANCE])
+    _entry(low, high, 3, TAU, add(mul(hv, h), mul(vv, v)))
+    _entry(low, high, 3, DEAD, zl)
+    _entry(low, high, 2, DEAD, ONE)
+    if row[UNKNOWNS] > 4.0:
+        _entry(low, high, 4, TAU, add(mul(hh, h), mul(hv, v)))
+        _entry(low, high, 4, DEAD, xl)
+        _entry(low, high, 4, PSI, add(sub(mul(hv, h), mul(hh, v)), mul(turn, cp)))
+        _entry(low, high, 3, PSI, add(sub(mul(vv, h), mul(hv, v)), mul(turn, sp)))
+        _entry(low, high, 2, PSI, mul(turn, taken))
+
+
+@jit
+def _enclose_moment(row, t, cf, sf, cp, sp, cb, sb, low, high):
+    """Moment about the joint over lever and tension, and the lever's column."""
+    lever = point(row[LEVER])
+    pull = div(point(row[LEVER_MOMENT]), mul(lever, t))
+    free, dead = add(mul(cf, cb), mul(sf, sb)), add(mul(cp, cb), mul(sp, sb))
+    _entry(low, high, 5, PHI, free)
+    _entry(low, high, 5, TAU, mul(pull, cb))
+    _entry(low, high, 5, PSI, dead)
+    _entry(low, high, 5, BETA, sub(sub(mul(pull, sb), free), dead))
+    sine, cosine = mul(lever, sb), mul(lever, cb)
+    _entry(low, high, 0, BETA, neg(sine))
+    _entry(low, high, 4, BETA, neg(sine))
+    _entry(low, high, 1, BETA, cosine)
+    _entry(low, high, 3, BETA, cosine)

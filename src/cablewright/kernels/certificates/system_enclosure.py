@@ -1,0 +1,333 @@
+"""All equations of the machine and their Jacobian in intervals: every line's block, and the platform's rows.
+
+What `equilibrium.evaluate` computes, enclosed. A body's rotation is an increment in space from the solution's.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sin, sqr, sub
+from cablewright.kernels.certificates.line_enclosure import ONE, ZERO, enclose_jacobian, enclose_residual
+from cablewright.kernels.layout import (
+    EXIT_X,
+    FREE,
+    MASS_X,
+    PHI,
+    PLATFORM_WEIGHT,
+    POINT_X,
+    STATE,
+    TAU,
+    UNKNOWNS,
+    WEIGHT,
+    WRENCH,
+)
+
+
+class CertificateWork(NamedTuple):
+    """Scratch of one certifier. N unknowns: those of each line, then the platform's n."""
+
+    offsets: NDArray[np.int64]  # (m + 1,): where each line's unknowns begin, and the platform's
+    low: NDArray[np.float64]  # (N, N): the Jacobian; only blocks of lines and platform are used
+    high: NDArray[np.float64]
+    middle: NDArray[np.float64]
+    spread: NDArray[np.float64]  # half widths
+    residual: NDArray[np.float64]  # (N, 2)
+    inverse: NDArray[np.float64]  # (N, N): Y
+    radius: NDArray[np.float64]  # (N,): of the box
+    bound: NDArray[np.float64]  # (N,): the zero is within this of the solution
+    step: NDArray[np.float64]  # (N,): |Y F|
+    sums: NDArray[np.float64]  # (N,)
+    entries: NDArray[np.float64]  # (N,): a row of I - Y J
+    block: NDArray[np.float64]  # (6, 6)
+    columns: NDArray[np.float64]  # (6, 12)
+    schur: NDArray[np.float64]  # (n, n)
+    identity: NDArray[np.float64]  # (n, n)
+    rotation: NDArray[np.float64]  # (3, 3, 2)
+    arm: NDArray[np.float64]  # (3, 2)
+    moved: NDArray[np.float64]  # (3, 2)
+    force: NDArray[np.float64]  # (3, 2)
+    change: NDArray[np.float64]  # (3, 2)
+
+
+@jit(allocates=True)
+def certificate_pool(packed):
+    """Memory for one certifier of *packed*; see `unfold`."""
+    n = packed.freedoms
+    size = int(packed.lines[:, UNKNOWNS].sum()) + n
+    return np.zeros(5 * size * size + 7 * size + STATE * (2 * STATE + 6) + 2 * n * n + 48)
+
+
+@jit(allocates=True)
+def unfold(packed, pool):
+    """Scratch that fits *packed*, in the memory of *pool*: one array is quicker to hand over from Python than many."""
+    m, n = packed.lines.shape[0], packed.freedoms
+    offsets = np.zeros(m + 1, dtype=np.int64)
+    for i in range(m):
+        offsets[i + 1] = offsets[i] + int(packed.lines[i, UNKNOWNS])
+    size = offsets[m] + n
+    square = size * size
+    matrices = pool[: 5 * square].reshape((5, size, size))
+    rest = pool[5 * square :]
+    vectors = rest[: 5 * size].reshape((5, size))
+    residual = rest[5 * size : 7 * size].reshape((size, 2))
+    rest = rest[7 * size :]
+    block = rest[: STATE * STATE].reshape((STATE, STATE))
+    rest = rest[STATE * STATE :]
+    columns = rest[: STATE * (STATE + 6)].reshape((STATE, STATE + 6))
+    rest = rest[STATE * (STATE + 6) :]
+    small = rest[: 2 * n * n].reshape((2, n, n))
+    rest = rest[2 * n * n :]
+    points = rest[18:48].reshape((5, 3, 2))
+    return CertificateWork(
+        offsets,
+        matrices[0],
+        matrices[1],
+        matrices[2],
+        matrices[3],
+        residual,
+        matrices[4],
+        vectors[0],
+        vectors[1],
+        vectors[2],
+        vectors[3],
+        vectors[4],
+        block,
+        columns,
+        small[0],
+        small[1],
+        rest[:18].reshape((3, 3, 2)),
+        points[0],
+        points[1],
+        points[2],
+        points[3],
+    )
+
+
+@jit
+def residual_of_all(packed, lengths, pose, states, work):
+    """All equations at the solution itself."""
+    m, n = packed.lines.shape[0], packed.freedoms
+    first = work.offsets[m]
+    work.radius[first:] = 0.0
+    if n == 6:
+        enclose_rotation(pose, work.rotation)
+    _begin_residual(packed, work)
+    for i in range(m):
+        row, start = packed.lines[i], work.offsets[i]
+        ex, ey, reach, z = place_line(row, pose, 0.0, n, work.radius[first:], work)
+        end = start + int(row[UNKNOWNS])
+        h, v = enclose_residual(row, states[i], reach, z, point(lengths[i]), work.residual[start:end])
+        v = add(v, mul(point(row[WEIGHT]), point(states[i, FREE])))
+        _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(v))
+        _add_balance(work.residual, first, n, work.arm, work.force)
+
+
+@jit
+def jacobian_of_all(packed, pose, states, work):
+    """The Jacobian of all equations over the box."""
+    m, n = packed.lines.shape[0], packed.freedoms
+    first = work.offsets[m]
+    low, high = work.low, work.high
+    omega = 0.0
+    for k in range(3, n):
+        omega += work.radius[first + k]
+    omega *= ROUNDING
+    _begin_jacobian(packed, omega, work)
+    for i in range(m):
+        row, start = packed.lines[i], work.offsets[i]
+        ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
+        end = start + int(row[UNKNOWNS])
+        box = work.radius[start:end]
+        h, v = enclose_jacobian(row, states[i], box, low[start:end, start:end], high[start:end, start:end])
+        weight = point(row[WEIGHT])
+        end_v = add(v, mul(weight, inflate(point(states[i, FREE]), box[FREE])))
+        _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(end_v))
+        _add_unknown(first, start + PHI, n, work, neg(v), h, ex, ey)
+        _add_unknown(first, start + TAU, n, work, h, v, ex, ey)
+        _add_unknown(first, start + FREE, n, work, ZERO, weight, ex, ey)
+        turn = div(h, reach)
+        for k in range(n):
+            _add_coordinate(first, start, k, n, omega, work, turn, ex, ey)
+
+
+@jit
+def place_line(row, pose, omega, n, radius, work):
+    """Enclose a line's plane over the box, ex and ey, its platform point in it, x and z; its arm in work.arm."""
+    if n == 3:
+        for k in range(3):
+            work.arm[k, 0] = work.arm[k, 1] = row[POINT_X + k]
+    else:
+        _turn(row[POINT_X], row[POINT_X + 1], row[POINT_X + 2], omega, work.rotation, work.arm)
+    dx, dy = _from_exit(row, pose, radius, work.arm, 0), _from_exit(row, pose, radius, work.arm, 1)
+    reach = root(add(sqr(dx), sqr(dy)))
+    return div(dx, reach), div(dy, reach), reach, _from_exit(row, pose, radius, work.arm, 2)
+
+
+@jit
+def _from_exit(row, pose, radius, arm, k):
+    """A coordinate of the platform point from the exit point, over the box."""
+    return sub(add(inflate(point(pose[k]), radius[k]), _part(arm, k)), point(row[EXIT_X + k]))
+
+
+@jit
+def _set(vector, x, y, z):
+    vector[0, 0], vector[0, 1] = x
+    vector[1, 0], vector[1, 1] = y
+    vector[2, 0], vector[2, 1] = z
+
+
+@jit
+def _part(vector, k):
+    return vector[k, 0], vector[k, 1]
+
+
+@jit
+def _cross(a, b, k):
+    """Component *k* of a cross product."""
+    i, j = (k + 1) % 3, (k + 2) % 3
+    return sub(mul(_part(a, i), _part(b, j)), mul(_part(a, j), _part(b, i)))
+
+
+@jit
+def _add_to(low, high, i, j, value):
+    low[i, j], high[i, j] = add((low[i, j], high[i, j]), value)
+
+
+@jit
+def _add_wrench(low, high, first, column, n, arm, force):
+    """Add a force at *arm* to the platform's rows of a column."""
+    for k in range(3):
+        _add_to(low, high, first + k, column, _part(force, k))
+        if n == 6:
+            _add_to(low, high, first + 3 + k, column, _cross(arm, force, k))
+
+
+@jit
+def _add_balance(residual, first, n, arm, force):
+    """Add a force at *arm* to the platform's rows of the residual."""
+    for k in range(n):
+        at = first + k
+        value = _part(force, k) if k < 3 else _cross(arm, force, k - 3)
+        residual[at, 0], residual[at, 1] = add(_part(residual, at), value)
+
+
+@jit
+def _add_unknown(first, column, n, work, dh, dv, ex, ey):
+    """Set the platform's rows of a line's unknown, by which the end tension changes by (dh, dv)."""
+    for k in range(n):
+        work.low[first + k, column], work.high[first + k, column] = 0.0, 0.0
+    _set(work.change, neg(mul(dh, ex)), neg(mul(dh, ey)), neg(dv))
+    _add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
+
+
+@jit
+def _add_coordinate(first, start, k, n, omega, work, turn, ex, ey):
+    """Column of pose coordinate *k*: how the line's end moves, and how its force, *turn* per length, turns with it."""
+    _along(k, omega, work.arm, work.moved)
+    dx, dy = _part(work.moved, 0), _part(work.moved, 1)
+    column = first + k
+    work.low[start, column], work.high[start, column] = neg(add(mul(ex, dx), mul(ey, dy)))
+    work.low[start + 1, column], work.high[start + 1, column] = neg(_part(work.moved, 2))
+    turned = mul(turn, sub(mul(ey, dx), mul(ex, dy)))
+    _set(work.change, neg(mul(ey, turned)), mul(ex, turned), ZERO)
+    _add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
+    if k > 2:
+        for j in range(3):
+            _add_to(work.low, work.high, first + 3 + j, column, _cross(work.moved, work.force, j))
+
+
+@jit
+def _along(k, omega, arm, moved):
+    """How a point at *arm* moves with pose coordinate *k*: the axis itself, or crossed with the arm.
+
+    Increments of rotation after one of at most *omega* are the axis to within omega (the left Jacobian).
+    """
+    if k < 3:
+        _set(moved, ZERO, ZERO, ZERO)
+        moved[k, 0], moved[k, 1] = 1.0, 1.0
+        return
+    axis = k - 3
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    near, one = (-omega, omega), add(ONE, (-omega, omega))
+    a, b, c = _part(arm, axis), _part(arm, i), _part(arm, j)
+    moved[axis, 0], moved[axis, 1] = sub(mul(near, c), mul(near, b))
+    moved[i, 0], moved[i, 1] = sub(mul(near, a), mul(one, c))
+    moved[j, 0], moved[j, 1] = sub(mul(one, b), mul(near, a))
+
+
+@jit
+def _turn(x, y, z, omega, rotation, out):
+    """Enclose a point of the platform turned as the pose is, and by up to *omega* more."""
+    size = (abs(x) + abs(y) + abs(z)) * omega * ROUNDING
+    for k in range(3):
+        a = mul((rotation[k, 0, 0], rotation[k, 0, 1]), point(x))
+        b = mul((rotation[k, 1, 0], rotation[k, 1, 1]), point(y))
+        c = mul((rotation[k, 2, 0], rotation[k, 2, 1]), point(z))
+        out[k, 0], out[k, 1] = add(add(add(a, b), c), (-size, size))
+
+
+@jit
+def _begin_residual(packed, work):
+    """The platform's own load in its rows of the residual."""
+    n, platform = packed.freedoms, packed.platform
+    first = work.offsets[packed.lines.shape[0]]
+    for k in range(n):
+        work.residual[first + k, 0] = work.residual[first + k, 1] = platform[WRENCH + k]
+    _set(work.force, ZERO, ZERO, point(-platform[PLATFORM_WEIGHT]))
+    if n == 6:
+        _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], 0.0, work.rotation, work.arm)
+    _add_balance(work.residual, first, n, work.arm, work.force)
+
+
+@jit
+def _begin_jacobian(packed, omega, work):
+    """What the platform's weight does as it turns."""
+    n, platform = packed.freedoms, packed.platform
+    first = work.offsets[packed.lines.shape[0]]
+    for k in range(n):
+        for j in range(n):
+            work.low[first + k, first + j], work.high[first + k, first + j] = 0.0, 0.0
+    if n == 3:
+        return
+    _set(work.force, ZERO, ZERO, point(-platform[PLATFORM_WEIGHT]))
+    _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], omega, work.rotation, work.arm)
+    for k in range(3, 6):
+        _along(k, omega, work.arm, work.moved)
+        for j in range(3):
+            _add_to(work.low, work.high, first + 3 + j, first + k, _cross(work.moved, work.force, j))
+
+
+@jit
+def enclose_rotation(pose, out):
+    """Enclose the matrix of the pose's rotation vector (Rodrigues)."""
+    x, y, z = point(pose[3]), point(pose[4]), point(pose[5])
+    square = add(add(sqr(x), sqr(y)), sqr(z))
+    if square[1] > 1e-8:
+        angle = root(square)
+        half = mul((0.5, 0.5), angle)
+        a = div(sin(angle), angle)
+        sine = div(sin(half), half)
+        b = mul((0.5, 0.5), sqr(sine))
+    else:  # alternating series
+        a = sub(ONE, mul(square, (0.0, 0.16666666666666669)))
+        b = sub((0.5, 0.5), mul(square, (0.0, 0.04166666666666667)))
+    xx, yy, zz = mul(b, sqr(x)), mul(b, sqr(y)), mul(b, sqr(z))
+    xy, xz, yz = mul(b, mul(x, y)), mul(b, mul(x, z)), mul(b, mul(y, z))
+    ax, ay, az = mul(a, x), mul(a, y), mul(a, z)
+    _write(out, 0, 0, sub(ONE, add(yy, zz)))
+    _write(out, 1, 1, sub(ONE, add(xx, zz)))
+    _write(out, 2, 2, sub(ONE, add(xx, yy)))
+    _write(out, 0, 1, sub(xy, az))
+    _write(out, 1, 0, add(xy, az))
+    _write(out, 0, 2, add(xz, ay))
+    _write(out, 2, 0, sub(xz, ay))
+    _write(out, 1, 2, sub(yz, ax))
+    _write(out, 2, 1, add(yz, ax))
+
+
+@jit
+def _write(out, i, j, value):
+    out[i, j, 0], out[i, j, 1] = value

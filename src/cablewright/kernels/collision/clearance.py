@@ -1,0 +1,373 @@
+"""How far the lines of solved poses keep from each other, the platform, the frame and a part, with its sign."""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit, prange
+from cablewright.kernels.collision.distance import clipped, depth_in_box, segment_box, segment_polygon, segment_segment
+from cablewright.kernels.collision.line_polyline import MOST, polyline
+from cablewright.kernels.layout import STATE
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.wrench import place
+
+LINE, BODY, FRAME, PART = 0, 1, 2, 3  # what a line may come near to, in the order of the results
+KINDS = 4
+SHARED_EXIT, SHARED_POINT = 1, 2
+BEADS, TRIANGLES = 0, 1
+PIECE = 12  # numbers of a piece of a solid
+STACK = 64
+CHUNK = 32  # rows per task
+
+
+class Solid(NamedTuple):
+    """A part as pieces in a tree of boxes, which is complete: node k has the children 2 k + 1 and 2 k + 2.
+
+    A bead is a box: centre, the unit vectors along two of its sides, half its three sides. A triangle is its corners.
+    Each is there from its `births` on: what that counts in, and what is asked for, are of one kind. A triangle's is the
+    height of its lowest corner, and it is there as far up as is asked for.
+    """
+
+    kind: int
+    pieces: NDArray[np.float64]  # (P, PIECE)
+    births: NDArray[np.float64]  # (P,)
+    boxes: NDArray[np.float64]  # (2 L - 1, 6): centre and half sides; L leaves
+    since: NDArray[np.float64]  # (2 L - 1,): the earliest birth within
+    ranges: NDArray[np.int64]  # (L + 1,): the first piece of each leaf
+
+
+class Surroundings(NamedTuple):
+    """What lines are held against, besides each other and the part."""
+
+    radii: NDArray[np.float64]  # (m,) m, of the cables
+    shared: NDArray[np.int64]  # (m, m): SHARED_EXIT, SHARED_POINT or their sum
+    beams: NDArray[np.float64]  # (B, 2, 3) m, world
+    beam_radii: NDArray[np.float64]  # (B,)
+    bodies: NDArray[np.float64]  # (Q, 6) m, platform frame: centre and half sides of boxes
+    ends: float  # m of cable at either end that are not held against what they end on
+    tolerance: float  # m, how far a chord may be from its line
+
+
+class Clearing(NamedTuple):
+    """Scratch of one thread."""
+
+    points: NDArray[np.float64]  # (m, MOST, 3): lines as polylines
+    counts: NDArray[np.int64]  # (m,)
+    cuts: NDArray[np.int64]  # (m, 2)
+    bounds: NDArray[np.float64]  # (m,)
+    rotation: NDArray[np.float64]  # (3, 3)
+    arm: NDArray[np.float64]  # (3,)
+    plane: NDArray[np.float64]  # (4,)
+    hints: NDArray[np.int64]  # (m,): the piece of the part that was nearest to each line, -1 for none
+    stack: NDArray[np.int64]  # (STACK,): nodes of the tree that are still to be looked at
+    squares: NDArray[np.float64]  # (STACK,): their squared distances
+    polygon: NDArray[np.float64]  # (5, 3)
+
+
+@jit(allocates=True)
+def clearing_scratch(m):
+    """Scratch for *m* lines."""
+    return Clearing(
+        np.zeros((m, MOST, 3)),
+        np.zeros(m, np.int64),
+        np.zeros((m, 2), np.int64),
+        np.zeros(m),
+        np.eye(3),
+        np.zeros(3),
+        np.zeros(4),
+        np.full(m, -1),
+        np.zeros(STACK, np.int64),
+        np.zeros(STACK),
+        np.zeros((5, 3)),
+    )
+
+
+@jit(allocates=True)
+def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds, first, last):
+    """Clearances of rows *first* to *last* of solved poses, in place; see `clearance_sweep`."""
+    m = packed.lines.shape[1]
+    work = clearing_scratch(m)
+    for j in range(first, last):
+        lines = packed.lines[j if packed.lines.shape[0] > 1 else 0]
+        for kind in range(KINDS):
+            margins[j, kind] = np.inf
+        bounds[j] = 0.0
+        pairs[j] = -1
+        places[j] = np.nan
+        if not _drawn(lines, poses[j], states[j], around, work):
+            margins[j] = np.nan
+            bounds[j] = np.nan
+            continue
+        for i in range(m):
+            bounds[j] = max(bounds[j], work.bounds[i])
+        _among_lines(around, work, margins[j], pairs[j], places[j])
+        for i in range(m):
+            if around.bodies.shape[0] > 0:
+                _from_bodies(i, poses[j], around, work, margins[j], pairs[j], places[j])
+            if around.beams.shape[0] > 0:
+                _from_beams(i, around, work, margins[j], pairs[j], places[j])
+            if solid.pieces.shape[0] > 0:
+                _from_part(i, around.radii[i], solid, now[j], skip_part, work, margins[j], pairs[j], places[j])
+
+
+@jit(parallel=True)
+def clearance_sweep(packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds):
+    """Smallest distance of lines from each kind of thing at each pose.
+
+    *solid* is the part as it is at *now* (N,); *skip_part* says that the part is not held against the `ends` of the
+    lines at the platform. Writes margins (N, KINDS), m: radii taken off, inf where there is nothing of a kind, NaN
+    where a row is no solution; pairs (N, KINDS, 2), the line and the number of what it is nearest to; places
+    (N, KINDS, 3), the point of the line's centre, world; bounds (N,), how far any line may be from what it was drawn
+    as, m.
+    """
+    rows = poses.shape[0]
+    for chunk in prange((rows + CHUNK - 1) // CHUNK):
+        first = chunk * CHUNK
+        last = min(rows, first + CHUNK)
+        clearance_rows(
+            packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds, first, last
+        )
+
+
+@jit(allocates=True)
+def drawn_lines(packed, poses, states, around, points, counts):
+    """The polylines that stand for the lines of the first row: points (m, MOST, 3), world, and their counts (m,)."""
+    work = clearing_scratch(packed.lines.shape[1])
+    counts[:] = 0
+    if _drawn(packed.lines[0], poses[0], states[0], around, work):
+        points[:] = work.points
+        counts[:] = work.counts
+
+
+@jit
+def _drawn(lines, pose, states, around, work):
+    """Draw all lines as polylines; False where a number is not finite."""
+    if pose.shape[0] == 6:
+        matrix(pose[3:], work.rotation)
+    for i in range(lines.shape[0]):
+        for k in range(STATE):
+            if not np.isfinite(states[i, k]):
+                return False
+        place(lines, i, pose, work.rotation, work.arm, work.plane)
+        work.counts[i], work.bounds[i] = polyline(
+            lines[i], states[i], work.plane, around.ends, around.tolerance, work.points[i], work.cuts[i]
+        )
+    return True
+
+
+@jit
+def _keep(margin, kind, i, other, points, k, s, margins, pairs, places):
+    """Note what is nearest so far: fraction *s* of segment *k* of line *i*."""
+    margins[kind] = margin
+    pairs[kind, 0], pairs[kind, 1] = i, other
+    for axis in range(3):
+        places[kind, axis] = points[k, axis] + s * (points[k + 1, axis] - points[k, axis])
+
+
+@jit
+def _apart(a, k, b, j, reach):
+    """Whether the balls about two segments are further apart than *reach*."""
+    x = y = 0.0
+    mid = 0.0
+    for axis in range(3):
+        u, v = a[k + 1, axis] - a[k, axis], b[j + 1, axis] - b[j, axis]
+        between = a[k, axis] + 0.5 * u - b[j, axis] - 0.5 * v
+        x += u * u
+        y += v * v
+        mid += between * between
+    far = reach + 0.5 * (sqrt(x) + sqrt(y))
+    return far > 0.0 and mid > far * far
+
+
+@jit
+def _among_lines(around, work, margins, pairs, places):
+    """Each line from each other, where they share an end beyond that."""
+    m = work.counts.shape[0]
+    for i in range(m):
+        for other in range(i + 1, m):
+            shared = around.shared[i, other]
+            a, b = work.points[i], work.points[other]
+            radii = around.radii[i] + around.radii[other]
+            exits = shared & SHARED_EXIT
+            points = shared & SHARED_POINT
+            low, low2 = (work.cuts[i, 0], work.cuts[other, 0]) if exits else (0, 0)
+            high = work.cuts[i, 1] if points else work.counts[i] - 1
+            high2 = work.cuts[other, 1] if points else work.counts[other] - 1
+            for k in range(low, high):
+                for j in range(low2, high2):
+                    if _apart(a, k, b, j, margins[LINE] + radii):
+                        continue
+                    square, s, _ = segment_segment(a, k, b, j)
+                    margin = sqrt(square) - radii
+                    if margin < margins[LINE]:
+                        _keep(margin, LINE, i, other, a, k, s, margins, pairs, places)
+
+
+@jit
+def _from_bodies(i, pose, around, work, margins, pairs, places):
+    """Line *i* from the platform's boxes, beyond its end at the platform."""
+    R, points = work.rotation, work.points[i]
+    for k in range(work.cuts[i, 1]):
+        px, py, pz = points[k, 0] - pose[0], points[k, 1] - pose[1], points[k, 2] - pose[2]
+        ux, uy, uz = (
+            points[k + 1, 0] - points[k, 0],
+            points[k + 1, 1] - points[k, 1],
+            points[k + 1, 2] - points[k, 2],
+        )
+        if pose.shape[0] == 6:
+            px, py, pz = _turned_back(R, px, py, pz)
+            ux, uy, uz = _turned_back(R, ux, uy, uz)
+        for box in range(around.bodies.shape[0]):
+            own = around.bodies[box]
+            x, y, z = px - own[0], py - own[1], pz - own[2]
+            distance, s = _signed(x, y, z, ux, uy, uz, own[3], own[4], own[5])
+            margin = distance - around.radii[i]
+            if margin < margins[BODY]:
+                _keep(margin, BODY, i, box, points, k, s, margins, pairs, places)
+
+
+@jit
+def _turned_back(R, x, y, z):
+    return (
+        R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
+        R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
+        R[0, 2] * x + R[1, 2] * y + R[2, 2] * z,
+    )
+
+
+@jit
+def _signed(x, y, z, ux, uy, uz, hx, hy, hz):
+    """Signed distance of a segment from a box about zero, and the fraction."""
+    square, s = segment_box(x, y, z, ux, uy, uz, hx, hy, hz)
+    if square > 0.0:
+        return sqrt(square), s
+    return depth_in_box(x, y, z, ux, uy, uz, hx, hy, hz, s)
+
+
+@jit
+def _from_beams(i, around, work, margins, pairs, places):
+    """Line *i* from the frame's beams, beyond its end at the exit."""
+    points = work.points[i]
+    for beam in range(around.beams.shape[0]):
+        radii = around.radii[i] + around.beam_radii[beam]
+        for k in range(work.cuts[i, 0], work.counts[i] - 1):
+            square, s, _ = segment_segment(points, k, around.beams[beam], 0)
+            margin = sqrt(square) - radii
+            if margin < margins[FRAME]:
+                _keep(margin, FRAME, i, beam, points, k, s, margins, pairs, places)
+
+
+@jit
+def _from_part(i, radius, solid, now, skip, work, margins, pairs, places):
+    """Line *i* from the part as it is at *now*: from the platform up, for what is near is most often there.
+
+    What was nearest to the line in the row before is tried first: neighbouring rows are mostly neighbours in space.
+    """
+    last = work.cuts[i, 1] if skip else work.counts[i] - 1
+    points, piece = work.points[i], work.hints[i]
+    here = np.inf
+    if piece >= 0 and solid.births[piece] <= now:
+        for k in range(last):
+            distance, s = _from_piece(solid, piece, now, points, k, work.polygon)
+            here = min(here, distance)
+            if distance - radius < margins[PART]:
+                _keep(distance - radius, PART, i, piece, points, k, s, margins, pairs, places)
+    best = min(margins[PART] + radius, here)
+    for down in range(last):
+        k = last - 1 - down
+        distance, s, found = nearest(solid, now, points, k, best, work)
+        if found >= 0:
+            best, piece = distance, found
+            _keep(best - radius, PART, i, piece, points, k, s, margins, pairs, places)
+    work.hints[i] = piece
+
+
+@jit
+def nearest(solid, now, points, k, best, work):
+    """Signed distance of segment *k* of *points* from the piece of a solid that is nearest at *now*.
+
+    Only what is nearer than *best* is looked for. Returns distance, fraction and number of the piece, -1 if there is
+    none. Of triangles the distance is 0 where the segment passes through one.
+    """
+    stack, squares = work.stack, work.squares
+    leaves = solid.ranges.shape[0] - 1
+    at, found, top = 0.0, -1, 0
+    if solid.since[0] <= now:
+        stack[0], squares[0] = 0, _square(solid.boxes, 0, points, k)
+        top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if squares[top] > 0.0 and squares[top] >= max(best, 0.0) ** 2:
+            continue
+        if node < leaves - 1:
+            near, far = 2 * node + 1, 2 * node + 2
+            square, other = _square(solid.boxes, near, points, k), _square(solid.boxes, far, points, k)
+            if other < square:
+                near, far, square, other = far, near, other, square
+            if solid.since[far] <= now:
+                stack[top], squares[top] = far, other
+                top += 1
+            if solid.since[near] <= now:
+                stack[top], squares[top] = near, square
+                top += 1
+            continue
+        leaf = node - (leaves - 1)
+        for piece in range(solid.ranges[leaf], solid.ranges[leaf + 1]):
+            if solid.births[piece] <= now:
+                distance, s = _from_piece(solid, piece, now, points, k, work.polygon)
+                if distance < best:
+                    best, at, found = distance, s, piece
+    return best, at, found
+
+
+@jit
+def _square(boxes, node, points, k):
+    """Squared distance of segment *k* from a node's box."""
+    px, py, pz = points[k, 0], points[k, 1], points[k, 2]
+    square, _ = segment_box(
+        px - boxes[node, 0],
+        py - boxes[node, 1],
+        pz - boxes[node, 2],
+        points[k + 1, 0] - px,
+        points[k + 1, 1] - py,
+        points[k + 1, 2] - pz,
+        boxes[node, 3],
+        boxes[node, 4],
+        boxes[node, 5],
+    )
+    return square
+
+
+@jit
+def _from_piece(solid, piece, now, points, k, polygon):
+    """Signed distance of segment *k* from one piece as it is at *now*, and the fraction."""
+    if solid.kind == TRIANGLES:
+        count = clipped(solid.pieces[piece], now, polygon)
+        square, s = segment_polygon(points, k, polygon, count)
+        return sqrt(square), s
+    px, py, pz = points[k, 0], points[k, 1], points[k, 2]
+    return _from_bead(
+        solid.pieces[piece], px, py, pz, points[k + 1, 0] - px, points[k + 1, 1] - py, points[k + 1, 2] - pz
+    )
+
+
+@jit
+def _from_bead(row, px, py, pz, ux, uy, uz):
+    """Signed distance of a segment from a bead, and the fraction."""
+    x, y, z = px - row[0], py - row[1], pz - row[2]
+    ax, ay, az, bx, by, bz = row[3], row[4], row[5], row[6], row[7], row[8]
+    cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return _signed(
+        ax * x + ay * y + az * z,
+        bx * x + by * y + bz * z,
+        cx * x + cy * y + cz * z,
+        ax * ux + ay * uy + az * uz,
+        bx * ux + by * uy + bz * uz,
+        cx * ux + cy * uy + cz * uz,
+        row[9],
+        row[10],
+        row[11],
+    )

@@ -1,0 +1,103 @@
+"""A hanging line as a polyline whose chords stay within a stated distance of the curve.
+
+A piece of arc l whose curvature is at most k, and which turns by less than a radian, is nowhere further than k l^2 / 8
+from its chord; any piece is nowhere further than l / 2. Of a span of weight w per length under tension T with
+horizontal part h the curvature is w |h| / (T^2 (1 + c T)) with compliance c, largest where T is least.
+"""
+
+from math import ceil, cos, exp, sin, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import BETA, EXIT_X, FREE, FREE_COMPLIANCE, LEVER, PHI, RADIUS, SIDE, TAU, WEIGHT
+from cablewright.kernels.statics.catenary import TINY, span
+
+MOST = 128  # points of a line
+FEW = 8  # pieces up to which a rest is cut evenly
+LOOSER = 4.0  # what a tolerance is multiplied with that takes more points than there are
+TRIES = 40
+
+
+@jit
+def polyline(row, y, plane, ends, tolerance, points, cuts):
+    """Write the free span of a solved line to *points* (MOST, 3), world, from its sheave to the platform.
+
+    Two of the points are *ends* (m) along the cable from either end, or both in its middle; *cuts* (2,) gets their
+    numbers. *plane* is that of `wrench.place`. Returns the number of points, and how far the curve may be from the
+    polyline, m: at most *tolerance* unless there are too few points for that.
+    """
+    t = exp(y[TAU])
+    h, v = t * cos(y[PHI]), t * sin(y[PHI])
+    turn = row[SIDE] * row[RADIUS]
+    x0 = row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
+    z0 = row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
+    if row[WEIGHT] == 0.0:
+        return _straight(row, x0, z0, plane, ends, points, cuts), 0.0
+    allowed = tolerance
+    count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, allowed, points, cuts)
+    for _ in range(TRIES):
+        if bound <= allowed:
+            break
+        allowed *= LOOSER
+        count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, allowed, points, cuts)
+    return count, bound
+
+
+@jit
+def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
+    """The points of a line with weight, from its start (x0, z0) with the tension (h, v); their number and the bound."""
+    weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
+    _put(row, plane, x0, z0, points, 0)
+    near = min(ends, 0.5 * length)
+    count, done, bound = 1, 0.0, 0.0
+    for section in range(3):
+        stop = near if section == 0 else (length - near if section == 1 else length)
+        while done < stop:
+            piece = stop - done
+            error = chord_error(h, v + weight * done, piece, weight, compliance)
+            while error > tolerance and count < MOST - 3 + section:
+                parts = ceil(sqrt(error / tolerance))
+                piece /= parts if parts <= FEW else 2.0
+                error = chord_error(h, v + weight * done, piece, weight, compliance)
+                if parts <= FEW:
+                    break
+            bound = max(bound, error)
+            done = stop if piece >= stop - done else done + piece
+            x, z, _, _, _, _, _, _ = span(h, v, done, weight, compliance)
+            _put(row, plane, x0 + x, z0 + z, points, count)
+            count += 1
+        if section < 2:
+            cuts[section] = count - 1
+    return count, bound
+
+
+@jit
+def chord_error(h, v, length, weight, compliance):
+    """How far a span that starts with tension (h, v) may be from its chord, m."""
+    end = v + weight * length
+    first, last = sqrt(h * h + v * v), sqrt(h * h + end * end)
+    least = abs(h) if v * end < 0.0 else min(first, last)
+    arc = length * (1.0 + compliance * max(first, last))
+    curvature = weight * abs(h) / (least * least * (1.0 + compliance * least) + TINY)
+    if curvature * arc > 1.0:
+        return 0.5 * arc
+    return 0.125 * curvature * arc * arc
+
+
+@jit
+def _straight(row, x0, z0, plane, ends, points, cuts):
+    """A line without weight: its two ends, and the two points between them."""
+    x, z = plane[2] - x0, plane[3] - z0
+    length = sqrt(x * x + z * z)
+    near = min(ends / max(length, TINY), 0.5)
+    for k in range(4):
+        share = 0.0 if k == 0 else (near if k == 1 else (1.0 - near if k == 2 else 1.0))
+        _put(row, plane, x0 + share * x, z0 + share * z, points, k)
+    cuts[0], cuts[1] = 1, 2
+    return 4
+
+
+@jit
+def _put(row, plane, x, z, points, k):
+    points[k, 0] = row[EXIT_X] + plane[0] * x
+    points[k, 1] = row[EXIT_X + 1] + plane[1] * x
+    points[k, 2] = row[EXIT_X + 2] + z

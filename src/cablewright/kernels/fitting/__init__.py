@@ -1,0 +1,1 @@
+"""Least squares and line fits for calibration and lidar scans."""

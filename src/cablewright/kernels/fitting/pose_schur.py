@@ -1,0 +1,303 @@
+"""Least squares over unknowns that all poses share and the poses themselves, which a Schur complement eliminates.
+
+Levenberg-Marquardt: [U W^T; W V] (d, e) = (g, h), with V a block for each pose, so (U - W^T V^-1 W) d = g - W^T V^-1 h.
+The cost of a step is linear in the number of poses. Damping never ends: what the data leave open stays where it was.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit
+from cablewright.kernels.fitting.calibration_residuals import Reading, begin_pose, place_unknowns, read_row, reading
+from cablewright.kernels.layout import Code
+from cablewright.kernels.rotation import compose
+
+OK, NOT_CONVERGED, NOT_FINITE = int(Code.OK), int(Code.NOT_CONVERGED), int(Code.NOT_FINITE)
+LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e12
+FLOOR = 1e-30  # added to what is damped, so that a row of zeros has a pivot
+NO_BETTER = 1e-8  # m: a refused step so small that what is left is rounding
+
+
+class Settings(NamedTuple):
+    """When a run ends: a step with all parts under `step` (m, rad), or a cost that falls by less than `fall` of it."""
+
+    step: float
+    fall: float
+    most: int  # steps tried
+    damping: float  # at the start
+
+
+class Scratch(NamedTuple):
+    """Scratch of one run."""
+
+    row: Reading
+    U: NDArray[np.float64]  # (k, k)
+    S: NDArray[np.float64]  # (k, k)
+    g: NDArray[np.float64]  # (k,)
+    step: NDArray[np.float64]  # (k,)
+    V: NDArray[np.float64]  # (N, n, n)
+    W: NDArray[np.float64]  # (N, n, k)
+    h: NDArray[np.float64]  # (N, n)
+    L: NDArray[np.float64]  # (N, n, n)
+    Y: NDArray[np.float64]  # (N, n, k)
+    e: NDArray[np.float64]  # (N, n)
+    theta: NDArray[np.float64]  # (k,)
+    poses: NDArray[np.float64]  # (N, n)
+
+
+@jit(allocates=True)
+def scratch(rows, k):
+    """Scratch for *rows* and *k* unknowns."""
+    poses, n = rows.start.shape[0] - 1, rows.freedoms
+    return Scratch(
+        reading(rows.lines.shape[0]),
+        np.zeros((k, k)),
+        np.zeros((k, k)),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros((poses, n, n)),
+        np.zeros((poses, n, k)),
+        np.zeros((poses, n)),
+        np.zeros((poses, n, n)),
+        np.zeros((poses, n, k)),
+        np.zeros((poses, n)),
+        np.zeros(k),
+        np.zeros((poses, n)),
+    )
+
+
+@jit
+def cost(rows, theta, poses, values, weights, work):
+    """Half the sum of squares; infinite where a reading has no value."""
+    place_unknowns(rows, theta, work.row.lines)
+    total = 0.0
+    for j in range(poses.shape[0] + 1):
+        alone = j == poses.shape[0]
+        pose = poses[0 if alone else j]
+        begin_pose(pose, work.row)
+        for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
+            if weights[i] > 0.0:
+                off, _ = read_row(rows, i, j, values[i], pose, work.row)
+                total += (weights[i] * off) ** 2
+    for q in range(rows.linear.shape[0]):
+        off = -rows.wanted[q]
+        for a in range(theta.shape[0]):
+            off += rows.linear[q, a] * theta[a]
+        total += off * off
+    return 0.5 * total if total < inf else inf
+
+
+@jit
+def normal_equations(rows, theta, poses, values, weights, work):
+    """Write U, V, W and the right sides g, h at a place where `cost` is finite."""
+    place_unknowns(rows, theta, work.row.lines)
+    work.U[:, :] = 0.0
+    work.g[:] = 0.0
+    work.V[:, :, :] = 0.0
+    work.W[:, :, :] = 0.0
+    work.h[:, :] = 0.0
+    for j in range(poses.shape[0] + 1):
+        alone = j == poses.shape[0]
+        pose = poses[0 if alone else j]
+        begin_pose(pose, work.row)
+        for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
+            if weights[i] > 0.0:
+                off, count = read_row(rows, i, j, values[i], pose, work.row)
+                _add(work, j, count, weights[i] * weights[i], off, rows.freedoms, alone)
+    for q in range(rows.linear.shape[0]):
+        row = rows.linear[q]
+        off = -rows.wanted[q]
+        for a in range(theta.shape[0]):
+            off += row[a] * theta[a]
+        for a in range(theta.shape[0]):
+            work.g[a] -= row[a] * off
+            for b in range(a + 1):
+                work.U[a, b] += row[a] * row[b]
+
+
+@jit
+def _add(work, j, count, weight, off, n, alone):
+    """Add what one row says. U keeps its lower half."""
+    gradient, index, slope = work.row.gradient, work.row.unknown, work.row.slope
+    for p in range(count):
+        a, one = index[p], weight * gradient[p]
+        work.g[a] -= one * off
+        for q in range(count):
+            if index[q] <= a:
+                work.U[a, index[q]] += one * gradient[q]
+    if alone:
+        return
+    V, W, h = work.V[j], work.W[j], work.h[j]
+    for c in range(n):
+        one = weight * slope[c]
+        h[c] -= one * off
+        for d in range(c + 1):
+            V[c, d] += one * slope[d]
+        for p in range(count):
+            W[c, index[p]] += one * gradient[p]
+
+
+@jit
+def reduce_poses(work, damping, k, n):
+    """Write the lower half of S and its right side to `step`, with all poses eliminated. False if a block fails."""
+    S, rhs = work.S, work.step
+    for a in range(k):
+        rhs[a] = work.g[a]
+        for b in range(a + 1):
+            S[a, b] = work.U[a, b]
+        S[a, a] += damping * work.U[a, a] + FLOOR
+    for j in range(work.V.shape[0]):
+        L, Y, e = work.L[j], work.Y[j], work.e[j]
+        if not _factor_pose(work.V[j], damping, L, n):
+            return False
+        for c in range(n):
+            total = work.h[j, c]
+            for d in range(c):
+                total -= L[c, d] * e[d]
+            e[c] = total / L[c, c]
+            for a in range(k):
+                entry = work.W[j, c, a]
+                for d in range(c):
+                    entry -= L[c, d] * Y[d, a]
+                Y[c, a] = entry / L[c, c]
+        for c in range(n):
+            row = Y[c]
+            for a in range(k):
+                one = row[a]
+                if one != 0.0:
+                    rhs[a] -= one * e[c]
+                    for b in range(a + 1):
+                        S[a, b] -= one * row[b]
+    return True
+
+
+@jit
+def _factor_pose(V, damping, L, n):
+    """Cholesky factor of the damped block of a pose."""
+    for c in range(n):
+        for d in range(c + 1):
+            total = V[c, d] + (damping * V[c, c] + FLOOR if c == d else 0.0)
+            for s in range(d):
+                total -= L[c, s] * L[d, s]
+            if c == d:
+                if not total > 0.0:
+                    return False
+                L[c, c] = sqrt(total)
+            else:
+                L[c, d] = total / L[d, d]
+    return True
+
+
+@jit
+def _solve_reduced(S, step, k):
+    """Solve S step = step in place by Cholesky; S is destroyed. False if it is not positive definite."""
+    for c in range(k):
+        for d in range(c + 1):
+            total = S[c, d]
+            for s in range(d):
+                total -= S[c, s] * S[d, s]
+            if c == d:
+                if not total > 0.0:
+                    return False
+                S[c, c] = sqrt(total)
+            else:
+                S[c, d] = total / S[d, d]
+    for c in range(k):
+        total = step[c]
+        for s in range(c):
+            total -= S[c, s] * step[s]
+        step[c] = total / S[c, c]
+    for c in range(k - 1, -1, -1):
+        total = step[c]
+        for s in range(c + 1, k):
+            total -= S[s, c] * step[s]
+        step[c] = total / S[c, c]
+    return True
+
+
+@jit
+def _try_step(theta, poses, damping, work):
+    """Write where the step leads to *work*. Returns its largest part and the fall of the cost that it promises."""
+    k, n = theta.shape[0], poses.shape[1]
+    largest, promised = 0.0, 0.0
+    for a in range(k):
+        change = work.step[a]
+        work.theta[a] = theta[a] + change
+        largest = max(largest, abs(change))
+        promised += change * (work.g[a] + damping * work.U[a, a] * change)
+    for j in range(poses.shape[0]):
+        L, e, moved = work.L[j], work.e[j], work.poses[j]
+        for c in range(n - 1, -1, -1):  # L^T e = (what L e = h gave) - Y d
+            total = e[c]
+            for a in range(k):
+                total -= work.Y[j, c, a] * work.step[a]
+            for s in range(c + 1, n):
+                total -= L[s, c] * e[s]
+            e[c] = total / L[c, c]
+        for c in range(n):
+            largest = max(largest, abs(e[c]))
+            promised += e[c] * (work.h[j, c] + damping * work.V[j, c, c] * e[c])
+            moved[c] = poses[j, c] + (e[c] if c < 3 else 0.0)
+        if n == 6:
+            compose(e[3], e[4], e[5], moved[3:])
+    return largest, 0.5 * promised
+
+
+@jit
+def _accept(theta, poses, work):
+    for a in range(theta.shape[0]):
+        theta[a] = work.theta[a]
+    for j in range(poses.shape[0]):
+        for c in range(poses.shape[1]):
+            poses[j, c] = work.poses[j, c]
+
+
+@jit
+def adjust(rows, theta, poses, values, weights, settings, work):
+    """Move *theta* (k,) and *poses* (N, n) to the least cost near them. Returns a code, steps taken and the cost."""
+    k, n = theta.shape[0], rows.freedoms
+    now = cost(rows, theta, poses, values, weights, work)
+    if not now < inf:
+        return NOT_FINITE, 0, inf
+    damping, steps, fresh = settings.damping, 0, True
+    for _ in range(settings.most):
+        if fresh:
+            normal_equations(rows, theta, poses, values, weights, work)
+            steps += 1
+        fresh = False
+        if not (reduce_poses(work, damping, k, n) and _solve_reduced(work.S, work.step, k)):
+            damping = max(10.0 * damping, LEAST_DAMPING)
+            if damping > MOST_DAMPING:
+                return NOT_CONVERGED, steps, now
+            continue
+        size, promised = _try_step(theta, poses, damping, work)
+        then = cost(rows, work.theta, work.poses, values, weights, work)
+        if then <= now:
+            gain = (now - then) / promised if promised > 0.0 else 1.0
+            fell = now - then
+            _accept(theta, poses, work)
+            done = size < settings.step or fell <= settings.fall * now
+            now = then
+            if done:
+                return OK, steps, now
+            fresh = True
+            damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), LEAST_DAMPING)
+        else:
+            if size < NO_BETTER:
+                return OK, steps, now
+            damping *= 8.0
+            if damping > MOST_DAMPING:
+                return NOT_CONVERGED, steps, now
+    return NOT_CONVERGED, steps, now
+
+
+@jit(allocates=True)
+def adjust_runs(rows, theta, poses, values, weights, settings, codes, steps, costs):
+    """Runs of `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); codes, steps, costs (B,)."""
+    work = scratch(rows, theta.shape[1])
+    for run in range(theta.shape[0]):
+        own, weight = values[run % values.shape[0]], weights[run % weights.shape[0]]
+        codes[run], steps[run], costs[run] = adjust(rows, theta[run], poses[run], own, weight, settings, work)

@@ -1,0 +1,1 @@
+"""The simulated machine in motion: platform dynamics, winches, lidar rays."""

@@ -1,0 +1,146 @@
+"""One period of a moving machine: winches turn, the drum swings, the lines vibrate; and what the lines show of it."""
+
+from math import atan2, cos, exp, pi, sin, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import EXIT_X, FREE, PLATFORM_WEIGHT, TAU, WEIGHT
+from cablewright.kernels.plant.dynamics import PLACE, RATE, VELOCITY, midpoint_step
+from cablewright.kernels.plant.winding import turn_winches
+from cablewright.kernels.statics.equilibrium import NOT_CONVERGED, OK
+from cablewright.kernels.statics.line import guess, start_force
+from cablewright.kernels.statics.sheave import straight, whole_length
+
+# Columns of what one line shows.
+TENSION, TANGENT, SHOWN, TAUT = 0, 1, 2, 3  # N at the sheave; rad, true; rad, as an accelerometer has it; m
+SHOWS = 4
+
+# Entries of what the lines vibrate by.
+DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2  # of critical; m, standing, at mid-span; m/s^2
+
+PUSHED = 2.0 / pi  # share of its end's acceleration that drives a line's first mode
+
+
+@jit
+def advance(
+    packed,
+    drum,
+    winches,
+    motor,
+    radii,
+    wound,
+    sideways,
+    asked,
+    vibration,
+    noise,
+    dt,
+    motion,
+    lengths,
+    states,
+    vibrations,
+    acceleration,
+    tensions,
+    says,
+    work,
+    swing,
+    after,
+):
+    """Advance by len(*noise*) steps of *dt* (s). Everything from *motion* on is changed in place.
+
+    *asked* (m,): wanted speeds of the winch drums, rad/s. *vibration* (3,): how the lines' first mode does; *noise*
+    (k, m): normal numbers that drive it; *vibrations* (m, 2): its displacement (m) and speed at mid-span.
+    *acceleration* (6,): of the platform point and of the drum's turning during the last step, m/s^2 and rad/s^2.
+    Returns a code; where a step fails the drum stays for it.
+    """
+    code = OK
+    for k in range(noise.shape[0]):
+        turn_winches(winches, motor, radii, wound, sideways, asked, tensions, dt, after, says)
+        for j in range(3):
+            acceleration[j] = -motion[VELOCITY + j]
+            acceleration[3 + j] = -motion[RATE + j]
+        done = midpoint_step(packed, drum, motion, lengths, after, dt, states, work, swing)
+        if done != OK:
+            done = _again(packed, drum, motion, lengths, after, dt, states, work, swing)
+        if done != OK:
+            code = done
+            for j in range(3):
+                motion[VELOCITY + j] = motion[RATE + j] = 0.0
+        for j in range(3):
+            acceleration[j] = (acceleration[j] + motion[VELOCITY + j]) / dt
+            acceleration[3 + j] = (acceleration[3 + j] + motion[RATE + j]) / dt
+        for i in range(lengths.shape[0]):
+            lengths[i] = after[i]
+            tensions[i] = exp(states[i, TAU])
+            vibrate(packed.lines[i], states[i], work.planes[i], acceleration, noise[k, i], vibration, dt, vibrations[i])
+    return code
+
+
+@jit
+def _again(packed, drum, motion, before, after, dt, states, work, swing):
+    """Take the step anew from guessed lines."""
+    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    for i in range(packed.lines.shape[0]):
+        plane = work.planes[i]
+        x, y = motion[PLACE] - packed.lines[i, EXIT_X], motion[PLACE + 1] - packed.lines[i, EXIT_X + 1]
+        plane[2], plane[3] = sqrt(x * x + y * y), motion[PLACE + 2] - packed.lines[i, EXIT_X + 2]
+        if not guess(packed.lines[i], plane[2], plane[3], 0.5 * (before[i] + after[i]), share, states[i]):
+            return NOT_CONVERGED
+    return midpoint_step(packed, drum, motion, before, after, dt, states, work, swing)
+
+
+@jit
+def vibrate(row, y, plane, acceleration, noise, vibration, dt, shape):
+    """Move a line's first transverse mode, in its plane, on by *dt* (s): *shape* (2,) is its displacement and speed.
+
+    A string of that length and tension, driven by its moving end and by *noise*; exact for a force that stays.
+    acceleration[:3]: the platform point's, m/s^2.
+    """
+    if row[WEIGHT] == 0.0:
+        return
+    h, v = start_force(y)
+    end = v + row[WEIGHT] * y[FREE]
+    tension = sqrt(h * h + end * end)
+    normal = _normal(h, end, tension, plane, acceleration)
+    ratio = vibration[DAMPING]
+    pulse = pi / y[FREE] * sqrt(tension * vibration[GRAVITY] / row[WEIGHT])
+    force = -PUSHED * normal + vibration[AMPLITUDE] * noise * sqrt(4.0 * ratio * pulse * pulse * pulse / dt)
+    still = force / (pulse * pulse)
+    damped = pulse * sqrt(1.0 - ratio * ratio)
+    keep, c, s = exp(-ratio * pulse * dt), cos(damped * dt), sin(damped * dt)
+    away, moving = shape[0] - still, shape[1]
+    shape[0] = still + keep * (away * c + (moving + ratio * pulse * away) / damped * s)
+    shape[1] = keep * (moving * c - (pulse * pulse * away + ratio * pulse * moving) / damped * s)
+
+
+@jit
+def _normal(h, end, tension, plane, acceleration):
+    """Acceleration of the platform point across the line, in its plane, m/s^2."""
+    along = plane[0] * acceleration[0] + plane[1] * acceleration[1]
+    return (h * acceleration[2] - end * along) / tension
+
+
+@jit
+def show_lines(packed, states, planes, acceleration, vibrations, vibration, sensor_at, scratch, shown):
+    """What each line shows, *shown* (m, SHOWS), with accelerometers *sensor_at* (m) before the platform."""
+    for i in range(packed.lines.shape[0]):
+        row, y, plane = packed.lines[i], states[i], planes[i]
+        h, v = start_force(y)
+        here = v + row[WEIGHT] * (y[FREE] - sensor_at)
+        shown[i, TENSION] = exp(y[TAU])
+        shown[i, TANGENT] = tangent = atan2(here, h)
+        shown[i, SHOWN] = tangent
+        straight(row, plane[2], plane[3], 1.0, scratch)
+        shown[i, TAUT] = whole_length(row, scratch)
+        if row[WEIGHT] == 0.0:
+            continue
+        end = v + row[WEIGHT] * y[FREE]
+        tension = sqrt(h * h + end * end)
+        wave = pi / y[FREE]
+        pulse = wave * sqrt(tension * vibration[GRAVITY] / row[WEIGHT])
+        swung = -(pulse * pulse * vibrations[i, 0] + 2.0 * vibration[DAMPING] * pulse * vibrations[i, 1])
+        share = 1.0 - sensor_at / y[FREE]
+        normal = share * _normal(h, end, tension, plane, acceleration) + swung * sin(wave * sensor_at)
+        along = plane[0] * acceleration[0] + plane[1] * acceleration[1]
+        tangential = share * (h * along + end * acceleration[2]) / tension
+        tilted = tangent - vibrations[i, 0] * wave * cos(wave * sensor_at)
+        gravity = vibration[GRAVITY]
+        shown[i, SHOWN] = atan2(gravity * sin(tilted) + tangential, gravity * cos(tilted) + normal)

@@ -1,0 +1,1 @@
+"""One pose: the lines, the platform on them, and the forward and inverse problems."""

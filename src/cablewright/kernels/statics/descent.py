@@ -1,0 +1,214 @@
+"""Forward solves from far away: descend the potential over the platform's pose, each line settled at every trial.
+
+For a point load on eyelet lines the potential is convex (docs/theory/statics.md), so the descent arrives from
+anywhere; for other robots it is a robust walk downhill. Line laws: SPRING, a massless unilateral spring of
+the line's stiffness, cheap and good for a first guess; SETTLED, the line itself.
+"""
+
+from math import sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    DEAD,
+    DEAD_COMPLIANCE,
+    EXIT_X,
+    FREE,
+    FREE_COMPLIANCE,
+    PLATFORM_WEIGHT,
+    RADIUS,
+    WEIGHT,
+)
+from cablewright.kernels.newton import largest, largest_of_column, solve
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.equilibrium import add_eliminated, eliminate, move_platform
+from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
+from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
+from cablewright.kernels.statics.wrench import add_line, place, start_balance
+
+SPRING, SETTLED = 0, 1
+DESCENT_STEPS = 200
+LINE_SEARCH_STEPS = 30
+FORCE_TOLERANCE = 1e-11  # of the platform's weight
+STALLED_FORCE = 1e-7  # of the weight: accept where rounding, not the step, limits the balance
+STALLED = 1e-13  # m, rad
+SPRING_TOLERANCE = 1e-2
+SPRING_TENSION = 100.0  # N: places levers in the first guess
+
+
+@jit
+def descend(packed, lengths, pose, states, work, law, tolerance, n):
+    """Walk *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True on arrival.
+
+    Only the first *n* freedoms move: 3 keep a rigid body's orientation. The search along a step compares slopes, not
+    energies: it never steps far past the lowest point on its way.
+    """
+    load = packed.platform[PLATFORM_WEIGHT] + 1e-9
+    work.move[:, 0] = 0.0
+    if not _evaluate(packed, lengths, pose, states, work, law):
+        return False
+    for _ in range(DESCENT_STEPS):
+        size = largest(work.wrench, n)
+        soft = 0.0
+        for k in range(n):
+            soft = max(soft, work.stiffness[k, k])
+        if size < tolerance * load:
+            return True
+        slope = _direction(work, n, 1e-12 * soft + 1e-6 * load)
+        if not slope > 0.0:
+            slope = _direction(work, n, soft + load)
+        if not slope > 0.0:
+            return False
+        if size < STALLED_FORCE * load and largest_of_column(work.move, n) < STALLED:
+            return True
+        for k in range(pose.shape[0]):
+            work.trial[k] = pose[k]
+        moved = False
+        for _ in range(LINE_SEARCH_STEPS):
+            move_platform(pose, work)
+            placed = _evaluate(packed, lengths, pose, states, work, law)
+            ahead = 0.0
+            for k in range(n):
+                ahead += work.wrench[k] * work.move[k, 0]
+            if placed and ahead > -0.9 * slope:
+                moved = True
+                break
+            for k in range(pose.shape[0]):
+                pose[k] = work.trial[k]
+            for k in range(n):
+                work.move[k, 0] *= 0.35
+            slope *= 0.35
+        if not moved:
+            return False
+    return False
+
+
+@jit
+def _direction(work, n, damping):
+    """Newton direction into work.move; returns its slope, the power of the wrench along it."""
+    for i in range(n):
+        work.move[i, 0] = work.wrench[i]
+        work.stiffness[i, i] += damping
+    if not solve(work.stiffness, work.move, n, 1):
+        return 0.0
+    slope = 0.0
+    for k in range(n):
+        slope += work.move[k, 0] * work.wrench[k]
+    return slope if largest_of_column(work.move, n) < 1e6 else 0.0
+
+
+@jit
+def _evaluate(packed, lengths, pose, states, work, law):
+    """Wrench and tangent stiffness at *pose* under the line law. False where a line has no answer."""
+    if packed.freedoms == 6:
+        matrix(pose[3:], work.rotation)
+    start_balance(packed, work.rotation, work.wrench, work.stiffness)
+    for i in range(packed.lines.shape[0]):
+        row, plane = packed.lines[i], work.planes[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        if law == SPRING:
+            _add_spring(row, work.lengths[i], work.arms[i], plane, work.wrench, work.stiffness)
+            continue
+        steps, block, force = work.steps[i], work.blocks[i], work.forces[i]
+        found = _settle_line(row, plane[2], plane[3], lengths[i], states[i], block, steps, force)
+        if found < 0:
+            return False
+        if found > 0:
+            add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def _add_spring(row, length, arm, plane, wrench, stiffness):
+    """A unilateral spring from the exit point, of unstrained *length*."""
+    x, z = plane[2], plane[3]
+    distance = sqrt(x * x + z * z)
+    if distance <= length or distance == 0.0:
+        return
+    rate = 1.0 / (max(length, 0.1) * row[FREE_COMPLIANCE])
+    tension = rate * (distance - length)
+    c, s = x / distance, z / distance
+    across = tension / distance
+    kxx, kxz, kzz = rate * c * c + across * s * s, (rate - across) * c * s, rate * s * s + across * c * c
+    add_line(arm, plane, tension * c, tension * s, kxx, kxz, kxz, kzz, wrench, stiffness)
+
+
+@jit
+def _settle_line(row, x, z, length, y, block, steps, force):
+    """Solve and eliminate a line at a fixed platform point: 1 done, 0 massless and slack, -1 no answer."""
+    if row[WEIGHT] == 0.0:
+        found = _massless(row, x, z, length, y, block, steps)
+        if found <= 0:
+            return found
+    elif not settle(row, x, z, length, y, block, steps) and not (
+        guess(row, x, z, length, SPRING_TENSION, y) and settle(row, x, z, length, y, block, steps)
+    ):
+        return -1
+    force[0], force[1] = system(row, y, x, z, length, block, steps[:, 0])
+    return 1 if eliminate(row, block, steps) else -1
+
+
+@jit
+def _massless(row, x, z, length, y, block, rhs):
+    """Settle a massless line: 1 taut, 0 slack (its tension in *y* is then SLACK_TENSION), -1 no answer."""
+    if not straight(row, x, z, SLACK_TENSION, y):
+        return -1
+    excess = whole_length(row, y) - length
+    if excess <= 0.0:
+        return 0
+    contact = row[RADIUS] * wrap(row, y)
+    given = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
+    tension = excess / given
+    straight(row, x, z, tension, y)
+    unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+    return 1 if settle(row, x, z, length, y, block, rhs) else -1
+
+
+@jit
+def spring_guess(packed, lengths, pose, states, work):
+    """Set *pose* near the equilibrium for *lengths*: springs from the exit points, sheaves as constant offsets.
+
+    A rigid body is first moved without turning it from the rotation in *pose*: so restricted, springs have a single
+    lowest point, and from there the body rarely turns into another shape than the one wanted.
+    """
+    place_below(packed, lengths, pose)
+    for _ in range(2):
+        if not _offset_springs(packed, lengths, pose, states, work):
+            return False
+        if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 3):
+            return False
+    if packed.freedoms == 6:  # soft ways down may take long: Newton goes on from wherever it has come
+        descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 6)
+    return True
+
+
+@jit
+def _offset_springs(packed, lengths, pose, states, work):
+    """Set work.lengths to springs' lengths: what straight lines at *pose* leave from the exit points."""
+    if packed.freedoms == 6:
+        matrix(pose[3:], work.rotation)
+    for i in range(packed.lines.shape[0]):
+        row, plane, y = packed.lines[i], work.planes[i], states[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
+        if not straight(row, x, plane[3], SPRING_TENSION, y):
+            return False
+        work.lengths[i] = max(lengths[i] - whole_length(row, y) + sqrt(x * x + plane[3] * plane[3]), 1e-3)
+    return True
+
+
+@jit
+def place_below(packed, lengths, pose):
+    """A place to begin from, below the middle of the exit points; a rotation in *pose* stays."""
+    m = packed.lines.shape[0]
+    pose[:3] = 0.0
+    drop = 1e300
+    for i in range(m):
+        drop = min(drop, 0.25 * lengths[i])
+    for k in range(3):
+        low, high = 1e300, -1e300
+        for i in range(m):
+            pose[k] += packed.lines[i, EXIT_X + k] / m
+            low, high = min(low, packed.lines[i, EXIT_X + k]), max(high, packed.lines[i, EXIT_X + k])
+        drop = max(drop, 0.25 * (high - low))
+    pose[2] -= drop

@@ -1,0 +1,290 @@
+"""All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
+
+from math import cos, log, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    BREAKING,
+    FREE,
+    PHI,
+    PLATFORM_WEIGHT,
+    RADIUS,
+    STATE,
+    TAU,
+    UNKNOWNS,
+    WEIGHT,
+    WRENCH,
+    Code,
+)
+from cablewright.kernels.newton import least_pivot, solve
+from cablewright.kernels.rotation import compose, matrix
+from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
+from cablewright.kernels.statics.sheave import wrap
+from cablewright.kernels.statics.wrench import add_force, add_line, place, start_balance
+
+NEWTON_STEPS = 60
+LENGTH_TOLERANCE = 1e-12  # m, on every geometric equation
+FORCE_TOLERANCE = 1e-12  # of the largest force at play
+STALLED = 1e-10  # m: accept where rounding, not the step, limits the residual
+LOG_SLACK = log(SLACK_TENSION) + 1e-9
+NEUTRAL = 1e-10  # of the largest stiffness: less than this does not hold a platform
+POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
+
+OK = int(Code.OK)
+NOT_CONVERGED = int(Code.NOT_CONVERGED)
+SINGULAR = int(Code.SINGULAR)
+NOT_FINITE = int(Code.NOT_FINITE)
+OVERSTRETCHED = int(Code.OVERSTRETCHED)
+LEVER_UNSTABLE = int(Code.LEVER_UNSTABLE)
+BAD_WRAP = int(Code.BAD_WRAP)
+UNDER_EXIT = int(Code.UNDER_EXIT)
+UNSTABLE = int(Code.UNSTABLE)
+JUMPED = int(Code.JUMPED)
+FOLD = int(Code.FOLD)
+UNCERTIFIED = int(Code.UNCERTIFIED)
+
+
+class Work(NamedTuple):
+    """Scratch of one solver, allocated once and used by one thread at a time."""
+
+    blocks: NDArray[np.float64]  # (m, 6, 6)
+    steps: NDArray[np.float64]  # (m, 6, 3): a line's block inverse times residual, x, z
+    arms: NDArray[np.float64]  # (m, 3)
+    planes: NDArray[np.float64]  # (m, 4)
+    rotation: NDArray[np.float64]  # (3, 3)
+    wrench: NDArray[np.float64]  # (n,)
+    stiffness: NDArray[np.float64]  # (n, n)
+    move: NDArray[np.float64]  # (n, 1)
+    trial: NDArray[np.float64]  # (n,)
+    forces: NDArray[np.float64]  # (m, 2): tension (h, v) where each free span starts
+    lengths: NDArray[np.float64]  # (m,)
+
+
+@jit(allocates=True)
+def workspace(packed):
+    """Scratch that fits *packed*."""
+    m, n = packed.lines.shape[0], packed.freedoms
+    return Work(
+        np.zeros((m, STATE, STATE)),
+        np.zeros((m, STATE, 3)),
+        np.zeros((m, 3)),
+        np.zeros((m, 4)),
+        np.eye(3),
+        np.zeros(n),
+        np.zeros((n, n)),
+        np.zeros((n, 1)),
+        np.zeros(n),
+        np.zeros((m, 2)),
+        np.zeros(m),
+    )
+
+
+@jit
+def evaluate(packed, lengths, pose, states, work):
+    """Evaluate all lines and the platform's balance at *pose* and *states*.
+
+    Leaves the lines' blocks and residuals in *work*; a slack massless line has none. Returns the largest geometric
+    residual (m), the largest unbalanced force (N) and the force scale (N).
+    """
+    lines, n = packed.lines, packed.freedoms
+    if n == 6:
+        matrix(pose[3:], work.rotation)
+    start_balance(packed, work.rotation, work.wrench, work.stiffness)
+    scale = packed.platform[PLATFORM_WEIGHT]
+    worst, reach = 0.0, 0.0
+    for k in range(n):
+        work.trial[k] = work.wrench[k]
+    for k in range(3):
+        scale += abs(packed.platform[WRENCH + k])
+    for i in range(lines.shape[0]):
+        row, y, steps, plane = lines[i], states[i], work.steps[i], work.planes[i]
+        place(lines, i, pose, work.rotation, work.arms[i], plane)
+        reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
+        if is_slack(row, y):
+            continue
+        h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], steps[:, 0])
+        work.forces[i, 0], work.forces[i, 1] = h, v
+        v += row[WEIGHT] * y[FREE]
+        for k in range(int(row[UNKNOWNS])):
+            size = abs(steps[k, 0])
+            if size > worst or size != size:  # once NaN, always NaN
+                worst = size
+        add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
+        scale = max(scale, abs(h), abs(v))
+    return worst, _unbalanced(work.trial, reach), scale
+
+
+@jit
+def condense(packed, states, work):
+    """Eliminate the evaluated lines: balance after each line's own Newton step, tangent stiffness, line steps."""
+    for i in range(packed.lines.shape[0]):
+        row, y, steps = packed.lines[i], states[i], work.steps[i]
+        if is_slack(row, y):
+            continue
+        if not eliminate(row, work.blocks[i], steps):
+            return False
+        add_eliminated(row, y, work.forces[i], steps, work.arms[i], work.planes[i], work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
+    """Add one eliminated line to the balance and stiffness: its end force after its own step, and its change."""
+    weight = row[WEIGHT]
+    h, v = force[0], force[1]
+    dh, dv = force_change(h, v, weight, steps, 0)
+    kxx, kzx = force_change(h, v, weight, steps, 1)
+    kxz, kzz = force_change(h, v, weight, steps, 2)
+    v += weight * y[FREE]
+    add_line(arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
+
+
+@jit
+def is_slack(row, y):
+    """Whether a massless line hangs slack: it carries nothing and has no shape."""
+    return row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK
+
+
+@jit
+def eliminate(row, block, steps):
+    """Turn steps[:, 0], the residual, and columns 1 and 2 into the block inverse times residual, x and z."""
+    unknowns = int(row[UNKNOWNS])
+    for k in range(unknowns):
+        steps[k, 1] = 0.0
+        steps[k, 2] = 0.0
+    steps[0, 1] = 1.0
+    steps[1, 2] = 1.0
+    return solve(block, steps, unknowns, 3)
+
+
+@jit
+def _unbalanced(wrench, reach):
+    """Largest force (N) of a wrench, its moments over the longest arm."""
+    largest = 0.0
+    for k in range(wrench.shape[0]):
+        size = abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, 1e-3)
+        if size > largest or size != size:
+            largest = size
+    return largest
+
+
+@jit
+def refine(packed, lengths, pose, states, work):
+    """Newton from *pose* and *states* (both improved in place). Returns code, iterations, residual (m)."""
+    stalled = False
+    worst = 0.0
+    grain = 4e-16 * max(abs(pose[0]), abs(pose[1]), abs(pose[2]))  # what a coordinate can resolve
+    for iteration in range(NEWTON_STEPS):
+        worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
+        if not (worst == worst and unbalanced == unbalanced):
+            return NOT_FINITE, iteration, worst
+        if (worst < LENGTH_TOLERANCE + grain and unbalanced < FORCE_TOLERANCE * scale) or stalled:
+            return OK, iteration, worst
+        possible, step, full = newton_step(packed, pose, states, work)
+        if not possible:
+            return SINGULAR, iteration, worst
+        stalled = full and step < STALLED + grain and worst < STALLED + grain
+    return NOT_CONVERGED, NEWTON_STEPS, worst
+
+
+@jit
+def newton_step(packed, pose, states, work):
+    """Take one step of the evaluated equations. Returns whether it could, its length (m) and whether it was whole."""
+    lines, n = packed.lines, packed.freedoms
+    if not condense(packed, states, work):
+        return False, 0.0, False
+    for k in range(n):
+        work.move[k, 0] = work.wrench[k]
+    if not solve(work.stiffness, work.move, n, 1):
+        return False, 0.0, False
+    step, full = move_platform(pose, work)
+    for i in range(lines.shape[0]):
+        full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
+    return True, step, full
+
+
+@jit
+def move_platform(pose, work):
+    """Add work.move to *pose*, held back to a sensible step. Returns the step's length (m) and whether it was whole."""
+    n = pose.shape[0]
+    length = sqrt(work.move[0, 0] ** 2 + work.move[1, 0] ** 2 + work.move[2, 0] ** 2)
+    held = 1.0 if length <= POSE_STEP else POSE_STEP / length
+    if n == 6:
+        turn = sqrt(work.move[3, 0] ** 2 + work.move[4, 0] ** 2 + work.move[5, 0] ** 2)
+        if turn * held > TURN_STEP:
+            held = TURN_STEP / turn
+    for k in range(n):
+        work.move[k, 0] *= held
+    for k in range(3):
+        pose[k] += work.move[k, 0]
+    if n == 6:
+        compose(work.move[3, 0], work.move[4, 0], work.move[5, 0], pose[3:])
+        length += turn
+    return length * held, held == 1.0
+
+
+@jit
+def step_line(row, y, steps, arm, plane, move):
+    """Take one line's Newton step together with the platform's move."""
+    dx, dy, dz = move[0, 0], move[1, 0], move[2, 0]
+    if move.shape[0] == 6:
+        a, b, c = move[3, 0], move[4, 0], move[5, 0]
+        dx += b * arm[2] - c * arm[1]
+        dy += c * arm[0] - a * arm[2]
+        dz += a * arm[1] - b * arm[0]
+    along = plane[0] * dx + plane[1] * dy
+    for k in range(int(row[UNKNOWNS])):
+        steps[k, 0] -= steps[k, 1] * along + steps[k, 2] * dz
+    return advance(row, y, steps[:, 0], 1.0)
+
+
+@jit
+def judge(packed, states, planes):
+    """Whether a solved equilibrium is one that the machine can have: a status code, overstretched last of all."""
+    code = OK
+    for i in range(packed.lines.shape[0]):
+        row, y = packed.lines[i], states[i]
+        if planes[i, 2] <= 1e-9:
+            return UNDER_EXIT
+        if not lever_stable(row, y):
+            return LEVER_UNSTABLE
+        angle = wrap(row, y)
+        if angle < 0.0 or angle > 6.283185307179586:
+            return BAD_WRAP
+        if extremes(row, y)[1] > row[BREAKING]:
+            code = OVERSTRETCHED
+    return code
+
+
+@jit
+def judge_stability(packed, states, work):
+    """Whether an evaluated equilibrium returns when pushed or turned: a status code.
+
+    A point load does, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`.
+    """
+    if packed.freedoms < 6 and not _leaves_backwards(packed, states):
+        return OK
+    if not condense(packed, states, work):
+        return SINGULAR
+    return judge_pivot(least_pivot(work.stiffness, packed.freedoms))
+
+
+@jit
+def _leaves_backwards(packed, states):
+    """Whether any cable pulls its sheave away from the platform: the point is under the sheave, within its reach."""
+    for i in range(packed.lines.shape[0]):
+        if packed.lines[i, RADIUS] > 0.0 and cos(states[i, PHI]) < 0.0:
+            return True
+    return False
+
+
+@jit
+def judge_pivot(least):
+    """What a stiffness with this least pivot makes of an equilibrium: a status code."""
+    if least > NEUTRAL:
+        return OK
+    return SINGULAR if least > -NEUTRAL else UNSTABLE

@@ -1,0 +1,325 @@
+"""One line: dead span, sheave, free span and lever as one block of three to six equations.
+
+Unknowns y and their order: see `layout`. Equations, in metres and (the last) as a fraction of the tension:
+free span ends at the platform point (x, z); unstrained lengths add up; dead span ends at the winch exit (z, x);
+moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
+"""
+
+from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    BETA,
+    DEAD,
+    DEAD_COMPLIANCE,
+    FREE,
+    FREE_COMPLIANCE,
+    LEVER,
+    LEVER_MOMENT,
+    PHI,
+    PSI,
+    RADIUS,
+    SIDE,
+    TAU,
+    UNKNOWNS,
+    WEIGHT,
+    WINCH_X,
+    WINCH_Z,
+)
+from cablewright.kernels.newton import largest_of_column, solve
+from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.sheave import constant_length, straight, unstrain, wrap
+
+STEPS = 80
+LENGTH_TOLERANCE = 1e-15  # m per m of line: a few roundings
+SLACK_FROM = 1.001  # lengths per chord: from here the catenary is a better guess than the parabola
+STALLED = 1e-12  # a Newton step so small that the one after it is rounding
+SLACK_TENSION = 1e-6  # N: a massless line that is straight at this tension carries nothing
+
+
+@jit
+def system(row, y, x, z, length, jacobian, residual):
+    """Residual (k,) and Jacobian (k, k) of the line's k equations at *y*, written in place.
+
+    Returns the free span's start force (h, v), N.
+    """
+    unknowns = int(row[UNKNOWNS])
+    radius, side, weight = row[RADIUS], row[SIDE], row[WEIGHT]
+    turn = side * radius
+    t = exp(y[TAU])
+    cf, sf = cos(y[PHI]), sin(y[PHI])
+    cb, sb = 1.0, 0.0
+    if unknowns == 6:
+        cb, sb = cos(y[BETA]), sin(y[BETA])
+    hx, hz = row[LEVER] * cb, row[LEVER] * sb
+    sx, sz, hh, hv, vv, xl, zl, _ = span(t * cf, t * sf, y[FREE], weight, row[FREE_COMPLIANCE])
+    residual[0] = hx - turn * sf + sx - x
+    residual[1] = hz + turn * cf + sz - z
+    jacobian[0, PHI] = t * (hv * cf - hh * sf) - turn * cf
+    jacobian[1, PHI] = t * (vv * cf - hv * sf) - turn * sf
+    jacobian[0, TAU] = t * (hh * cf + hv * sf)
+    jacobian[1, TAU] = t * (hv * cf + vv * sf)
+    jacobian[0, FREE] = xl
+    jacobian[1, FREE] = zl
+    taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
+    arc = radius * wrap(row, y) * taken
+    residual[2] = y[FREE] + y[DEAD] + arc + constant_length(row) - length
+    jacobian[2, PHI] = -turn * taken
+    jacobian[2, TAU] = -arc * taken * t * row[ARC_COMPLIANCE]
+    jacobian[2, FREE] = 1.0
+    if unknowns > 3:
+        cp, sp = cos(y[PSI]), sin(y[PSI])
+        dx, dz, hh, hv, vv, xl, zl, _ = span(t * cp, t * sp, y[DEAD], weight, row[DEAD_COMPLIANCE])
+        residual[3] = hz - turn * cp + dz - row[WINCH_Z]
+        jacobian[3, PHI] = jacobian[3, FREE] = jacobian[0, DEAD] = jacobian[1, DEAD] = 0.0
+        jacobian[3, TAU] = t * (hv * cp + vv * sp)
+        jacobian[3, DEAD] = zl
+        jacobian[2, DEAD] = 1.0
+        if unknowns > 4:
+            residual[4] = hx + turn * sp + dx - row[WINCH_X]
+            jacobian[4, PHI] = jacobian[4, FREE] = jacobian[0, PSI] = jacobian[1, PSI] = 0.0
+            jacobian[4, TAU] = t * (hh * cp + hv * sp)
+            jacobian[4, DEAD] = xl
+            jacobian[4, PSI] = t * (hv * cp - hh * sp) + turn * cp
+            jacobian[3, PSI] = t * (vv * cp - hv * sp) + turn * sp
+            jacobian[2, PSI] = turn * taken
+        if unknowns > 5:
+            _moment(row, t, cf, sf, cp, sp, cb, sb, jacobian, residual)
+    return t * cf, t * sf
+
+
+@jit
+def _moment(row, t, cf, sf, cp, sp, cb, sb, jacobian, residual):
+    """Moment about the joint over lever and tension (Paty 2021, Eq. 6), and the lever's column."""
+    lever = row[LEVER]
+    pull = row[LEVER_MOMENT] / (lever * t)
+    free, dead = cf * cb + sf * sb, cp * cb + sp * sb  # cosines of the spans against the lever
+    residual[5] = (sf + sp) * cb - (cf + cp) * sb - pull * cb
+    jacobian[5, PHI] = free
+    jacobian[5, TAU] = pull * cb
+    jacobian[5, FREE] = jacobian[5, DEAD] = jacobian[2, BETA] = 0.0
+    jacobian[5, PSI] = dead
+    jacobian[5, BETA] = pull * sb - free - dead
+    jacobian[0, BETA] = jacobian[4, BETA] = -lever * sb
+    jacobian[1, BETA] = jacobian[3, BETA] = lever * cb
+
+
+@jit
+def start_force(y):
+    """In-plane tension (h, v) where the free span leaves the sheave, along the direction of travel, N."""
+    t = exp(y[TAU])
+    return t * cos(y[PHI]), t * sin(y[PHI])
+
+
+@jit
+def force_change(h, v, weight, changes, k):
+    """Change of the tension (h, v + weight * length) at the free span's end with changes[:, k] of the unknowns."""
+    turn, grow = changes[PHI, k], changes[TAU, k]
+    return h * grow - v * turn, v * grow + h * turn + weight * changes[FREE, k]
+
+
+@jit
+def lever_stable(row, y):
+    """Whether the lever returns when pushed: the moment about the joint falls with the lever angle."""
+    if row[UNKNOWNS] < 6.0:
+        return True
+    pull = row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU]))
+    return pull * sin(y[BETA]) - cos(y[PHI] - y[BETA]) - cos(y[PSI] - y[BETA]) < 0.0
+
+
+@jit
+def extremes(row, y):
+    """Smallest and largest tension along the line, N."""
+    low, high, _, _ = extremes_and_change(row, y, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return low, high
+
+
+@jit
+def extremes_and_change(row, y, dphi, dtau, dfree, ddead, dpsi):
+    """Smallest and largest tension along the line, N, and how they change with changes of the unknowns."""
+    t = exp(y[TAU])
+    weight = row[WEIGHT]
+    h, v = t * cos(y[PHI]), t * sin(y[PHI])
+    dh, dv = h * dtau - v * dphi, v * dtau + h * dphi
+    low, high, dlow, dhigh = _span_extremes(h, v, weight * y[FREE], dh, dv, weight * dfree)
+    if row[UNKNOWNS] > 3.0:
+        h, v = t * cos(y[PSI]), t * sin(y[PSI])
+        turn = dpsi if row[UNKNOWNS] > 4.0 else 0.0
+        dh, dv = h * dtau - v * turn, v * dtau + h * turn
+        low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * ddead)
+        if low2 < low:
+            low, dlow = low2, dlow2
+        if high2 > high:
+            high, dhigh = high2, dhigh2
+    return low, high, dlow, dhigh
+
+
+@jit
+def _span_extremes(h, v, carried, dh, dv, dcarried):
+    """Of one span from its start force, carried weight and their changes."""
+    end, dend = v + carried, dv + dcarried
+    first, last = sqrt(h * h + v * v), sqrt(h * h + end * end)
+    dfirst, dlast = (h * dh + v * dv) / first, (h * dh + end * dend) / max(last, 1e-300)
+    high, dhigh = (first, dfirst) if first > last else (last, dlast)
+    if v * end < 0.0:
+        return abs(h), high, (dh if h >= 0.0 else -dh), dhigh
+    if first < last:
+        return first, high, dfirst, dhigh
+    return last, high, dlast, dhigh
+
+
+@jit
+def length_of(row, y):
+    """Unstrained length from the winch exit to the platform point, m."""
+    taken = 1.0 + exp(y[TAU]) * row[ARC_COMPLIANCE]
+    return y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) / taken + constant_length(row)
+
+
+@jit
+def advance(row, y, step, scale):
+    """Move *y* by minus *scale* times *step*, held back so that angles, tension and lengths stay sensible."""
+    unknowns = int(row[UNKNOWNS])
+    held = scale
+    for k in range(unknowns):
+        size = abs(step[k])
+        if k in (FREE, DEAD):
+            allowed = 0.7 * y[k] if step[k] > 0.0 else 0.7 * y[k] + 0.5
+        else:
+            allowed = 1.5 if k == TAU else 0.5
+        if size * held > allowed:
+            held = allowed / size
+    for k in range(unknowns):
+        y[k] -= held * step[k]
+    return held == scale
+
+
+@jit
+def guess(row, x, z, length, tension, y):
+    """Set *y* close to the line of unstrained *length* to (x, z): taut or slack, by the parabola's shortening.
+
+    *tension* (N) only places the lever. The free span's tension T balances stretch and sag,
+    L (1 + c T) - w^2 x^2 chord / (24 T^2) = chord. Returns False inside a sheave.
+    """
+    if not straight(row, x, z, tension, y):
+        return False
+    chord = y[FREE]
+    weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
+    unstrain(y, 0.0, row[DEAD_COMPLIANCE])
+    free = length - y[DEAD] - row[RADIUS] * wrap(row, y) - constant_length(row)
+    free = max(free, 0.05 * chord)
+    reach = chord * cos(y[PHI])
+    sag = weight * weight * reach * reach * chord / 24.0
+    t = max(weight * chord, 1e-3 * tension, (chord - free) / (free * compliance))
+    for _ in range(40):
+        excess = free * (1.0 + compliance * t) - sag / (t * t) - chord
+        step = excess / (free * compliance * t + 2.0 * sag / (t * t))
+        t *= exp(-min(max(step, -1.5), 1.5))
+        if abs(step) < 1e-3:
+            break
+    h = t * cos(y[PHI])
+    v = t * sin(y[PHI]) - 0.5 * weight * free
+    if free > SLACK_FROM * chord:
+        h, v = _hanging(max(reach, 1e-6 * chord), chord * sin(y[PHI]), free, weight)
+    t = sqrt(h * h + v * v)
+    if row[UNKNOWNS] > 3.0:  # the dead span must at least carry itself
+        t = max(t, 1.02 * weight * y[DEAD])
+    y[TAU] = log(t)
+    c, s = cos(y[PHI]), sin(y[PHI])
+    y[PHI] -= atan2(s * h - c * v, c * h + s * v)
+    y[FREE] = free
+    return True
+
+
+@jit
+def _hanging(x, z, length, weight):
+    """Start force of the inextensible catenary of *length* over (x, z), longer than their distance; x > 0.
+
+    With u = w x / 2H: sinh(u) / u = sqrt(L^2 - z^2) / x, and the middle of the span is at atanh(z / L).
+    """
+    ratio = sqrt((length - z) * (length + z)) / x
+    u = sqrt(6.0 * (ratio - 1.0)) if ratio < 3.0 else log(2.0 * ratio) + log(log(2.0 * ratio))
+    for _ in range(6):
+        u -= (sinh(u) - ratio * u) / (cosh(u) - ratio)
+    h = 0.5 * weight * x / u
+    return h, h * sinh(atanh(z / length) - u)
+
+
+@jit
+def settle(row, x, z, length, y, jacobian, rhs):
+    """Solve the line for a fixed platform point and unstrained length, from the guess in *y*."""
+    scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z) + length)
+    for _ in range(STEPS):
+        system(row, y, x, z, length, jacobian, rhs[:, 0])
+        if largest_of_column(rhs, int(row[UNKNOWNS])) < scale:
+            return True
+        if not solve(jacobian, rhs, int(row[UNKNOWNS]), 1):
+            return False
+        stalled = largest_of_column(rhs, int(row[UNKNOWNS])) < STALLED
+        advance(row, y, rhs[:, 0], 1.0)
+        if stalled:
+            return True
+    return False
+
+
+@jit
+def pull_of(row, y, x, z):
+    """Pull of the free span (N): its tension at mid-length along its chord, and the chord's direction.
+
+    A straight line's pull is its tension. Unlike the tension at the sheave, which rises again as a slack span grows
+    heavy, the pull falls all the way as cable is let out: one pull, one shape.
+    """
+    h, v = start_force(y)
+    turn = row[SIDE] * row[RADIUS]
+    cx = x - row[LEVER] * cos(y[BETA]) + turn * sin(y[PHI])
+    cz = z - row[LEVER] * sin(y[BETA]) - turn * cos(y[PHI])
+    chord = sqrt(cx * cx + cz * cz)
+    cx, cz = cx / chord, cz / chord
+    return h * cx + (v + 0.5 * row[WEIGHT] * y[FREE]) * cz, cx, cz
+
+
+@jit
+def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
+    """Solve the line for a fixed platform point and *pull* (N); rhs[:, 1] is then dy / dlog(pull)."""
+    unknowns = int(row[UNKNOWNS])
+    scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
+    for _ in range(STEPS):
+        system_at_pull(row, x, z, pull, y, jacobian, rhs)
+        done = largest_of_column(rhs, unknowns) < scale
+        if not solve(jacobian, rhs, unknowns, 2):
+            return False
+        if done:
+            return True
+        done = largest_of_column(rhs, unknowns) < STALLED
+        advance(row, y, rhs[:, 0], 1.0)
+        if done:
+            return True
+    return False
+
+
+@jit
+def system_at_pull(row, x, z, pull, y, jacobian, rhs):
+    """As `system`, with the pull in the place of the length; rhs[:, 1] is the derivative by -log(pull).
+
+    Returns the derivatives of the pull's equation by x and z.
+    """
+    h, v = system(row, y, x, z, 0.0, jacobian, rhs[:, 0])
+    for k in range(int(row[UNKNOWNS])):
+        jacobian[2, k] = 0.0
+        rhs[k, 1] = 0.0
+    turn = row[SIDE] * row[RADIUS]
+    hx, hz = row[LEVER] * cos(y[BETA]), row[LEVER] * sin(y[BETA])
+    tx, tz = turn * cos(y[PHI]), turn * sin(y[PHI])
+    cx, cz = x - hx + tz, z - hz - tx
+    chord = sqrt(cx * cx + cz * cz)
+    cx, cz = cx / chord, cz / chord
+    middle = v + 0.5 * row[WEIGHT] * y[FREE]
+    across = (middle * cx - h * cz) / (chord * pull)  # the chord turns as its ends move
+    jacobian[2, PHI] = (h * cz - v * cx) / pull + across * (cx * tz - cz * tx)
+    jacobian[2, TAU] = (h * cx + v * cz) / pull
+    jacobian[2, FREE] = 0.5 * row[WEIGHT] * cz / pull
+    if row[UNKNOWNS] > 5.0:
+        jacobian[2, BETA] = -across * (cx * hx + cz * hz)
+    rhs[2, 0] = (h * cx + middle * cz) / pull - 1.0
+    rhs[2, 1] = 1.0
+    return -across * cz, across * cx

@@ -1,0 +1,195 @@
+"""The one linearisation: what the platform does when a length or any number of a line changes."""
+
+from math import cos, exp, sin
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    DEAD,
+    DEAD_COMPLIANCE,
+    FREE,
+    FREE_COMPLIANCE,
+    PHI,
+    PSI,
+    RADIUS,
+    SIDE,
+    STATE,
+    TAU,
+    UNKNOWNS,
+    WEIGHT,
+)
+from cablewright.kernels.newton import solve
+from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.equilibrium import OK, SINGULAR, condense, evaluate, is_slack
+from cablewright.kernels.statics.line import force_change, system
+from cablewright.kernels.statics.sheave import wrap
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_force
+
+# Columns of a line's parameters: length, relative modulus, exit point x, y, z, sheave radius, relative weight, and the
+# platform point x, y, z in the platform's frame.
+PARAMETERS = 10
+LENGTH, MODULUS, EXIT, SHEAVE, WEIGHT_FACTOR, POINT = 0, 1, 2, 5, 6, 7
+OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those that stay in the line's plane
+
+
+@jit(allocates=True)
+def linearise(packed, lengths, pose, states, work, stiffness, motion):
+    """Write the tangent stiffness (n, n) and the motion (n, m, 10) of the platform per line parameter.
+
+    Parameters: unstrained length (m/m), relative modulus (m per unit), exit point x, y, z (m/m), radius of the sheave
+    (m/m), relative weight of the cable (m per unit), platform point x, y, z (m/m). Where the dead span is modelled its
+    winch exit follows the exit point sideways, so that the line keeps its plane, and stays where it is in height.
+    Motion of a rigid body: translation and rotation in space. Returns a code.
+    """
+    m, n = packed.lines.shape[0], packed.freedoms
+    evaluate(packed, lengths, pose, states, work)
+    if not condense(packed, states, work):
+        return SINGULAR
+    stiffness[:, :] = work.stiffness[:n, :n]
+    changes = np.zeros((STATE, len(OWN)))
+    right = motion.reshape((n, m * PARAMETERS))
+    for i in range(m):
+        row, y = packed.lines[i], states[i]
+        right[:, i * PARAMETERS : (i + 1) * PARAMETERS] = 0.0
+        if is_slack(row, y):
+            continue
+        if not _add_own(row, y, lengths[i], i, work, changes, right):
+            return SINGULAR
+        _add_points(row, y, i, work, right)
+    return OK if solve(work.stiffness, right, n, m * PARAMETERS) else SINGULAR
+
+
+@jit(allocates=True)
+def tension_changes(packed, lengths, pose, states, work, own, by_point):
+    """Write how the logarithm of each line's tension at the sheave changes: with line and platform, one by one.
+
+    *own* (m, 10) is per parameter of the line itself, see `linearise`, while the platform stays; *by_point* (m, 3) per
+    motion of the point that it is tied to, 1/m. A slack line's are zero. Returns a code.
+    """
+    evaluate(packed, lengths, pose, states, work)
+    if not condense(packed, states, work):
+        return SINGULAR
+    changes = np.zeros((STATE, len(OWN)))
+    for i in range(packed.lines.shape[0]):
+        row, y, plane, steps = packed.lines[i], states[i], work.planes[i], work.steps[i]
+        own[i, :], by_point[i, :] = 0.0, 0.0
+        if is_slack(row, y):
+            continue
+        if not _own_changes(row, y, lengths[i], i, work, changes):
+            return SINGULAR
+        for k in range(len(OWN)):
+            own[i, OWN[k]] = -changes[TAU, k]
+        for k in range(2):
+            by_point[i, k] = steps[TAU, 1] * plane[k]
+            own[i, EXIT + k] = -by_point[i, k]
+        by_point[i, 2] = steps[TAU, 2]
+        for axis in range(3):
+            for k in range(3):
+                own[i, POINT + axis] += by_point[i, k] * work.rotation[k, axis]
+    return OK
+
+
+@jit
+def _own_changes(row, y, length, i, work, changes):
+    """Write minus the changes of line *i*'s unknowns per parameter in OWN, its ends held, to columns of *changes*."""
+    plane = work.planes[i]
+    system(row, y, plane[2], plane[3], length, work.blocks[i], changes[:, 0])
+    _parameter_residuals(row, y, changes)
+    return solve(work.blocks[i], changes, int(row[UNKNOWNS]), len(OWN))
+
+
+@jit
+def _add_own(row, y, length, i, work, changes, right):
+    """Columns of line *i*'s parameters whose change of force stays in the line's plane."""
+    plane, arm = work.planes[i], work.arms[i]
+    if not _own_changes(row, y, length, i, work, changes):
+        return False
+    h, v = work.forces[i, 0], work.forces[i, 1]
+    for k in range(len(OWN)):
+        dh, dv = force_change(h, v, row[WEIGHT], changes, k)
+        if OWN[k] == WEIGHT_FACTOR:
+            dv -= row[WEIGHT] * y[FREE]
+        _write(right, arm, dh * plane[0], dh * plane[1], dv, i * PARAMETERS + OWN[k], work.trial)
+    return True
+
+
+@jit
+def _add_points(row, y, i, work, right):
+    """Columns of line *i*'s exit point, sideways, and of its platform point.
+
+    To move the one by d or the other by -d changes the span alike; the platform point's force moves with it.
+    """
+    plane, arm, steps, turned = work.planes[i], work.arms[i], work.steps[i], work.rotation
+    h, v = work.forces[i, 0], work.forces[i, 1]
+    ex, ey = plane[0], plane[1]
+    kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
+    kxz, kzz = force_change(h, v, row[WEIGHT], steps, 2)
+    across = h / max(plane[2], AXIS_DISTANCE)
+    xx, yy, xy = ex * ex * kxx + ey * ey * across, ey * ey * kxx + ex * ex * across, ex * ey * (kxx - across)
+    column = i * PARAMETERS + EXIT
+    _write(right, arm, xx, xy, ex * kzx, column, work.trial)
+    _write(right, arm, xy, yy, ey * kzx, column + 1, work.trial)
+    v += row[WEIGHT] * y[FREE]
+    column = i * PARAMETERS + POINT
+    for axis in range(3):
+        dx, dy, dz = turned[0, axis], turned[1, axis], turned[2, axis]
+        along = ex * dx + ey * dy
+        fx, fy = xx * dx + xy * dy + ex * kxz * dz, xy * dx + yy * dy + ey * kxz * dz
+        _write(right, arm, -fx, -fy, -(kzx * along + kzz * dz), column + axis, work.trial)
+        if right.shape[0] == 6:
+            right[3, column + axis] -= dy * v - dz * h * ey
+            right[4, column + axis] -= dz * h * ex - dx * v
+            right[5, column + axis] -= (dx * ey - dy * ex) * h
+
+
+@jit
+def _write(right, arm, fx, fy, fz, column, wrench):
+    """Set a column to the wrench of a force at *arm*."""
+    wrench[:] = 0.0
+    add_force(arm, fx, fy, fz, wrench)
+    for k in range(right.shape[0]):
+        right[k, column] = wrench[k]
+
+
+@jit
+def _parameter_residuals(row, y, out):
+    """Derivatives of the line's equations by the parameters in OWN, in columns of *out*."""
+    out[:, :] = 0.0
+    t = exp(y[TAU])
+    wrapped = wrap(row, y)
+    strain = t * row[ARC_COMPLIANCE]
+    out[2, 0] = -1.0
+    out[2, 1] = row[RADIUS] * wrapped * strain / (1.0 + strain) ** 2
+    out[1, 2] = 1.0
+    _span_residuals(row, t, y[PHI], y[FREE], row[FREE_COMPLIANCE], out, 0, 1)
+    sheave = 1.0 if row[RADIUS] > 0.0 else 0.0
+    reach = sheave if row[UNKNOWNS] < 6.0 else 0.0  # a swivel's centre lies one radius from its axis
+    turn = sheave * row[SIDE]
+    out[0, 3] = reach - turn * sin(y[PHI])
+    out[1, 3] = turn * cos(y[PHI])
+    out[2, 3] = wrapped / (1.0 + strain)
+    if row[UNKNOWNS] > 3.0:
+        _span_residuals(row, t, y[PSI], y[DEAD], row[DEAD_COMPLIANCE], out, 4, 3)
+        out[3, 2] = 1.0
+        out[3, 3] = -turn * cos(y[PSI])
+        out[4, 3] = reach + turn * sin(y[PSI])
+
+
+@jit
+def _span_residuals(row, t, direction, length, compliance, out, x, z):
+    """Of one span, whose equations are rows *x* and *z* of *out*: by modulus, column 1, and by weight, column 4.
+
+    Without stretch a span's shape depends on the ratio of its forces alone (Euler): what weight changes is what the
+    start force would change back.
+    """
+    weight = row[WEIGHT]
+    h, v = t * cos(direction), t * sin(direction)
+    stretch, sag = compliance * length, 0.5 * weight * compliance * length * length
+    out[x, 1] = -stretch * h
+    out[z, 1] = -stretch * v - sag
+    if weight > 0.0:
+        _, _, hh, hv, vv, _, _, _ = span(h, v, length, weight, compliance)
+        out[x, 4] = -(h * (hh - stretch) + v * hv)
+        out[z, 4] = -(h * hv + v * (vv - stretch)) + sag

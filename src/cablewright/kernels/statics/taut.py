@@ -1,0 +1,33 @@
+"""All lines of a point platform drawn straight."""
+
+from math import cos, nan, sin, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import EXIT_X, FREE, PHI
+from cablewright.kernels.statics.sheave import straight, whole_length
+
+# Columns of what is found of each line.
+ANGLE, REACH, WHOLE = 0, 1, 2  # rad above the horizontal, m from the sheave, m from the winch
+FOUND = 3
+
+
+@jit
+def draw(lines, position, tension, scratch, found, planes, toward):
+    """Draw *lines* (m, ..) straight to *position* (3,), m, at *tension*, N, which only levers feel.
+
+    *found* (m, FOUND); *planes* (m, 4) as other kernels take them; *toward* (m, 3): how a line's length grows as the
+    platform moves, a unit vector. NaN for a line that has no tangent there. *scratch* (STATE,).
+    """
+    for i in range(lines.shape[0]):
+        row = lines[i]
+        dx, dy, dz = position[0] - row[EXIT_X], position[1] - row[EXIT_X + 1], position[2] - row[EXIT_X + 2]
+        x = sqrt(dx * dx + dy * dy)
+        ex, ey = (dx / x, dy / x) if x > 0.0 else (1.0, 0.0)
+        planes[i, 0], planes[i, 1], planes[i, 2], planes[i, 3] = ex, ey, x, dz
+        if straight(row, x, dz, tension, scratch):
+            phi = scratch[PHI]
+            found[i, ANGLE], found[i, REACH], found[i, WHOLE] = phi, scratch[FREE], whole_length(row, scratch)
+            toward[i, 0], toward[i, 1], toward[i, 2] = cos(phi) * ex, cos(phi) * ey, sin(phi)
+        else:
+            found[i, ANGLE] = found[i, REACH] = found[i, WHOLE] = nan
+            toward[i, 0] = toward[i, 1] = toward[i, 2] = nan

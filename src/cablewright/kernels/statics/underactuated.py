@@ -1,0 +1,253 @@
+"""Inverse problem with fewer lines than freedoms: m of the pose are given, gravity decides the others.
+
+Springs as long as the lines of a guessed pose let the platform hang, which gives the free freedoms and the pulls.
+Newton on the platform's balance in these n unknowns does the rest, each line settled at its pull.
+"""
+
+from math import exp, isnan, nan, pi, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    DEAD_COMPLIANCE,
+    FREE,
+    FREE_COMPLIANCE,
+    PLATFORM_WEIGHT,
+    TENSION_MAX,
+    TENSION_MIN,
+    UNKNOWNS,
+    WEIGHT,
+    WRENCH,
+)
+from cablewright.kernels.newton import largest, largest_of_column, solve
+from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
+from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
+from cablewright.kernels.statics.equilibrium import NOT_CONVERGED, OK, judge
+from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
+from cablewright.kernels.statics.inverse import INFEASIBLE, NEEDS_PUSH, balances, none_rigid, stays
+from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
+from cablewright.kernels.statics.sheave import straight, unstrain
+from cablewright.kernels.statics.wrench import add_force, add_line, place, start_balance
+
+ENOUGH = 2  # starts that all end with a line pushing: the others would too
+SHOTS = 3  # hangs on springs before Newton
+NEWTON_STEPS = 60
+HALVINGS = 12
+FORCE_TOLERANCE = 1e-13  # of the load
+NO_PULL = 1e-4  # of the weight
+LONGEST_STEP = 0.3  # m, rad or log of a pull
+
+
+@jit(allocates=True)
+def solve_hanging(packed, pose, states, work):
+    """Complete *pose*, whose n - m free freedoms are NaN, and write the line states that hold it there.
+
+    Of several such poses the stable one within the tension limits that is turned least is taken, as far as the starts
+    find it. Returns code and the largest violation of a tension limit (N).
+    """
+    given = pose.copy()
+    best, best_states = pose.copy(), states.copy()
+    answer, violation, least = NOT_CONVERGED, 0.0, 1e300
+    for start in range(STARTS):
+        pose[:] = 0.0
+        if packed.freedoms == 6:
+            turn_to_start(pose, start)
+        code, beyond = _solve_from(packed, given, pose, states, work)
+        turned = angle_of(pose)
+        if code == answer:
+            better = turned < least if code == OK else beyond < violation
+        else:
+            better = _rank(code) > _rank(answer)
+        if better:
+            answer, violation, least = code, beyond, turned
+            best[:], best_states[:] = pose, states
+        if (answer == OK and least < UPRIGHT) or (answer == NEEDS_PUSH and start >= ENOUGH):
+            break
+    pose[:], states[:] = best, best_states
+    if answer in (NOT_CONVERGED, NEEDS_PUSH):
+        pose[:], states[:, :] = given, nan
+    return (INFEASIBLE if answer == NEEDS_PUSH else answer), violation
+
+
+@jit
+def _rank(code):
+    """How much of an answer a code is."""
+    if code == OK:
+        return 4
+    if code == INFEASIBLE:
+        return 3
+    return 0 if code == NOT_CONVERGED else 1 if code == NEEDS_PUSH else 2
+
+
+@jit(allocates=True)
+def _solve_from(packed, given, pose, states, work):
+    """Solve from the guess in *pose*. Returns code and violation."""
+    work.lengths[:] = 0.0  # none yet: what is known of the frame is enough
+    place_below(packed, work.lengths, pose)
+    if not _hang(packed, given, pose, states, work):
+        return NOT_CONVERGED, 0.0
+    if not _balance(packed, given, pose, states, work):
+        return _pushing(packed, states, work)
+    code = stays(packed, pose, states, work)
+    if code != OK:
+        return code, 0.0
+    code = judge(packed, states, work.base.planes)
+    violation = 0.0
+    for i in range(packed.lines.shape[0]):
+        low, high = extremes(packed.lines[i], states[i])
+        violation = max(violation, packed.lines[i, TENSION_MIN] - low, high - packed.lines[i, TENSION_MAX])
+    if code == OK and violation > 0.0:
+        return INFEASIBLE, violation
+    return code, violation
+
+
+@jit
+def _pushing(packed, states, work):
+    """What became of a pose without balance: infeasible where a pull has fallen to nothing, for the line would push."""
+    for i in range(packed.lines.shape[0]):
+        nothing = max(NO_PULL * packed.platform[PLATFORM_WEIGHT], packed.lines[i, WEIGHT] * states[i, FREE])
+        if work.pulls[i] < nothing:
+            return NEEDS_PUSH, packed.lines[i, TENSION_MIN]
+    return NOT_CONVERGED, 0.0
+
+
+@jit
+def _keep(given, pose):
+    """Put the given freedoms into *pose*."""
+    for k in range(pose.shape[0]):
+        if not isnan(given[k]):
+            pose[k] = given[k]
+
+
+@jit
+def _hang(packed, given, pose, states, work):
+    """Set the free freedoms of *pose* and the pulls to those of springs as long as the pose wants them."""
+    base, m = work.base, packed.lines.shape[0]
+    stretching = none_rigid(packed, work)
+    for _ in range(SHOTS):
+        _keep(given, pose)
+        if packed.freedoms == 6:
+            matrix(pose[3:], base.rotation)
+        for i in range(m):
+            place(packed.lines, i, pose, base.rotation, base.arms[i], base.planes[i])
+            base.lengths[i] = sqrt(base.planes[i, 2] ** 2 + base.planes[i, 3] ** 2)
+        if not descend(stretching, base.lengths, pose, states, base, SPRING, SPRING_TOLERANCE, packed.freedoms):
+            return False
+    for i in range(m):
+        plane = base.planes[i]
+        stretch = sqrt(plane[2] ** 2 + plane[3] ** 2) / base.lengths[i] - 1.0
+        share = 1e-2 * packed.platform[PLATFORM_WEIGHT] / m
+        work.pulls[i] = max(stretch / stretching.lines[i, FREE_COMPLIANCE], share)
+    _keep(given, pose)
+    return True
+
+
+@jit
+def _balance(packed, given, pose, states, work):
+    """Newton on the platform's balance in the free freedoms and the pulls. True where it is met."""
+    base, n = work.base, packed.freedoms
+    load = packed.platform[PLATFORM_WEIGHT]
+    for k in range(3):
+        load += abs(packed.platform[WRENCH + k])
+    if not _evaluate(packed, pose, states, work, True):
+        return False
+    for _ in range(NEWTON_STEPS):
+        size = largest(base.wrench, n)
+        if size <= FORCE_TOLERANCE * load:
+            break
+        _mix(given, pose, work)
+        if not solve(work.mixed, base.move, n, 1):
+            return False
+        held = 1.0
+        for k in range(n):
+            held = min(held, LONGEST_STEP / max(abs(base.move[k, 0]), 1e-300))
+        stalled = held == 1.0 and largest_of_column(base.move, n) < 1e-13
+        for halving in range(HALVINGS):
+            _step(given, pose, work, held if halving == 0 else -0.5 * held)
+            if halving > 0:
+                held *= 0.5
+            placed = _evaluate(packed, pose, states, work, False)
+            if stalled or (placed and largest(base.wrench, n) < size):
+                break
+        if stalled:
+            break
+    if angle_of(pose) > pi:
+        return False
+    return _evaluate(packed, pose, states, work, False) and balances(packed, states, work)
+
+
+@jit
+def _step(given, pose, work, share):
+    """Go *share* of the way in work.base.move: free freedoms first, then the logs of the pulls."""
+    move = work.base.move
+    column = 0
+    for k in range(pose.shape[0]):
+        if isnan(given[k]):
+            pose[k] += share * move[column, 0]
+            column += 1
+    for i in range(work.pulls.shape[0]):
+        work.pulls[i] *= exp(share * move[column + i, 0])
+
+
+@jit
+def _mix(given, pose, work):
+    """Set work.mixed and work.base.move to the linear system of the Newton step."""
+    base, n, m = work.base, pose.shape[0], work.pulls.shape[0]
+    if n == 6:
+        left_jacobian(pose[3:], base.rotation)
+    column = 0
+    for k in range(n):
+        base.move[k, 0] = base.wrench[k]
+        if not isnan(given[k]):
+            continue
+        for i in range(n):
+            if k < 3:
+                work.mixed[i, column] = base.stiffness[i, k]
+                continue
+            work.mixed[i, column] = 0.0
+            for j in range(3):
+                work.mixed[i, column] += base.stiffness[i, 3 + j] * base.rotation[j, k - 3]
+        column += 1
+    for i in range(n):
+        for j in range(m):
+            work.mixed[i, column + j] = -work.structure[i, j]
+
+
+@jit
+def _evaluate(packed, pose, states, work, anew):
+    """Balance at *pose*, its stiffness with the pulls held, and its change per log of each pull.
+
+    *anew* starts from straight lines. False where a line has no answer.
+    """
+    base = work.base
+    if packed.freedoms == 6:
+        matrix(pose[3:], base.rotation)
+    start_balance(packed, base.rotation, base.wrench, base.stiffness)
+    for i in range(packed.lines.shape[0]):
+        row, y, plane, block, steps = packed.lines[i], states[i], base.planes[i], base.blocks[i], base.steps[i]
+        place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
+        x, z, pull = plane[2], plane[3], work.pulls[i]
+        if anew or not settle_at_pull(row, x, z, pull, y, block, steps):
+            if not straight(row, x, z, pull, y):
+                return False
+            unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+            if not settle_at_pull(row, x, z, pull, y, block, steps):
+                return False
+        by_x, by_z = system_at_pull(row, x, z, pull, y, block, steps)
+        for k in range(int(row[UNKNOWNS])):
+            steps[k, 0] = 0.0
+            steps[k, 2] = 0.0
+        steps[0, 0], steps[2, 0] = 1.0, -by_x
+        steps[1, 2], steps[2, 2] = 1.0, -by_z
+        if not solve(block, steps, int(row[UNKNOWNS]), 3):
+            return False
+        h, v = start_force(y)
+        weight = row[WEIGHT]
+        kxx, kzx = force_change(h, v, weight, steps, 0)
+        dh, dv = force_change(h, v, weight, steps, 1)
+        kxz, kzz = force_change(h, v, weight, steps, 2)
+        add_line(base.arms[i], plane, h, v + weight * y[FREE], kxx, kxz, kzx, kzz, base.wrench, base.stiffness)
+        work.column[:] = 0.0
+        add_force(base.arms[i], -dh * plane[0], -dh * plane[1], -dv, work.column)
+        for k in range(packed.freedoms):
+            work.structure[k, i] = work.column[k]
+    return True

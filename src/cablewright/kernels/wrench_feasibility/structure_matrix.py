@@ -1,0 +1,210 @@
+"""Straight massless lines at a pose: the structure matrix A of A t + w = 0, and all tensions that solve it.
+
+Column i of A (n, m) is the wrench that line i exerts on the platform per newton of tension: u along the line from
+the platform to where it leaves its mounting, and r x u about the platform's origin.
+"""
+
+from math import cos, hypot, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    EXIT_X,
+    EXIT_Y,
+    EXIT_Z,
+    LEVER,
+    MASS_X,
+    MASS_Y,
+    MASS_Z,
+    PHI,
+    PLATFORM_WEIGHT,
+    POINT_X,
+    POINT_Y,
+    POINT_Z,
+    RADIUS,
+    STATE,
+    TENSION_MAX,
+    TENSION_MIN,
+    UNKNOWNS,
+    WRENCH,
+    Code,
+)
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.sheave import straight, wrap
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, place
+
+OK = int(Code.OK)
+UNDER_EXIT = int(Code.UNDER_EXIT)
+INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
+BAD_WRAP = int(Code.BAD_WRAP)
+NO_PLANE = 1e-9  # m: nearer than this to the axis of its sheave a line has no plane
+DEPENDENT = 1e-10  # of a row's size: what elimination leaves of a freedom that the lines do not hold apart
+WIDTH = 8  # rows of A, n or n + 1, padded so that all of a column takes whole registers
+ASIDE = 1e-9  # of the load: a load that is further than this from what the lines can pull is not balanced
+
+
+class Structure(NamedTuple):
+    """Scratch of one pose: what stands on either side of A t = -w, a column in each row of `table`.
+
+    After `reduce`, t[i] = table[m, i] - sum table[j, i] t[j] over rank <= j < m, for i < rank, lines as in `order`.
+    """
+
+    table: NDArray[np.float64]  # (m + 1 + WIDTH, WIDTH): A, -w, and from `track` on what was done to the rows
+    scale: NDArray[np.float64]  # (WIDTH,): what an entry of each row of A measures itself against
+    order: NDArray[np.int64]  # (m,): which line stands where
+    rotation: NDArray[np.float64]  # (3, 3)
+    arm: NDArray[np.float64]  # (3,)
+    plane: NDArray[np.float64]  # (4,)
+    state: NDArray[np.float64]  # (STATE,)
+
+
+@jit(allocates=True)
+def structure_scratch(m):
+    """Scratch for *m* lines."""
+    return Structure(
+        np.zeros((m + 1 + WIDTH, WIDTH)),
+        np.ones(WIDTH),
+        np.arange(m),
+        np.eye(3),
+        np.zeros(3),
+        np.zeros(4),
+        np.zeros(STATE),
+    )
+
+
+@jit
+def structure_at(packed, pose, work):
+    """Write to `table` the structure matrix and what it balances at *pose* (n,). Returns a status code.
+
+    A line over a sheave leaves along the tangent; a lever stands as it does at the middle of the line's limits.
+    """
+    n, lines, platform = packed.freedoms, packed.lines, packed.platform
+    table, R, arm = work.table, work.rotation, work.arm
+    if n == 6:
+        matrix(pose[3:], R)
+    m, reach = lines.shape[0], AXIS_DISTANCE
+    for i in range(m):
+        if lines[i, RADIUS] == 0.0 and lines[i, LEVER] == 0.0:
+            rx, ry, rz = _turned(R, n, lines[i, POINT_X], lines[i, POINT_Y], lines[i, POINT_Z])
+            x = lines[i, EXIT_X] - pose[0] - rx
+            y = lines[i, EXIT_Y] - pose[1] - ry
+            z = lines[i, EXIT_Z] - pose[2] - rz
+            square = x * x + y * y + z * z
+            if not square > NO_PLANE * NO_PLANE:
+                return UNDER_EXIT
+            inverse = 1.0 / sqrt(square)
+            x, y, z = x * inverse, y * inverse, z * inverse
+        else:
+            code, x, y, z = _over_sheave(lines, i, pose, R, arm, work.plane, work.state)
+            if code != OK:
+                return code
+            rx, ry, rz = arm[0], arm[1], arm[2]
+        table[i, 0], table[i, 1], table[i, 2] = x, y, z
+        if n == 6:
+            table[i, 3], table[i, 4], table[i, 5] = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x
+            reach = max(reach, abs(rx), abs(ry), abs(rz))
+    for k in range(n):
+        table[m, k] = -platform[WRENCH + k]
+        work.scale[k] = 1.0 if k < 3 else reach
+    weight = platform[PLATFORM_WEIGHT]
+    table[m, 2] += weight
+    if n == 6:
+        rx, ry, _ = _turned(R, n, platform[MASS_X], platform[MASS_Y], platform[MASS_Z])
+        table[m, 3] += ry * weight
+        table[m, 4] -= rx * weight
+    return OK
+
+
+@jit
+def _turned(rotation, n, a, b, c):
+    """The point (a, b, c) of the platform, turned with a body."""
+    if n < 6:
+        return a, b, c
+    return (
+        rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c,
+        rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c,
+        rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c,
+    )
+
+
+@jit
+def _over_sheave(lines, i, pose, rotation, arm, plane, state):
+    """Status code and the direction in which line *i* pulls, over its sheave; writes its arm."""
+    row = lines[i]
+    place(lines, i, pose, rotation, arm, plane)
+    if plane[2] <= NO_PLANE:
+        return UNDER_EXIT, 0.0, 0.0, 0.0
+    jointed = row[UNKNOWNS] == 6.0
+    if jointed and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
+        return INSIDE_SHEAVE, 0.0, 0.0, 0.0
+    if not straight(row, plane[2], plane[3], 0.5 * (row[TENSION_MIN] + row[TENSION_MAX]), state):
+        return INSIDE_SHEAVE, 0.0, 0.0, 0.0
+    contact = wrap(row, state)
+    if contact < 0.0 or contact > 2.0 * pi:
+        return BAD_WRAP, 0.0, 0.0, 0.0
+    along = -cos(state[PHI])
+    return OK, along * plane[0], along * plane[1], -sin(state[PHI])
+
+
+@jit
+def track(table, m):
+    """Begin to record what is done to the rows: column k of that is in table[m + 1 + k]."""
+    for j in range(WIDTH):
+        for k in range(WIDTH):
+            table[m + 1 + j, k] = 1.0 if j == k else 0.0
+
+
+@jit
+def reduce(table, scale, order, n, tracked):
+    """Solve the first *n* rows of A t = -w for as many of the m tensions as they decide, in place.
+
+    Gauss-Jordan by rows, the largest entry of a row its pivot; rows that depend on others go last. Returns the rank,
+    and whether the load lies within reach of the lines: otherwise no tensions of any size balance it. *tracked* says
+    that `track` was called.
+    """
+    m = order.shape[0]
+    last_column = m + 1 + (WIDTH if tracked else 0)
+    weight = 0.0
+    for k in range(n):
+        weight = max(weight, abs(table[m, k]) / scale[k])
+    for j in range(m):
+        order[j] = j
+    rank, last = 0, n
+    while rank < last and rank < m:
+        best, pivot = 0.0, rank
+        for j in range(rank, m):
+            size = abs(table[j, rank])
+            if size > best:
+                best, pivot = size, j
+        if best <= DEPENDENT * scale[rank]:
+            last -= 1
+            scale[rank], scale[last] = scale[last], scale[rank]
+            for j in range(last_column):
+                table[j, rank], table[j, last] = table[j, last], table[j, rank]
+            continue
+        c0, c1, c2, c3 = table[pivot, 0], table[pivot, 1], table[pivot, 2], table[pivot, 3]
+        c4, c5, c6, c7 = table[pivot, 4], table[pivot, 5], table[pivot, 6], table[pivot, 7]
+        inverse = 1.0 / table[pivot, rank]
+        if pivot != rank:  # the column of a line that is decided is not looked at again
+            order[rank], order[pivot] = order[pivot], order[rank]
+            for k in range(WIDTH):
+                table[pivot, k] = table[rank, k]
+        for j in range(rank + 1, last_column):
+            factor = table[j, rank] * inverse
+            table[j, 0] -= factor * c0
+            table[j, 1] -= factor * c1
+            table[j, 2] -= factor * c2
+            table[j, 3] -= factor * c3
+            table[j, 4] -= factor * c4
+            table[j, 5] -= factor * c5
+            table[j, 6] -= factor * c6
+            table[j, 7] -= factor * c7
+            table[j, rank] = factor
+        rank += 1
+    balanced = True
+    for k in range(rank, n):
+        balanced = balanced and abs(table[m, k]) <= ASIDE * weight * scale[k]
+    return rank, balanced

@@ -1,0 +1,1 @@
+"""The machine's log: MCAP files with frames, commands and, of a simulation, the truth."""

@@ -1,0 +1,46 @@
+"""The segments of a log made into one file, as other programs read it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from cablewright.machine.files import appearing, refused
+from cablewright.machine.log.log import begin_log
+from cablewright.machine.log.segments import WHOLE, Segments, log_files
+
+__all__ = ["join_log"]
+
+_CHUNKS: Final = 1 << 20, 32 << 20  # bytes, least and most
+_SHARE: Final = 1000  # of the log's bytes: the index of all chunks is held in memory, so that there must not be many
+
+
+def join_log(folder: Path) -> Path:
+    """Make one indexed file, ``log.mcap``, of the segments of the log in *folder*; return where it is.
+
+    It appears whole; only then are the segments removed, first to last, so that a join which is interrupted anywhere
+    leaves a log that reads the same. What was taken back is left out. Raises `InputError` where there is no log,
+    `EnvironmentFault` where it cannot be written.
+    """
+    path, files = folder / WHOLE, log_files(folder)
+    if files == [path]:
+        return path
+    segments = Segments(files)
+    try:
+        with appearing(path) as file:
+            chunk = min(max(_CHUNKS[0], segments.size // _SHARE), _CHUNKS[1])
+            writer, channels = begin_log(file, segments.files[0].head, chunk)
+            for step in segments.steps():
+                for told in step:
+                    if told.topic in channels:
+                        writer.add_message(channels[told.topic], told.logged, told.data, told.measured)
+            writer.finish()  # type: ignore[no-untyped-call]
+    finally:
+        segments.close()
+    for each in files:
+        if each != path:
+            try:
+                each.unlink()
+            except OSError as reason:
+                raise refused(each, reason) from None
+    return path

@@ -1,0 +1,291 @@
+"""A machine's log: an MCAP file with all frames, commands and, of a simulation, the truth; read as far as it goes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Final, Self, TypeVar
+
+from mcap.writer import CompressionType, IndexType, Writer
+from pydantic import ValidationError
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.machine.files import refused
+from cablewright.machine.log.mcap_file import HEAD
+from cablewright.machine.log.messages import TOPICS_OF, Signal, decode, encode, encode_frame
+from cablewright.machine.log.segments import CLOSES, Segments, log_files
+from cablewright.machine.log.topics import TOPICS
+from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.robot import Robot
+from cablewright.signals import Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
+
+__all__ = ["Entry", "Log", "LogHead", "LogWriter", "begin_log", "read_log", "write_log"]
+
+NEWEST_SCHEMA: Final = 1
+_CHUNK: Final = 256 << 10  # bytes: a second or two
+
+_Kind = TypeVar("_Kind")
+
+
+@dataclass(frozen=True)
+class LogHead:
+    """What a log says of itself: whose it is and how it was made. ``robot`` is the description, not the truth."""
+
+    robot: Robot
+    settings: MachineSettings
+    period: float  # s
+    plant: str
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One step: what was commanded, what came back, and what was true after it, where the log has that."""
+
+    frame: SensorFrame
+    command: Command | None
+    truth: Truth | None
+    estimate: Estimate | None = None
+    progress: Progress | None = None
+
+
+class LogWriter:
+    """Writes a log step by step; a context manager that ends the file.
+
+    Every method raises `EnvironmentFault` where the file cannot be written; nothing is written to it from then on.
+    """
+
+    def __init__(
+        self,
+        file: IO[bytes],
+        head: LogHead,
+        *,
+        flush_every: float | None = None,
+        clock: Callable[[], float] | None = None,
+    ) -> None:
+        """Begin a log in *file*, open for writing.
+
+        With *flush_every* (s) the system has each step after at most that time, on *clock* or else the machine's own:
+        a program that is killed then loses no more. Without, a chunk of 256 KiB at a time.
+        """
+        self.head = head
+        self._lines = tuple(line.name for line in head.robot.lines)
+        self._file, self._failed = file, False
+        self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
+        with self._writing():
+            self._writer, self._channels = begin_log(file, _told(head), _CHUNK)
+
+    def write(
+        self,
+        frame: SensorFrame,
+        command: Command | None = None,
+        truth: Truth | None = None,
+        estimate: Estimate | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Write one step: the command that it began with, its readings, the truth at its end, what was made of them."""
+        now = round(frame.time * 1e9)
+        counts = self.head.settings.winch.counts
+        told: tuple[Signal | None, ...] = (command, *frame.readings, truth, estimate, progress)
+        with self._writing():
+            for signal in told:
+                if signal is not None:
+                    self._add(*encode(signal, self._lines, counts), now, round(max(signal.time, 0.0) * 1e9))
+            self._add(*encode_frame(frame), now, now)
+        if self._flush_every is not None:
+            since = frame.time if self._clock is None else self._clock()
+            if since - self._flushed >= self._flush_every - 1e-9:
+                self._flushed = since
+                self.flush()
+
+    def flush(self) -> None:
+        """Hand all that was written to the system, which keeps it whatever becomes of this program."""
+        with self._writing():
+            self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def _add(self, topic: str, data: bytes, now: int, measured: int) -> None:
+        self._writer.add_message(self._channels[topic], log_time=now, data=data, publish_time=measured)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Where the file may refuse."""
+        if self._failed:
+            raise EnvironmentFault(f"{self._name}: could not be written before")
+        try:
+            yield
+        except OSError as reason:
+            self._failed = True
+            raise refused(self._name, reason) from None
+
+    @property
+    def _name(self) -> str:
+        return str(getattr(self._file, "name", "the log"))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the file, so that it is whole as far as it goes, whatever happened but a file that refuses."""
+        if self._failed:
+            return
+        with self._writing():
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.flush()
+
+
+@contextmanager
+def write_log(
+    path: Path, head: LogHead, *, flush_every: float | None = 0.5, clock: Callable[[], float] | None = None
+) -> Iterator[LogWriter]:
+    """A log in a new file at *path*, as `LogWriter`. Raises `EnvironmentFault` where it cannot be written."""
+    try:
+        file = path.open("wb")
+    except OSError as reason:
+        raise refused(path, reason) from None
+    try:
+        with LogWriter(file, head, flush_every=flush_every, clock=clock) as log:
+            yield log
+    finally:
+        with suppress(OSError):  # the writer has said so already
+            file.close()
+
+
+def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Writer, dict[str, int]]:
+    """Begin an MCAP file with all topics and the *head*; return its writer, and the number of each topic's channel."""
+    writer = Writer(
+        file, chunk_size=chunk, compression=CompressionType.ZSTD, index_types=IndexType.ALL, enable_crcs=True
+    )
+    writer.start(profile="", library="cablewright")
+    writer.add_metadata(HEAD, dict(head))
+    channels = {}
+    for topic in TOPICS:
+        schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": topic.schema}
+        number = writer.register_schema(topic.schema, "jsonschema", json.dumps(schema | topic.content).encode())
+        channels[topic.topic] = writer.register_channel(topic.topic, "json", number)
+    return writer, channels
+
+
+class Log:
+    """A log open for reading. ``notes`` grows while frames are read: what is wrong with the file, a sentence each."""
+
+    def __init__(self, path: Path) -> None:
+        """Read the head of the log in the file or run folder *path*. Raises `InputError` for what is no log."""
+        self.path = path
+        self._segments = Segments(log_files(path))
+        first = self._segments.files[0]
+        try:
+            self.head = _head(first.head, str(first.path))
+        except InputError:
+            self._segments.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._segments.close()
+
+    @property
+    def notes(self) -> list[str]:
+        """What is wrong with the file, as far as it has been read."""
+        return self._segments.notes
+
+    @property
+    def position(self) -> int:
+        """Bytes that have been read."""
+        return self._segments.position
+
+    @property
+    def size(self) -> int:
+        """Bytes of all that there is to read."""
+        return self._segments.size
+
+    def entries(self, without: Collection[type[Signal] | str] = ()) -> Iterator[Entry]:
+        """Yield the steps in order, once. What a cut or damaged file still holds is yielded, and a note says the rest.
+
+        Kinds of signals, or topics, *without* are left out, which is faster: ``entries(without={Scan, "/command"})``. A
+        frame whose clock is not past the one before is left out, with a notice in the next good one. Raises
+        `InputError` for a message that is whole but wrong.
+        """
+        topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
+        topics.discard(CLOSES)
+        last, skipped = -1.0, 0
+        file = self._segments.file
+        for step in self._segments.steps(topics):
+            *told, frame = (decode(each.topic, each.data, str(self._segments.file.path)) for each in step)
+            assert isinstance(frame, SensorFrame)  # it closes the step
+            if frame.time > last:
+                if self._segments.file is not file:
+                    file = self._segments.file
+                    if frame.time > last + 1.5 * self.head.period:
+                        self.notes.append(f"nothing is told from {last:g} to {frame.time:g} s")
+                notices = frame.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
+                last, skipped = frame.time, 0
+                yield _entry(frame.time, notices, told)
+            else:
+                if not skipped:
+                    self.notes.append(f"the clock jumps back from {last:g} to {frame.time:g} s: frames left out")
+                skipped += 1
+
+
+def _entry(time: float, notices: tuple[Notice, ...], told: Sequence[Signal | SensorFrame | None]) -> Entry:
+    """A step of what was *told* in it."""
+    readings = tuple(each for each in told if isinstance(each, Reading))
+    beside = (_last(told, Command), _last(told, Truth), _last(told, Estimate), _last(told, Progress))
+    return Entry(SensorFrame(time, readings, notices), *beside)
+
+
+def _last(told: Sequence[object], kind: type[_Kind]) -> _Kind | None:
+    return next((each for each in reversed(told) if isinstance(each, kind)), None)
+
+
+def read_log(path: str | Path) -> Log:
+    """Open the log in the file or run folder at *path*; use it in a ``with``. Raises `InputError` where there is none.
+
+    Of a folder the segments are read that interrupted runs left: see `cablewright.machine.log.segments`.
+    """
+    return Log(Path(path))
+
+
+def _told(head: LogHead) -> dict[str, str]:
+    """The log's own metadata."""
+    about = {
+        "schema": NEWEST_SCHEMA,
+        "robot": head.robot.model_dump(mode="json"),
+        "settings": head.settings.model_dump(mode="json"),
+        "period": head.period,
+        "plant": head.plant,
+        "seed": head.seed,
+    }
+    return {key: json.dumps(value) for key, value in about.items()}
+
+
+def _head(texts: Mapping[str, str], origin: str) -> LogHead:
+    """Read the log's own metadata. Raises `InputError`."""
+    try:
+        values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
+    except (ValueError, RecursionError):
+        raise InputError(f"{origin}: the head is no JSON") from None
+    schema = values.get("schema")
+    if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
+        raise InputError(f"{origin}: schema {schema!r} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")
+    try:
+        robot = Robot.model_validate(values.get("robot"))
+        settings = MachineSettings.model_validate(values.get("settings"))
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise InputError(f"{origin}: the head's {where or 'robot'}: {first['msg']}") from None
+    period, seed = values.get("period"), values.get("seed")
+    if not isinstance(period, float) or not 0.0 < period < 1e6 or type(seed) is not int:
+        raise InputError(f"{origin}: the head has no period and seed")
+    return LogHead(robot, settings, period, str(values.get("plant"))[:60], seed)

@@ -1,0 +1,143 @@
+"""The files of one log in order. A run that was killed and went on leaves several; each takes back the end of the last.
+
+In a run folder they are ``log.mcap``, if segments were joined before, then ``log-000.mcap``, ``log-001.mcap``, ...
+What a file tells of times at or after the first step of a later one was taken back: the later one tells it anew.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from cablewright.errors import InputError
+from cablewright.machine.log.mcap_file import MOST_RECORD, LogFile, Told
+
+__all__ = ["CLOSES", "WHOLE", "Segment", "Segments", "log_files", "next_segment"]
+
+WHOLE: Final = "log.mcap"
+"""Name of the log of a run folder, once it is in one piece."""
+
+CLOSES: Final = "/frame"
+"""Topic of the message that comes last in each step."""
+
+_NAME: Final = re.compile(r"log-(\d{3,9})\.mcap")
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One file, and from when on what it tells is taken back, ns."""
+
+    path: Path
+    head: Mapping[str, str]
+    size: int  # bytes
+    until: float
+
+
+def log_files(path: Path) -> list[Path]:
+    """Return the files of the log at *path*: itself, or those of a run folder in order. Raises `InputError`."""
+    if not path.is_dir():
+        return [path]
+    try:
+        found = [path / WHOLE] if (path / WHOLE).exists() else []
+        found += [path / name for _, name in sorted(_numbered(path))]
+    except OSError as reason:
+        raise InputError(f"{path}: cannot be read: {reason.strerror}") from None
+    if not found:
+        raise InputError(f"{path}: no log in this folder: neither {WHOLE} nor log-000.mcap")
+    return found
+
+
+def next_segment(folder: Path) -> Path:
+    """Return where the next segment of the log in *folder* belongs."""
+    return folder / f"log-{max((number for number, _ in _numbered(folder)), default=-1) + 1:03}.mcap"
+
+
+def _numbered(folder: Path) -> list[tuple[int, str]]:
+    matches = (_NAME.fullmatch(path.name) for path in folder.iterdir())
+    return [(int(match[1]), match[0]) for match in matches if match]
+
+
+class Segments:
+    """The files of one log, read one after another. ``notes`` grows: what is wrong with them, a sentence each."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        """Find out where each file ends. Raises `InputError` where there is no log, or they are of several machines."""
+        self.notes: list[str] = []
+        found: list[Segment] = []
+        until = math.inf
+        for path in reversed(paths):
+            try:
+                head, first = _begin(path, alone=len(paths) == 1)
+            except InputError as error:
+                if len(paths) == 1:
+                    raise
+                self.notes.append(f"{error}: left out")
+                continue
+            found.append(Segment(path, head, path.stat().st_size, until))
+            until = min(until, first)
+        if not found:
+            raise InputError(f"{paths[0]}: no log of a machine, nor is any of {len(paths)} segments")
+        self.files = tuple(reversed(found))
+        for each in self.files[1:]:
+            if each.head != self.files[0].head:
+                raise InputError(f"{each.path}: of another machine or run than {self.files[0].path.name}")
+        self.file = LogFile(self.files[0].path)
+        """The one that is being read."""
+        self._read = 0  # bytes of the files before it
+
+    @property
+    def position(self) -> int:
+        """Bytes that have been read."""
+        return self._read + self.file.position
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files."""
+        return sum(each.size for each in self.files)
+
+    def close(self) -> None:
+        """Close the file that is being read."""
+        self.file.close()
+
+    def steps(self, without: Collection[str] = ()) -> Iterator[list[Told]]:
+        """Yield the messages of each whole step in order, once, but those of the topics *without*.
+
+        Raises `InputError` for a step of more than is read.
+        """
+        for number, segment in enumerate(self.files):
+            if number:
+                self._read += self.files[number - 1].size
+                self.file.close()
+                self.file = LogFile(segment.path)
+            told, size, last = list[Told](), 0, 0
+            for each in self.file.messages(without):
+                size += len(each.data)
+                if size > MOST_RECORD:
+                    raise InputError(f"{segment.path}: a step of over {MOST_RECORD} bytes")
+                told.append(each)
+                if each.topic == CLOSES:
+                    if each.logged >= segment.until:
+                        break
+                    yield told
+                    told, size, last = [], 0, each.logged
+            if segment is self.files[-1]:
+                if self.file.cut:
+                    self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to there")
+                if told:
+                    self.notes.append(f"the step after {1e-9 * last:g} s is not whole: left out")
+
+
+def _begin(path: Path, *, alone: bool) -> tuple[Mapping[str, str], float]:
+    """The head of a file, and when its first whole step ends, ns, unless it is *alone*. Raises `InputError`."""
+    file = LogFile(path)
+    try:
+        if alone:
+            return file.head, math.inf
+        first = next((each.logged for each in file.messages() if each.topic == CLOSES), math.inf)
+        return file.head, first
+    finally:
+        file.close()

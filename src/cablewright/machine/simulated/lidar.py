@@ -1,0 +1,91 @@
+"""A planar lidar on the drum: rays one after another while the drum moves, each as far as the first thing it meets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels.plant.lidar_rays import turn_lidar
+from cablewright.machine.simulated.rig import Moment
+from cablewright.machine.simulated.settings import LidarSettings
+from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.ticks import every
+from cablewright.signals import Scan
+
+__all__ = ["Lidar"]
+
+Array = NDArray[np.float64]
+
+
+class Lidar:
+    """One unit: its bias is drawn once."""
+
+    def __init__(
+        self,
+        source: str,
+        settings: LidarSettings,
+        walls: Array,
+        ceiling: float,
+        period: float,
+        random: np.random.Generator,
+    ) -> None:
+        """Mount it. *walls* (j, 4) and *ceiling*, m, are what it sees besides the floor; *period*: of a step, s.
+
+        Raises `InputError` for a turn that is no whole number of steps.
+        """
+        self.source, self.settings = source, settings
+        self.bias = float(settings.bias * random.standard_normal())
+        self._walls, self._ceiling, self._random = walls, ceiling, random
+        self._steps = every(period, settings.turn, f"lidars.{source}.turn")
+        x, y = np.array(settings.axes)
+        self.mount = np.column_stack([x, y, np.cross(x, y), settings.place])  # (3, 4)
+        self._masks = np.array(settings.masks, dtype=np.float64).reshape(-1, 2)
+        self._way: list[Array] = []  # time and pose at each step of this turn
+
+    def read(self, moment: Moment) -> Scan | None:
+        """Note where the drum is; at the end of a turn tell it."""
+        truth = moment.truth
+        self._way.append(np.concatenate([[truth.time], truth.position, truth.rotation]))
+        if len(self._way) <= self._steps:
+            return None
+        way = np.array(self._way)
+        self._way = self._way[-1:]
+        settings, ranges = self.settings, np.empty(self.settings.rays)
+        begin, between = float(way[0, 0]), settings.turn / settings.rays
+        first, step = -math.pi, 2.0 * math.pi / settings.rays
+        turn_lidar(
+            np.ascontiguousarray(way[:, 0]),
+            np.ascontiguousarray(way[:, 1:]),
+            begin,
+            between,
+            first,
+            step,
+            self.mount,
+            self._masks,
+            self._walls,
+            self._ceiling,
+            moment.ground.grid,
+            moment.ground.heights,
+            ranges,
+        )
+        return Scan(self.source, begin, between, first, step, self._spoil(ranges))
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what decides on the next readings."""
+        self._way = book.rows("way", self._way, 7, self._steps)
+        book.random("random", self._random)
+
+    def _spoil(self, ranges: Array) -> Array:
+        """Add bias and noise, lose rays, and let some tell any distance; masked ones stay NaN."""
+        settings, random, count = self.settings, self._random, len(ranges)
+        told = ranges + self.bias + settings.deviation * random.standard_normal(count)
+        told[~((told >= settings.least) & (told <= settings.most))] = np.nan
+        chance, anywhere = random.random(count), random.uniform(settings.least, settings.most, count)
+        told = np.round(told / settings.resolution) / (1.0 / settings.resolution)  # as its protocol counts
+        told[chance < settings.dropout] = np.nan
+        astray = (chance > 1.0 - settings.outliers) & ~np.isnan(ranges)
+        told[astray] = np.round(anywhere[astray], 3)
+        told.flags.writeable = False
+        return told

@@ -1,0 +1,143 @@
+"""Two ways to move a rig on by a period: as it swings, in milliseconds, or from equilibrium to equilibrium."""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels import continuation
+from cablewright.kernels.certificates.system_enclosure import certificate_pool
+from cablewright.kernels.layout import TAU
+from cablewright.kernels.plant import dynamics, machine_step, winding
+from cablewright.kernels.statics import forward
+from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.machine.simulated.rig import Rig
+from cablewright.machine.simulated.snapshot import Book
+from cablewright.signals import Condition, Notice
+from cablewright.solvers.continuation import TrackerSettings
+
+__all__ = ["DynamicPlant", "Plant", "QuasiStaticPlant"]
+
+Array = NDArray[np.float64]
+
+MOST_SUBSTEPS: Final = 1000
+
+
+class Plant(Protocol):
+    """What moves a rig. ``period``: how far a step goes, s."""
+
+    @property
+    def period(self) -> float:
+        """How far a step goes, s."""
+
+    def advance(self, asked: Array) -> list[Notice]:
+        """Turn the winches by *asked* (m,), rad/s of the drums, for one period, and let the drum follow."""
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what the plant has besides its rig."""
+
+
+class DynamicPlant:
+    """The drum swings; the lines hang as in statics at each moment and vibrate in their first mode besides."""
+
+    def __init__(self, rig: Rig) -> None:
+        """Take over *rig*. Raises `InputError` where substeps do not fill the period."""
+        self.rig = rig
+        self.period = rig.settings.period
+        count = self.period / rig.settings.substep
+        if not (0.5 < count < MOST_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
+            raise InputError(
+                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MOST_SUBSTEPS}, "
+                f"fills the period, {self.period:g} s"
+            )
+        self._count = round(count)
+        self._after = np.zeros(rig.robot.m)
+        self._random = np.random.default_rng([rig.seed, 3])
+
+    def advance(self, asked: Array) -> list[Notice]:
+        """As `Plant`."""
+        rig, winches = self.rig, self.rig.winches
+        code = machine_step.advance(
+            rig.packed,
+            rig.drum,
+            winches.state,
+            winches.motor,
+            winches.radii,
+            winches.wound,
+            winches.sideways,
+            asked,
+            rig.vibration,
+            self._random.standard_normal((self._count, len(asked))),
+            self.period / self._count,
+            rig.motion,
+            rig.lengths,
+            rig.states,
+            rig.vibrations,
+            rig.acceleration,
+            rig.tensions,
+            rig.says,
+            rig.work,
+            rig.swing,
+            self._after,
+        )
+        return [] if code == 0 else [Notice(Condition.NO_EQUILIBRIUM)]
+
+    def keep(self, book: Book) -> None:
+        """As `Plant`."""
+        book.array("after", self._after)
+        book.random("random", self._random)
+
+
+class QuasiStaticPlant:
+    """Each period ends in equilibrium: the one followed from the last. The drum hangs straight and only turns."""
+
+    def __init__(self, rig: Rig) -> None:
+        """Take over *rig*."""
+        self.rig = rig
+        self.period = rig.settings.quasi_static_period
+        self._after = np.zeros(rig.robot.m)
+        self._solved = rig.lengths.copy()
+        self._pose = rig.motion[:3].copy()
+        self._work = workspace(rig.packed)
+        self._pool = certificate_pool(rig.packed)
+        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, 0.0)
+
+    def advance(self, asked: Array) -> list[Notice]:
+        """As `Plant`."""
+        rig, winches, after = self.rig, self.rig.winches, self._after
+        drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
+        winding.turn_winches(*drums, asked, rig.tensions, self.period, after, rig.says)
+        pose, states = self._pose.copy(), rig.states.copy()
+        code, _ = continuation.follow(
+            rig.packed, self._solved, after, pose, states, *self._bounds, self._work, self._pool
+        )
+        if code != 0:
+            pose[:] = self._pose
+            code, _, _ = forward.solve_near(rig.packed, after, pose, states, self._work)
+        rig.lengths[:] = after
+        if code != 0:
+            rig.motion[3:6] = 0.0
+            return [Notice(Condition.NO_EQUILIBRIUM)]
+        rig.motion[3:6] = (pose - self._pose) / self.period
+        rig.motion[:3] = self._pose = pose
+        self._turn()
+        rig.states[:] = states
+        rig.work.planes[:] = self._work.planes
+        self._solved[:] = after
+        np.exp(states[:, TAU], out=rig.tensions)
+        return []
+
+    def keep(self, book: Book) -> None:
+        """As `Plant`."""
+        for name, live in (("after", self._after), ("solved", self._solved), ("pose", self._pose)):
+            book.array(name, live)
+        book.scratch("work", self._work)
+
+    def _turn(self) -> None:
+        """Turn the drum to where the twist of the lines rests."""
+        rest = self.rig.drum[dynamics.YAW_REST]
+        self.rig.motion[11] = (rest - self.rig.motion[8]) / self.period
+        self.rig.motion[8] = rest

@@ -1,0 +1,239 @@
+"""The true machine that a plant moves: lines, winches, a drum that grows lighter, what falls from it, and the air."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels import layout
+from cablewright.kernels.layout import Packed
+from cablewright.kernels.plant import dynamics, machine_step, winding
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.equilibrium import evaluate
+from cablewright.machine.simulated.settings import ClimateLaw, MachineSettings
+from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.surroundings import Ground
+from cablewright.machine.simulated.winches import Winches
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+from cablewright.signals import Condition, Notice, Truth, frozen
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
+
+__all__ = ["Moment", "Rig", "drum_numbers"]
+
+Array = NDArray[np.float64]
+
+_DAY = 86400.0  # s
+_HEAP = 0.03  # kg: what falls at one place before it lies
+_SAYS = (
+    (winding.LIMITED, Condition.LIMITED),
+    (winding.STALLED, Condition.STALLED),
+    (winding.DRUM_END, Condition.DRUM_END),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What sensors can see of a rig at one time. Read-only by custom: made anew for each."""
+
+    truth: Truth
+    acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum, world
+    rotation: Array  # (3, 3) drum to world
+    apparent_angles: Array  # (m,) rad: of the lines' tangents, with what their motion adds to gravity
+    counts: NDArray[np.int64]  # (m,)
+    temperature: float  # degrees Celsius
+    humidity: float
+    ground: Ground
+
+
+class Rig:
+    """The true robot and all that hangs on it. Plants change its arrays in place."""
+
+    def __init__(self, robot: Robot, settings: MachineSettings, start: ArrayLike, seed: int) -> None:
+        """Hang the drum of *robot*, the one that is true, at rest at *start* (3,), m, turned by chance.
+
+        Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` where it cannot hang.
+        """
+        self.settings, self.seed, self.powder = settings, seed, settings.drum.powder
+        _check(robot)
+        self.robot = robot.model_copy(
+            update={"platform": robot.platform.model_copy(update={"mass": self._mass, "loads": ()})}
+        )
+        model = Model(self.robot)
+        self.lengths = solve_inverse(model, start).checked().lengths.copy()
+        hung = solve_forward(model, self.lengths, guess=start).checked()
+        self.winches = Winches(self.robot, settings.winch, self.lengths, seed)
+        shared = model.packed
+        self.packed = Packed(shared.freedoms, shared.lines.copy(), shared.platform.copy())
+        self.states = hung.states.copy()
+        self.tensions = hung.tensions.copy()
+        self.motion = np.zeros(dynamics.MOTION)
+        self.motion[:3] = hung.pose
+        self.acceleration = np.zeros(6)
+        self.vibrations = np.zeros((robot.m, 2))
+        self.vibration = np.array([settings.line.vibration_damping, settings.line.vibration, robot.scene.gravity])
+        self.says = np.zeros(robot.m, dtype=np.int64)
+        self.work, self.swing = dynamics.moving_workspace(robot.m)
+        evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
+        self.drum = drum_numbers(settings, self.powder)
+        self.ground = Ground(robot, settings)
+        self.falling = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
+        self._falls_from = (0.0, 0.0)
+        self._random = np.random.default_rng([seed, 2])
+        self._was = self.motion[:3].copy()
+        self.drum[dynamics.YAW_REST] = self.motion[8] = settings.drum.yaw_wander * self._random.standard_normal()
+        self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
+        self._scratch = np.zeros(layout.STATE)
+        self._shown = np.zeros((robot.m, machine_step.SHOWS))
+
+    @property
+    def _mass(self) -> float:
+        return self.settings.drum.empty_mass + self.powder
+
+    def live(self, time: float, period: float, valve: float) -> list[Notice]:
+        """Let all that is slow happen during a *period* that begins at *time*: powder, twist of the lines, warmth."""
+        notices = self._pour(period, valve)
+        drum = self.settings.drum
+        keep = math.exp(-math.dist(self.motion[:3], self._was) / drum.yaw_wander_length)
+        self._was = self.motion[:3].copy()
+        push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
+        self.drum[dynamics.YAW_REST] = keep * self.drum[dynamics.YAW_REST] + push * self._random.standard_normal()
+        temperature, _ = air(self.settings.climate, time)
+        self.winches.warm(self._expansion * (temperature - self.settings.climate.temperature))
+        return notices
+
+    def heard(self) -> list[Notice]:
+        """What the winches had to say since the last time."""
+        if not self.says.any():
+            return []
+        notices = [
+            Notice(condition, line.name)
+            for said, line in zip(self.says, self.robot.lines, strict=True)
+            for bit, condition in _SAYS
+            if said & bit
+        ]
+        self.says[:] = 0
+        return notices
+
+    def moment(self, time: float) -> Moment:
+        """All of it at *time*, as it stands."""
+        machine_step.show_lines(
+            self.packed,
+            self.states,
+            self.work.planes,
+            self.acceleration,
+            self.vibrations,
+            self.vibration,
+            0.0 if self.settings.line_angles is None else self.settings.line_angles.from_platform,
+            self._scratch,
+            self._shown,
+        )
+        motion, rotation = self.motion, np.empty((3, 3))
+        matrix(motion[6:9], rotation)
+        temperature, humidity = air(self.settings.climate, time)
+        truth = Truth(
+            time,
+            frozen(motion[0:3]),
+            frozen(motion[3:6]),
+            frozen(motion[6:9]),
+            frozen(motion[9:12]),
+            frozen(self.lengths),
+            frozen(self._shown[:, machine_step.TENSION]),
+            frozen(self.lengths - self._shown[:, machine_step.TAUT]),
+            frozen(self.winches.leaving_radii),
+            self.powder,
+        )
+        shown = self._shown[:, machine_step.SHOWN].copy()
+        counts = self.winches.counts
+        return Moment(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
+
+    def _pour(self, period: float, valve: float) -> list[Notice]:
+        """Let out what the valve lets; it lies once the drum has gone on by half a cell, or enough has fallen."""
+        drum = self.settings.drum
+        left = drum.flow * valve * period
+        if drum.capacity:
+            left = min(self.powder, left)
+        matrix(self.motion[6:9], self.work.rotation)
+        down = self.work.rotation[:, 2]
+        here = (float(self.motion[0] - drum.valve * down[0]), float(self.motion[1] - drum.valve * down[1]))
+        gone = math.dist(here, self._falls_from)
+        if self.falling and (left <= 0.0 or gone > 0.5 * self.ground.field.cell or self.falling > _HEAP):
+            self.ground.lay(self._falls_from, here, self.falling)
+            self.falling = 0.0
+        if left <= 0.0:
+            return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and drum.flow > 0.0 else []
+        if not self.falling:
+            self._falls_from = here
+        self.falling += left
+        if drum.capacity:
+            self.fill(self.powder - left)
+        return []
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, all that moves and all that has fallen."""
+        self.powder, self.falling = book.number("powder", self.powder), book.number("falling", self.falling)
+        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "says", "drum"):
+            book.array(name, getattr(self, name))
+        book.array("platform", self.packed.platform)
+        book.array("was", self._was)
+        x, y = self._falls_from
+        self._falls_from = book.number("falls_x", x), book.number("falls_y", y)
+        book.scratch("work", self.work)
+        book.scratch("swing", self.swing)
+        book.random("random", self._random)
+        self.winches.keep(book.part("winches"))
+        self.ground.keep(book.part("ground"))
+
+    def fill(self, powder: float) -> None:
+        """Let so much *powder* (kg) be in the drum from now on."""
+        self.powder = powder
+        yaw_rest = self.drum[dynamics.YAW_REST]
+        self.drum = drum_numbers(self.settings, powder)
+        self.drum[dynamics.YAW_REST] = yaw_rest
+        self.packed.platform[layout.PLATFORM_WEIGHT] = self._mass * self.robot.scene.gravity
+
+
+def drum_numbers(settings: MachineSettings, powder: float) -> Array:
+    """Return the drum with so much *powder* (kg) in it as the kernel takes it: (DRUM,)."""
+    drum, numbers = settings.drum, np.zeros(dynamics.DRUM)
+    fill = powder / (drum.powder_density * math.pi * drum.radius**2)  # m, height of a cylinder
+    depth = drum.powder_bottom - 0.5 * fill
+    mass = drum.empty_mass + powder
+    numbers[dynamics.MASS] = mass
+    numbers[dynamics.CENTRE] = (drum.empty_mass * drum.empty_centre + powder * depth) / mass
+    x, y, z = drum.empty_gyration
+    about = powder * (drum.radius**2 / 4.0 + fill**2 / 12.0 + depth**2)
+    numbers[dynamics.INERTIA] = drum.empty_mass * (x**2 + drum.empty_centre**2) + about
+    numbers[dynamics.INERTIA + 1] = drum.empty_mass * (y**2 + drum.empty_centre**2) + about
+    numbers[dynamics.INERTIA + 2] = drum.empty_mass * z**2 + 0.5 * powder * drum.radius**2
+    numbers[dynamics.DRAG] = drum.drag
+    numbers[dynamics.SWING_DAMPING], numbers[dynamics.YAW_DAMPING] = drum.swing_damping, drum.yaw_damping
+    numbers[dynamics.YAW_STIFFNESS] = drum.yaw_stiffness
+    numbers[dynamics.RELAXATION] = settings.line.relaxation
+    return numbers
+
+
+def air(law: ClimateLaw, time: float) -> tuple[float, float]:
+    """Return temperature (degrees Celsius) and relative humidity at *time*, s; it begins at the mean."""
+    wave = math.sin(2.0 * math.pi * time / _DAY)
+    return law.temperature + law.swing * wave, min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
+
+
+def _check(robot: Robot) -> None:
+    """Raise `InputError` for a robot that no plant can move."""
+    if robot.n != 3:
+        raise InputError(f"robot {robot.name!r}: only a point platform, from which a drum hangs, can be simulated")
+    for line in robot.lines:
+        if line.cable.linear_density == 0.0:
+            raise InputError(
+                f"robot {robot.name!r}: the cable of line {line.name!r} has no weight, which a plant needs"
+            )
+        if any(line.platform_point):
+            raise InputError(
+                f"robot {robot.name!r}: platform_point of {line.name!r} must be the origin of the platform"
+            )

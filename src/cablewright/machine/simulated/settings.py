@@ -1,0 +1,378 @@
+"""What a simulated machine is made of besides its robot: tolerances, drum, winches, room and sensors, in one file."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.printing.job import Bead
+from cablewright.robot.description import Description, refusal, require_own_names
+from cablewright.toml_input import parse_table, read_table, require_schema, validated
+from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
+
+__all__ = [
+    "BarrierSensor",
+    "ClimateLaw",
+    "ClimateSensor",
+    "DistanceSensor",
+    "Drum",
+    "Encoder",
+    "Extrusion",
+    "FaultPlan",
+    "InertialSensor",
+    "LidarSettings",
+    "LineSensor",
+    "LineSettings",
+    "Link",
+    "MachineSettings",
+    "Room",
+    "Tolerances",
+    "Wall",
+    "WinchSettings",
+    "check_faults",
+    "extruding",
+    "load_settings",
+    "settings_names",
+    "settings_text",
+]
+
+NEWEST_SCHEMA: Final = 1
+MOST_WALLS: Final = 200
+MOST_RAYS: Final = 20_000
+MOST_FAULTS: Final = 1000
+
+_Share = Annotated[float, Field(ge=0.0, le=1.0)]
+_Rate = Annotated[float, Field(gt=0.0, le=1e5)]
+_Size = Annotated[float, Field(ge=0.0, le=1e6)]
+_Axis = tuple[float, float, float]
+_Place = tuple[Length, Length]
+_LidarName = Literal["north", "south", "vertical"]
+
+
+def _require_rising(key: str, spans: tuple[tuple[float, float], ...]) -> None:
+    for begin, end in spans:
+        if not begin < end:
+            raise refusal(key, f"must each rise; {begin:g} to {end:g} s does not")
+
+
+class Tolerances(Description):
+    """How far the true machine is off its description."""
+
+    anchor: NonNegative[Length]
+    sheave_radius: NonNegative[Length]
+    modulus: Annotated[float, Field(ge=0.0, lt=1.0)]
+
+
+class Drum(Description):
+    """What hangs from the platform point B. Depths are below B, along the drum's axis; dampings N m s/rad.
+
+    Without ``capacity`` it holds nothing: what it lays comes through a hose and never ends. ``flow``: kg/s.
+    """
+
+    empty_mass: Positive[Mass]
+    powder: NonNegative[Mass] = 0.0
+    capacity: NonNegative[Mass] = 0.0
+    powder_density: Positive[Density] = 1500.0
+    flow: NonNegative[float]
+    radius: Positive[Length] = 0.1
+    powder_bottom: Positive[Length] = 0.1
+    empty_centre: Positive[Length]
+    empty_gyration: tuple[Positive[Length], Positive[Length], Positive[Length]]
+    valve: Positive[Length]
+    swing_damping: _Size
+    yaw_stiffness: _Size
+    yaw_damping: _Size
+    yaw_wander: NonNegative[Angle]
+    yaw_wander_length: Positive[Length]
+    drag: _Size
+
+    @model_validator(mode="after")
+    def _powder_fits(self) -> Self:
+        if self.powder > self.capacity:
+            raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
+        if self.capacity:
+            for key in ("powder_density", "radius", "powder_bottom"):
+                if key not in self.model_fields_set:
+                    raise refusal(key, "must be given where capacity is")
+        return self
+
+
+class Extrusion(Description):
+    """That strands are laid and no powder is poured, and of what. How wide and high they are is the job's to say."""
+
+    density: Positive[Density]
+    bead: Bead = Bead()
+
+
+class WinchSettings(Description):
+    """One winch as all are: its motor, its drum, and how cable lies on it. Speeds and torques are the drum's."""
+
+    max_speed: Positive[float]
+    max_torque: Positive[Torque]
+    lag: NonNegative[Duration]
+    ratio: Positive[float]
+    counts: Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
+    held: Positive[Length]
+    capacity: Annotated[Length, Field(gt=0.0, le=10_000.0)]
+    width: Positive[Length]
+    pitch: Positive[Length]
+    radius_walk: NonNegative[Length]
+    walk_turns: Positive[float]
+    sideways_walk: NonNegative[Length]
+
+    @model_validator(mode="after")
+    def _cable_fits(self) -> Self:
+        if self.held > self.capacity:
+            raise refusal("held", f"must be at most capacity, {self.capacity:g} m")
+        return self
+
+
+class LineSettings(Description):
+    """How lines move by themselves."""
+
+    relaxation: NonNegative[Duration]
+    vibration: NonNegative[Length]
+    vibration_damping: Annotated[float, Field(gt=0.0, lt=1.0)]
+
+
+class ClimateLaw(Description):
+    """The room's air over a day of 24 hours."""
+
+    temperature: float
+    swing: _Size
+    humidity: _Share
+    humidity_swing: _Share
+
+
+class Wall(Description):
+    """A vertical face from the floor to the ceiling, seen from above; m, world."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    start: Annotated[_Place, Field(alias="from")]
+    end: Annotated[_Place, Field(alias="to")]
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> Self:
+        if self.start == self.end:
+            raise refusal("to", "must differ from from")
+        return self
+
+
+class Room(Description):
+    """What lidars see besides the floor and what lies on it, whose height is kept in cells of a side of ``cell``."""
+
+    cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
+    ceiling: Positive[Length]
+    walls: Annotated[tuple[Wall, ...], Field(max_length=MOST_WALLS)]
+
+    @model_validator(mode="after")
+    def _walls_have_names(self) -> Self:
+        if self.walls:
+            require_own_names("walls", (wall.name for wall in self.walls))
+        return self
+
+
+class Link(Description):
+    """How readings come: late by ``latency`` and an exponential law of mean ``jitter``, or never (``loss``).
+
+    ``gaps``: from and to when nothing passes; what is sent meanwhile comes afterwards.
+    """
+
+    latency: NonNegative[Duration] = 0.0
+    jitter: NonNegative[Duration] = 0.0
+    loss: _Share = 0.0
+    gaps: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MOST_FAULTS)] = ()
+
+    @model_validator(mode="after")
+    def _gaps_rise(self) -> Self:
+        _require_rising("gaps", self.gaps)
+        return self
+
+
+class LidarSettings(Description):
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: where it is blind."""
+
+    turn: Positive[Duration]
+    rays: Annotated[int, Field(strict=True, ge=8, le=MOST_RAYS)]
+    least: Positive[Length]
+    most: Positive[Length]
+    deviation: NonNegative[Length]
+    resolution: Positive[Length]
+    bias: NonNegative[Length]
+    dropout: _Share = 0.0
+    outliers: _Share = 0.0
+    place: Vec3
+    axes: tuple[_Axis, _Axis]
+    masks: Annotated[tuple[tuple[Angle, Angle], ...], Field(max_length=20)] = ()
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        x, y = self.axes
+        products = (_dot(x, x) - 1.0, _dot(y, y) - 1.0, _dot(x, y))
+        if max(map(abs, products)) > 1e-9:
+            raise refusal("axes", "must be two unit vectors at right angles")
+        if not self.least < self.most:
+            raise refusal("most", f"must be above least, {self.least:g} m")
+        for begin, end in self.masks:
+            if not begin < end:
+                raise refusal("masks", f"must each rise; {begin:g} to {end:g} rad does not")
+        return self
+
+
+class _Sensor(Description):
+    """What every timed sensor has: readings lost, and readings that are anything, as shares."""
+
+    rate: _Rate
+    dropout: _Share = 0.0
+    outliers: _Share = 0.0
+
+
+class InertialSensor(_Sensor):
+    """Accelerometer and gyro. Deviations are of one reading, biases of one unit; m/s^2 and rad/s."""
+
+    place: Vec3
+    acceleration_deviation: _Size
+    acceleration_bias: _Size
+    rate_deviation: _Size
+    rate_bias: _Size
+
+
+class LineSensor(_Sensor):
+    """Accelerometers on the lines, ``from_platform`` along the cable before B."""
+
+    from_platform: NonNegative[Length]
+    deviation: NonNegative[Angle]
+
+
+class DistanceSensor(_Sensor):
+    """From the valve down the drum's axis."""
+
+    least: NonNegative[Length]
+    most: Positive[Length]
+    deviation: NonNegative[Length]
+
+
+class Encoder(_Sensor):
+    """How often the counters are read; an outlier is one counter with one bit turned."""
+
+
+class ClimateSensor(Description):
+    """Temperature and relative humidity."""
+
+    rate: _Rate
+    temperature_deviation: _Size
+    humidity_deviation: _Share
+    dropout: _Share = 0.0
+    outliers: _Share = 0.0
+
+
+class BarrierSensor(_Sensor):
+    """The light barrier. ``intrusions``: from and to when somebody is in its light; an outlier tells the opposite."""
+
+    intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MOST_FAULTS)] = ()
+
+    @model_validator(mode="after")
+    def _intrusions_rise(self) -> Self:
+        _require_rising("intrusions", self.intrusions)
+        return self
+
+
+class FaultPlan(Description):
+    """A fault to come: a source, or one line's accelerometer, that is silent or stuck from ``begin`` to ``end``."""
+
+    source: Literal[
+        "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier"
+    ]
+    line: str | None = None
+    kind: Literal["silent", "stuck"] = "silent"
+    begin: NonNegative[Duration] = 0.0
+    end: Positive[Duration] = 1e12
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        if self.line is not None and self.source != "line_angles":
+            raise refusal("line", f"is for line_angles; {self.source} is not of a line")
+        if not self.begin < self.end:
+            raise refusal("end", f"must be after begin, {self.begin:g} s")
+        return self
+
+
+class MachineSettings(Description):
+    """All of it. ``period``: of one step of the machine; ``substep``: of the dynamic plant within it."""
+
+    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    period: Positive[Duration]
+    substep: Positive[Duration]
+    quasi_static_period: Positive[Duration]
+    tolerances: Tolerances
+    drum: Drum
+    extrusion: Extrusion | None = None
+    winch: WinchSettings
+    line: LineSettings
+    climate: ClimateLaw
+    room: Room
+    wifi: Link = Link()
+    wire: Link = Link()
+    lidars: dict[_LidarName, LidarSettings] = Field(default_factory=dict)
+    inertial: InertialSensor | None = None
+    line_angles: LineSensor | None = None
+    distance: DistanceSensor | None = None
+    encoders: Encoder | None = None
+    climate_sensor: ClimateSensor | None = None
+    barrier: BarrierSensor | None = None
+    faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MOST_FAULTS)] = ()
+
+
+def load_settings(name_or_path: str | Path) -> MachineSettings:
+    """Return the settings of that library name, or of that TOML file. Raises `InputError`, one line."""
+    if isinstance(name_or_path, str) and name_or_path in settings_names():
+        origin = f"{name_or_path} (library)"
+        return validated(MachineSettings, parse_table(settings_text(name_or_path), origin), origin)
+    path = Path(name_or_path)
+    if not str(name_or_path).endswith(".toml") and not path.is_file():
+        hint = suggestion(str(name_or_path), settings_names())
+        raise InputError(f"no machine {str(name_or_path)!r} in the library and no file of that name; {hint}")
+    table, _ = read_table(path)
+    require_schema(table, NEWEST_SCHEMA, path)
+    return validated(MachineSettings, table, path)
+
+
+def settings_names() -> tuple[str, ...]:
+    """Return the names of the machines that come with cablewright, sorted."""
+    folder = resources.files("cablewright.machine.simulated") / "library"
+    return tuple(sorted(item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")))
+
+
+def settings_text(name: str) -> str:
+    """Return the TOML text of a library machine. Raises `UnknownName`."""
+    if name not in settings_names():
+        raise UnknownName("machine", name, settings_names())
+    return resources.files("cablewright.machine.simulated").joinpath("library", f"{name}.toml").read_text("utf-8")
+
+
+def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
+    """Return the settings of a machine that lays *bead* where it goes at *speed* (m/s) with the valve open.
+
+    One that pours powder stays as it is.
+    """
+    if settings.extrusion is None:
+        return settings
+    extrusion = settings.extrusion.model_copy(update={"bead": bead})
+    drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
+    return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
+
+
+def check_faults(settings: MachineSettings, lines: tuple[str, ...]) -> None:
+    """Raise `UnknownName` where a planned fault names a line that the robot does not have."""
+    for fault in settings.faults:
+        if fault.line is not None and fault.line not in lines:
+            raise UnknownName("line", fault.line, lines)
+
+
+def _dot(a: _Axis, b: _Axis) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,273 @@
+"""The simulated machine: a true robot that nobody knows, moved by a plant, told of by sensors over imperfect links."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from collections.abc import Iterator
+from typing import Any, Final, Literal, Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError, UnknownName
+from cablewright.machine.simulated.as_built import as_built
+from cablewright.machine.simulated.distance_sensor import Rangefinder
+from cablewright.machine.simulated.encoders import Counters, Thermometer
+from cablewright.machine.simulated.inertial_unit import InertialUnit
+from cablewright.machine.simulated.lidar import Lidar
+from cablewright.machine.simulated.light_barrier import LightBarrier
+from cablewright.machine.simulated.line_angles import LineAccelerometers
+from cablewright.machine.simulated.link import Channel
+from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
+from cablewright.machine.simulated.rig import Moment, Rig
+from cablewright.machine.simulated.settings import FaultPlan, MachineSettings, check_faults
+from cablewright.machine.simulated.snapshot import Book, Notes, Recall, Snapshot
+from cablewright.machine.simulated.surroundings import walls_of
+from cablewright.robot import Robot
+from cablewright.signals import (
+    SOURCES,
+    Command,
+    Condition,
+    LineAngles,
+    Notice,
+    Reading,
+    Scan,
+    SensorFrame,
+    Truth,
+)
+
+__all__ = ["PLANTS", "PlantName", "SimulatedMachine"]
+
+PlantName = Literal["dynamic", "quasi-static"]
+PLANTS: Final = ("dynamic", "quasi-static")
+
+_WIRED: Final = ("encoders", "climate")
+_QUIET: Final = 0.5  # s without a message before the wireless link counts as silent
+
+
+class _Sensor(Protocol):
+    def read(self, moment: Moment) -> Reading | None: ...
+
+    def keep(self, book: Book) -> None: ...
+
+
+class SimulatedMachine:
+    """A `Machine`. `truth` and `rig` are for who judges an estimate, not for who makes one."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        settings: MachineSettings,
+        start: ArrayLike,
+        *,
+        seed: int,
+        plant: PlantName = "dynamic",
+    ) -> None:
+        """Build what *robot* may be the description of, by *seed*, and hang it at rest at *start* (3,), m.
+
+        Raises `InputError` for what cannot be simulated (a rate that does not fit, an unknown plant, a robot without
+        what a winch needs), `AnswerError` where the drum cannot hang at *start*.
+        """
+        if plant not in PLANTS:
+            raise UnknownName("plant", plant, PLANTS)
+        check_faults(settings, tuple(line.name for line in robot.lines))
+        self._start = np.array(start, dtype=np.float64)
+        self._mark = _mark(robot, settings, seed, plant)
+        self.settings = settings if plant == "dynamic" else _slowed(settings)
+        self.rig = Rig(as_built(robot, settings.tolerances, seed), settings, start, seed)
+        self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
+        self._sensors = dict(self._mount(seed))
+        self._wifi, self._wire, self._guard = (  # a light barrier has a wire of its own
+            Channel(link, np.random.default_rng([seed, 4, k]))
+            for k, link in enumerate((self.settings.wifi, self.settings.wire, self.settings.wire))
+        )
+        self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
+        self._channels["barrier"] = self._guard
+        self._wireless = any(self._channels[source] is self._wifi for source in self._sensors)
+        self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
+        self._held: dict[FaultPlan, Reading] = {}
+        self._steps, self._commanded = 0, -np.inf
+        self._moment = self.rig.moment(0.0)
+        for sensor in self._sensors.values():
+            if isinstance(sensor, Lidar):
+                sensor.read(self._moment)
+
+    @property
+    def period(self) -> float:
+        """The time that a step takes on the machine's clock, s."""
+        return self._plant.period
+
+    @property
+    def time(self) -> float:
+        """The machine's clock, s."""
+        return self._steps * self.period
+
+    @property
+    def truth(self) -> Truth:
+        """The state that no sensor tells."""
+        return self._moment.truth
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as built, with the drum as full as it began."""
+        return self.rig.robot
+
+    def refill(self, powder: float) -> None:
+        """Fill the drum up to so much *powder*, kg, as an attendant does. Raises `InputError` for what does not fit."""
+        if not 0.0 <= powder <= self.settings.drum.capacity:
+            raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
+        self.rig.fill(powder)
+        self._moment = self.rig.moment(self.time)
+
+    def step(self, command: Command) -> SensorFrame:
+        """Do as *command* says for one period. Returns what arrived meanwhile. As `Machine`."""
+        speeds = self._checked(command)
+        notices = self.rig.live(self.time, self.period, command.valve)
+        notices += self._plant.advance(speeds)
+        notices += self.rig.heard()
+        self._steps += 1
+        now = self.time
+        self._moment = self.rig.moment(now)
+        for source, sensor in self._sensors.items():
+            reading = sensor.read(self._moment)
+            if reading is not None and self._faults[source]:
+                reading = self._failed(source, reading)
+            if reading is not None:
+                self._channels[source].send(now, reading)
+        readings = (*self._guard.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
+        if now - self._wifi.heard > _QUIET and self._wireless:
+            notices.append(Notice(Condition.SILENT, "wifi"))
+        return SensorFrame(now, readings, tuple(notices))
+
+    def snapshot(self) -> Snapshot:
+        """All that decides what comes next, as it stands; `resumed` goes on from it."""
+        notes = Notes()
+        self._keep(notes)
+        return Snapshot({**notes.snapshot.values, "machine": self._mark}, notes.snapshot.arrays)
+
+    @classmethod
+    def resumed(
+        cls,
+        robot: Robot,
+        settings: MachineSettings,
+        snapshot: Snapshot,
+        *,
+        seed: int,
+        plant: PlantName = "dynamic",
+    ) -> Self:
+        """A machine that goes on, to the bit, as the one would have from which *snapshot* was taken.
+
+        Raises `InputError` for a snapshot that is none, or of another robot, machine, seed or plant.
+        """
+        if snapshot.values.get("machine") != _mark(robot, settings, seed, plant):
+            raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
+        start = np.zeros(3)
+        Recall(snapshot).array("start", start)
+        machine = cls(robot, settings, start, seed=seed, plant=plant)
+        machine._keep(Recall(snapshot))
+        machine._moment = machine.rig.moment(machine.time)
+        return machine
+
+    def _keep(self, book: Book) -> None:
+        """Note all that changes, or take it up again."""
+        book.array("start", self._start)
+        self._steps, self._commanded = book.count("steps", self._steps), book.number("commanded", self._commanded)
+        self.rig.keep(book.part("rig"))
+        self._plant.keep(book.part("plant"))
+        for source, sensor in self._sensors.items():
+            sensor.keep(book.part(source))
+        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("guard", self._guard)):
+            channel.keep(book.part(name))
+        plans = self.settings.faults
+        held = book.readings("held", [(plans.index(plan), reading) for plan, reading in self._held.items()])
+        if not all(number in range(len(plans)) for number, _ in held):
+            raise InputError("snapshot: held: a fault that is not planned")
+        self._held = {plans[int(number)]: reading for number, reading in held}
+
+    def _checked(self, command: Command) -> NDArray[np.float64]:
+        """The speeds of a command that is one. Raises `InputError`."""
+        speeds, m = np.array(command.winch_speeds, dtype=np.float64), self.rig.robot.m
+        if speeds.shape != (m,) or not np.isfinite(speeds).all():
+            raise InputError(f"command.winch_speeds: {m} finite numbers are wanted, rad/s; got {speeds.tolist()}")
+        if not 0.0 <= command.valve <= 1.0:
+            raise InputError(f"command.valve = {command.valve:g}: 0 (shut) to 1 (open) is wanted")
+        if not command.time >= self._commanded:
+            raise InputError(f"command.time = {command.time:g} s: the clock jumped back, from {self._commanded:g} s")
+        self._commanded = command.time
+        return speeds
+
+    def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
+        """All sensors by source, each with a random generator of its own: one left out changes no other."""
+        settings, period = self.settings, self.period
+        random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
+        walls, ceiling = walls_of(settings.room), settings.room.ceiling
+        for source, lidar in settings.lidars.items():
+            yield source, Lidar(source, lidar, walls, ceiling, period, random[source])
+        if settings.inertial is not None:
+            gravity = self.rig.robot.scene.gravity
+            yield "inertial", InertialUnit(settings.inertial, gravity, period, random["inertial"])
+        if settings.line_angles is not None:
+            yield "line_angles", LineAccelerometers(settings.line_angles, period, random["line_angles"])
+        if settings.distance is not None:
+            yield "distance", Rangefinder(settings.distance, settings.drum.valve, period, random["distance"])
+        if settings.encoders is not None:
+            yield "encoders", Counters(settings.encoders, period, random["encoders"])
+        if settings.climate_sensor is not None:
+            yield "climate", Thermometer(settings.climate_sensor, period, random["climate"])
+        if settings.barrier is not None:
+            yield "barrier", LightBarrier(settings.barrier, period, random["barrier"])
+
+    def _failed(self, source: str, reading: Reading) -> Reading | None:
+        """What becomes of a reading by the faults that are planned for its time; None: nothing is heard."""
+        for fault in self._faults[source]:
+            if not fault.begin <= reading.time < fault.end:
+                self._held[fault] = reading
+                continue
+            if isinstance(reading, LineAngles) and fault.line is not None:
+                reading = self._line_failed(fault, fault.line, reading)
+            elif fault.kind == "silent":
+                return None
+            else:
+                reading = _again(self._held.setdefault(fault, reading), reading)
+        return reading
+
+    def _line_failed(self, fault: FaultPlan, line: str, reading: LineAngles) -> LineAngles:
+        """A reading in which one line's accelerometer tells nothing, or what it told last."""
+        at = [each.name for each in self.rig.robot.lines].index(line)
+        angles = reading.angles.copy()
+        held = self._held.setdefault(fault, reading)
+        assert isinstance(held, LineAngles)  # kept by fault, and the fault is of these
+        angles[at] = np.nan if fault.kind == "silent" else held.angles[at]
+        angles.flags.writeable = False
+        return LineAngles(reading.time, angles)
+
+
+def _mark(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str:
+    """What a snapshot knows its machine by."""
+    told = "\n".join((robot.model_dump_json(), settings.model_dump_json(), str(seed), plant))
+    return hashlib.sha256(told.encode()).hexdigest()
+
+
+def _slowed(settings: MachineSettings) -> MachineSettings:
+    """The settings for quasi-static periods: what would be read more often is read once, as a mean; nothing is late."""
+    most = 1.0 / settings.quasi_static_period
+    slowed: dict[str, Any] = {}
+    for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
+        sensor = getattr(settings, name)
+        if sensor is not None and sensor.rate > most:
+            share = math.sqrt(most / sensor.rate)
+            noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
+            slowed[name] = sensor.model_copy(update={"rate": most, **noise})
+    for name in ("wifi", "wire"):
+        slowed[name] = getattr(settings, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
+    return settings.model_copy(update=slowed)
+
+
+def _again(held: Reading, now: Reading) -> Reading:
+    """The reading *held* as if measured now."""
+    if isinstance(held, Scan) and isinstance(now, Scan):
+        return dataclasses.replace(held, begin=now.begin)
+    assert not isinstance(held, Scan)  # both are of one source
+    return dataclasses.replace(held, time=now.time)

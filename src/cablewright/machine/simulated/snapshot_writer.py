@@ -1,0 +1,67 @@
+"""Snapshots written beside a control loop, which does not wait for the disk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from threading import Condition, Thread
+from types import TracebackType
+from typing import Self
+
+from cablewright.errors import EnvironmentFault
+from cablewright.machine.simulated.snapshot import Snapshot, write_snapshots
+
+__all__ = ["Keeper"]
+
+
+class Keeper:
+    """Writes snapshots to *path* in a thread of its own: always the newest, each whole. A context manager.
+
+    The last one is on the disk when the block ends.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Begin with nothing to write."""
+        self._path = path
+        self._next: Mapping[str, Snapshot] | None = None
+        self._fault: EnvironmentFault | None = None
+        self._over = False
+        self._changed = Condition()
+        self._thread = Thread(target=self._work, name="snapshots", daemon=True)
+        self._thread.start()
+
+    def put(self, snapshots: Mapping[str, Snapshot]) -> None:
+        """Have *snapshots* written soon, instead of those that wait. Raises the `EnvironmentFault` of earlier ones."""
+        with self._changed:
+            if self._fault is not None:
+                raise self._fault
+            self._next = snapshots
+            self._changed.notify()
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._next is not None or self._over)
+                snapshots, self._next = self._next, None
+            if snapshots is None:
+                return
+            try:
+                write_snapshots(self._path, snapshots)
+            except EnvironmentFault as fault:
+                with self._changed:
+                    self._fault = fault
+                return
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Wait for the last. Raises `EnvironmentFault` where it could not be written and nothing else went wrong."""
+        with self._changed:
+            self._over = True
+            self._changed.notify()
+        self._thread.join()
+        if self._fault is not None and error is None:
+            raise self._fault

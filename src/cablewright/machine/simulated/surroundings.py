@@ -1,0 +1,78 @@
+"""What is around the machine: walls, ceiling, and a floor with what lies on it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.machine.simulated.settings import MachineSettings, Room
+from cablewright.machine.simulated.snapshot import Book
+from cablewright.printing.deposition import Powder, extrude, pour
+from cablewright.printing.heightfield import HeightField
+from cablewright.robot import Robot
+
+__all__ = ["Ground", "walls_of"]
+
+Array = NDArray[np.float64]
+
+
+def walls_of(room: Room) -> Array:
+    """Return the walls as a lidar's kernel takes them: (j, 4), x and y of both ends, m, world."""
+    return np.array([(*wall.start, *wall.end) for wall in room.walls], dtype=np.float64).reshape(-1, 4)
+
+
+class Ground:
+    """The floor of a robot's frame and what was laid on it: powder at its angle of repose, or strands.
+
+    Changes in place. What falls outside the frame is kept count of, so that no mass is lost.
+    """
+
+    def __init__(self, robot: Robot, settings: MachineSettings) -> None:
+        """Begin bare."""
+        low, high = robot.scene.frame_min, robot.scene.frame_max
+        self.field = HeightField.flat(low[:2], high[:2], settings.room.cell)
+        self.outside = 0.0  # kg
+        self._extrusion = settings.extrusion
+        self._powder = Powder(density=settings.drum.powder_density)
+        self._top = 0.0
+
+    @property
+    def density(self) -> float:
+        """Of what lies, kg/m^3."""
+        return self._powder.density if self._extrusion is None else self._extrusion.density
+
+    @property
+    def mass(self) -> float:
+        """What has fallen, kg."""
+        return self.field.volume * self.density + self.outside
+
+    @property
+    def heights(self) -> Array:
+        """Heights (nx, ny) of the grid's nodes, m."""
+        return self.field.heights
+
+    @property
+    def grid(self) -> Array:
+        """Where the nodes are, for a lidar's kernel: x and y of the first, their distance, the highest height."""
+        (x, y), cell = self.field.low, self.field.cell
+        return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._top])
+
+    def lay(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
+        """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
+        ends = np.array([start, end])
+        if not self.field.holds(ends).all():
+            self.outside += mass
+            return
+        cells = self.field.cells_of(ends)
+        if self._extrusion is None:
+            pour(self.field, ends[:1], ends[1:], np.array([mass]), self._powder)
+        else:
+            extrude(self.field, ends[:1], ends[1:], np.array([mass / self.density]), self._extrusion.bead.width)
+        near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
+        self._top = max(self._top, float(self.field.heights[tuple(near)].max()))
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, what lies."""
+        book.sparse("heights", self.field.heights)
+        self.outside = book.number("outside", self.outside)
+        self._top = book.number("top", self._top)

@@ -1,0 +1,110 @@
+"""The winches of a machine: motors, and drums with irregularly wound cable, as the kernels take them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels.plant import winding
+from cablewright.machine.simulated.settings import WinchSettings
+from cablewright.machine.simulated.snapshot import Book
+from cablewright.models.coil import Coil, wind
+from cablewright.robot import Line, Robot
+
+__all__ = ["Winches", "coil_of"]
+
+Array = NDArray[np.float64]
+
+
+class Winches:
+    """All winches of a robot. `state` (m, ...) changes in place as kernels turn the drums."""
+
+    def __init__(self, robot: Robot, settings: WinchSettings, lengths: Array, seed: int) -> None:
+        """Wind the drums of *robot* so that *lengths* (m,), m, are out.
+
+        Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
+        """
+        self.settings = settings
+        self.coils = tuple(coil_of(line, settings, [seed, 1, i]) for i, line in enumerate(robot.lines))
+        turns = min(len(coil.radii) for coil in self.coils)
+        self.radii, self.wound, self.sideways = (
+            np.array([getattr(coil, column)[:turns] for coil in self.coils])
+            for column in ("radii", "wound", "sideways")
+        )
+        self.motor = np.array([settings.max_speed, settings.lag, settings.max_torque])
+        self.state = np.zeros((robot.m, winding.WINCH))
+        self.state[:, winding.HELD] = settings.held
+        for own, line, coil in zip(self.state, robot.lines, self.coils, strict=True):
+            own[winding.HEIGHT] = 0.0 if line.winch_exit is None else abs(line.exit_point[2] - line.winch_exit[2])
+            own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
+        self._let_out(robot, lengths)
+        self.begin = self.angles
+
+    def _let_out(self, robot: Robot, lengths: Array) -> None:
+        """Turn the drums to where they leave *lengths*: a few rounds, for the detour hangs on the drum's angle."""
+        for i, (own, coil, line) in enumerate(zip(self.state, self.coils, robot.lines, strict=True)):
+            out = float(lengths[i])
+            for _ in range(4):
+                if not self.settings.held >= out:
+                    raise InputError(
+                        f"winch.held = {self.settings.held:g} m: line {line.name!r} begins with {lengths[i]:g} m out"
+                    )
+                own[winding.ANGLE] = coil.angle(self.settings.held - out)
+                out += float(lengths[i]) - self.out()[i]
+
+    def out(self) -> Array:
+        """Unstrained lengths (m,) from the nominal winch exits to the platform, m."""
+        rows = zip(self.state, self.radii, self.wound, self.sideways, strict=True)
+        return np.array([winding.length_out(*row) for row in rows])
+
+    @property
+    def angles(self) -> Array:
+        """How far each drum is wound, (m,) rad."""
+        return np.array(self.state[:, winding.ANGLE])
+
+    @property
+    def leaving_radii(self) -> Array:
+        """Radius at which cable leaves each drum, (m,) m."""
+        return np.array(
+            [winding.radius_at(radii, own[winding.ANGLE]) for radii, own in zip(self.radii, self.state, strict=True)]
+        )
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """What the motors' encoders count since the beginning, (m,); more is more paid out."""
+        turns = (self.begin - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
+        return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
+
+    def keep(self, book: Book) -> None:
+        """Note, or take up again, how the drums stand. Raises `InputError` for a drum wound out of its bounds."""
+        book.array("state", self.state)
+        book.array("begin", self.begin)
+        last = winding.TURN * (self.radii.shape[1] - 1)
+        if not ((self.angles >= 0.0) & (self.angles <= last)).all():
+            raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
+
+    def warm(self, strains: Array) -> None:
+        """Set how much longer all cable is by its warmth, (m,)."""
+        self.state[:, winding.STRAIN] = strains
+
+
+def coil_of(line: Line, settings: WinchSettings, seed: list[int] | None = None) -> Coil:
+    """Return the cable of a *line* on its drum: as it came to lie by *seed*, or as it should lie.
+
+    Raises `InputError` for a line without drum radius or cable diameter.
+    """
+    if line.winch.drum_radius is None or line.cable.diameter is None:
+        missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
+        raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
+    return wind(
+        settings.capacity,
+        line.winch.drum_radius,
+        settings.width,
+        line.cable.diameter,
+        settings.pitch,
+        random=None if seed is None else np.random.default_rng(seed),
+        radius_walk=settings.radius_walk,
+        sideways_walk=settings.sideways_walk,
+        memory=settings.walk_turns,
+    )

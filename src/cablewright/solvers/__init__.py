@@ -1,0 +1,1 @@
+"""Rank 2. One file per question to a robot."""

@@ -1,0 +1,222 @@
+"""Every equilibrium that many starts find for given lengths: slack or taut, stable or not, levers on their head too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import AnswerError, InputError, Status
+from cablewright.kernels import batches, layout
+from cablewright.models.rotation import angle_between
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.solvers.arguments import as_rows, run
+from cablewright.solvers.certify import Certificate, certify, is_only_one
+from cablewright.solvers.forward import solve_forward
+
+__all__ = [
+    "FOUND",
+    "SAME_POSE",
+    "Equilibria",
+    "box_of",
+    "distinct",
+    "equilibria",
+    "lever_patterns",
+    "slack_spans",
+    "solve_from",
+]
+
+Array = NDArray[np.float64]
+
+ALL_PATTERNS = 6  # levers up to which every pattern of heads is tried
+PULLS = (1.0, 30.0)  # times a line's share of the load, to place levers with
+STARTS = {3: 12, 6: 400}
+"""Random poses to start from, of each pattern of levers, by freedoms."""
+SAME_POSE = 1e-6  # m, rad
+SAME_SHAPE = 1e-5  # of log tension, rad, m
+OUTSIDE = 0.25  # of the frame: how far beyond it is looked
+FOUND = tuple(
+    list(Status).index(status)
+    for status in (Status.OK, Status.OVERSTRETCHED, Status.LEVER_UNSTABLE, Status.UNSTABLE, Status.SINGULAR)
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibria:
+    """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows."""
+
+    solutions: Equilibrium
+    certificates: Certificate
+    slack: NDArray[np.bool_]  # (K, m) lines whose free span is longer, unstrained, than the way it spans
+    starts: int  # solves begun
+    outside: int  # equilibria that were found outside the box, and left out
+    complete: bool  # whether it is proved that there are no others
+    why: str  # what proves it, or why nothing does
+    undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes that an exhaustive search left, m
+    undecided_why: tuple[str, ...] = ()  # of each
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """(K,) which return when pushed: statuses ok and overstretched."""
+        return np.isin(self.solutions.code, [layout.Code.OK, layout.Code.OVERSTRETCHED])
+
+
+def equilibria(
+    model: Model,
+    lengths: ArrayLike,
+    *,
+    box: ArrayLike | None = None,
+    starts: int | None = None,
+    seed: int = 0,
+) -> Equilibria:
+    """All equilibria that are found for *lengths* (m,), m, from many starts.
+
+    *box*: lowest and highest x, y and z of the platform, (6,) m; a quarter of the frame beyond it when left out.
+    *starts*: random poses to begin from, for each pattern of levers on their head. Shapes that no cable over its sheave
+    has, wrapped by less than nothing or more than a turn, are left out. Raises `InputError` for what cannot be used,
+    rigid or massless cables, `AnswerError` where nothing is found.
+    """
+    model.refuse_rigid()
+    given, single = as_rows(lengths, model.m, "lengths", "m")
+    if not single or not (given > 0.0).all():
+        raise InputError(f"lengths: {model.m} numbers over zero are wanted, in m; got {given.tolist()}")
+    if model.packed.platform[layout.MASSLESS] > 0.0:
+        raise InputError("cables without weight: a slack one has no shape to tell equilibria by; use catenary")
+    low, high = box_of(model, box)
+    poses, heads = _starts(model, low, high, STARTS[model.n] if starts is None else starts, seed)
+    found = solve_from(model, given[0], poses, heads)
+    every = distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
+    inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
+    kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
+    if not len(kept.code):
+        elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
+        raise AnswerError(f"no equilibrium was found for these lengths from {len(found.code)} starts{elsewhere}")
+    complete, why = _completeness(model, kept)
+    return Equilibria(kept, certify(kept), slack_spans(kept), len(found.code), outside, complete, why)
+
+
+def _place(pose: Array) -> str:
+    return ", ".join(f"{x:.3f}" for x in pose[:3])
+
+
+def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
+    """Lowest and highest corner, m."""
+    scene = model.robot.scene
+    if given is None:
+        low, high = np.array(scene.frame_min), np.array(scene.frame_max)
+        beyond = OUTSIDE * (high - low)
+        return low - beyond, high + beyond
+    numbers, single = as_rows(given, 6, "box", "m")
+    low, high = numbers[0, ::2], numbers[0, 1::2]
+    if not single or not (low < high).all():
+        raise InputError(f"box = {np.ravel(given).tolist()}: X0 < X1, Y0 < Y1 and Z0 < Z1 are wanted, m")
+    return low, high
+
+
+def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Poses (S, n) and levers on their head (S, m) to start from."""
+    if not 1 <= count <= 100_000:
+        raise InputError(f"starts = {count}: from 1 to 100 000 are allowed")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: at least 0 is wanted")
+    rng = np.random.default_rng(seed)
+    patterns = lever_patterns(model, rng)
+    rows = count * len(patterns)
+    poses = rng.uniform(low, high, (rows, 3))
+    if model.n == 6:
+        axes = rng.standard_normal((rows, 3))
+        turns = rng.uniform(0.0, np.pi, (rows, 1)) * rng.uniform(0.0, 1.0, (rows, 1))  # more of them turned little
+        poses = np.concatenate([poses, turns * axes / np.linalg.norm(axes, axis=1, keepdims=True)], axis=1)
+    return poses, np.tile(patterns, (count, 1))
+
+
+def lever_patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Which levers to put on their head, (P, m): every pattern of few levers, some of many."""
+    levers = np.flatnonzero(model.packed.lines[:, layout.UNKNOWNS] == 6)
+    if len(levers) <= ALL_PATTERNS:
+        signs = np.array(list(product((False, True), repeat=len(levers))), dtype=bool)
+    else:
+        signs = rng.random((2**ALL_PATTERNS, len(levers))) < 0.5
+        signs[0] = False
+    heads = np.zeros((len(signs), model.m), dtype=bool)
+    heads[:, levers] = signs
+    return heads
+
+
+def solve_from(model: Model, lengths: Array, poses: Array, heads: NDArray[np.bool_]) -> Equilibrium:
+    """What each start leads to, and a cold solve."""
+    packed = model.rows()
+    rounds = [solve_forward(model, lengths[None])]
+    for pull in PULLS if heads.any() else PULLS[:1]:
+        begun = poses.copy()
+        states = np.zeros((len(poses), model.m, layout.STATE))
+        started = np.zeros(len(poses), dtype=bool)
+        repeated = np.repeat(lengths[None], len(poses), axis=0)
+        batches.start_rows(packed, repeated, begun, heads, pull, states, started)
+        begun, states, repeated = begun[started], states[started], repeated[started]
+        rows = len(begun)
+        codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
+        arrays = (repeated, begun, states, codes, iterations, np.zeros(rows), batches.WARM)
+        run(batches.forward_rows, batches.forward_sweep, rows, packed, *arrays)
+        rounds.append(Equilibrium(model, packed, begun, repeated, states, codes, np.zeros(rows), iterations))
+    return _joined(rounds)
+
+
+def _joined(parts: list[Equilibrium]) -> Equilibrium:
+    """Batches of one model as one."""
+    names = ("pose", "lengths", "states", "code", "violation", "iterations")
+    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    return Equilibrium(parts[0].model, parts[0].packed, *arrays)
+
+
+def distinct(found: Equilibrium, known: Equilibrium | None = None) -> Equilibrium:
+    """One row of each equilibrium, stable ones first, then from the lowest up; after those *known*, if any."""
+    stable = np.isin(found.code, [layout.Code.OK, layout.Code.OVERSTRETCHED])
+    order = np.lexsort((found.pose[:, 2], ~stable))
+    every, kept = found, []
+    if known is not None:
+        every, kept = _joined([known, found]), list(range(len(known.code)))
+        order = order + len(known.code)
+    for row in order:
+        if not any(_same(every, row, other) for other in kept):
+            kept.append(int(row))
+    return every[kept]
+
+
+def _same(found: Equilibrium, one: int, other: int) -> bool:
+    """Whether two rows are one equilibrium: the same pose, and the same shape of every line."""
+    pose, there = found.pose[one], found.pose[other]
+    if np.abs(pose[:3] - there[:3]).max() > SAME_POSE:
+        return False
+    if len(pose) == 6 and angle_between(pose[3:], there[3:]) > SAME_POSE:
+        return False
+    apart = found.states[one] - found.states[other]
+    angles = [layout.PHI, layout.PSI, layout.BETA]
+    apart[:, angles] = np.arctan2(np.sin(apart[:, angles]), np.cos(apart[:, angles]))
+    return bool(np.abs(apart).max() < SAME_SHAPE)
+
+
+def slack_spans(found: Equilibrium) -> NDArray[np.bool_]:
+    """Which free spans are longer than the way from where they leave their sheave to the platform, (K, m)."""
+    away = found.platform_points - found.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]
+    phi, beta = found.states[..., layout.PHI], found.states[..., layout.BETA]
+    turn, lever = found.column(layout.SIDE) * found.column(layout.RADIUS), found.column(layout.LEVER)
+    chord = np.hypot(x - lever * np.cos(beta) + turn * np.sin(phi), z - lever * np.sin(beta) - turn * np.cos(phi))
+    return np.asarray(found.states[..., layout.FREE] > chord)
+
+
+def _completeness(model: Model, found: Equilibrium) -> tuple[bool, str]:
+    """Whether a theorem says that one equilibrium is all there is, and which; see `docs/theory/uniqueness.md`."""
+    lines = model.packed.lines
+    if is_only_one(found):
+        return True, "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
+    if model.n == 6:
+        return False, "a body may have more than were found: nothing bounds their number"
+    if (lines[:, layout.RADIUS] == 0.0).all():
+        return False, "one is all there is with taut dead spans; loops in them may give others"
+    if (lines[:, layout.UNKNOWNS] == 6).any():
+        return False, "levers may stand on their head: nothing proves that these are all"
+    return False, "one is all there is with taut dead spans and cables that leave their sheaves forwards; others may be"

@@ -1,0 +1,184 @@
+"""A box that surely contains the pose for all lengths within some error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.errors import InputError
+from cablewright.kernels import layout
+from cablewright.kernels.certificates import pose_hull as kernel
+from cablewright.kernels.layout import Packed
+from cablewright.kernels.statics.equilibrium import is_slack
+from cablewright.models.statics import Equilibrium
+from cablewright.solvers.certify import is_only_one
+from cablewright.solvers.forward import solve_again
+
+__all__ = ["PoseBox", "enclose_poses"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+
+BUDGET = 20_000
+"""Leaves that a box may take unless told otherwise: some seconds."""
+DEEPEST = 120
+"""Halvings of one leaf."""
+AT_ONCE = 250
+"""Leaves between two reports of progress."""
+STEPS = 8
+"""Lengths along each edge of the box of lengths that are solved beforehand."""
+MOST_LINES = 8
+"""Lines up to which all edges are."""
+SAMPLES = 2000
+"""Lengths that are solved with more lines."""
+SPARE = 0.8
+"""Of the tolerance: sampled extremes may fall short of the true ones."""
+OVERLAP = 1e-9
+"""By which neighbouring slabs overlap, of the whole width."""
+
+REASONS = {
+    kernel.COVERED: "the pose is in the box for all lengths within the error",
+    kernel.TOO_DEEP: f"no box: some lengths are not proved, though their part was halved {DEEPEST} times",
+    kernel.NO_CENTRE: "no box: no equilibrium was found in the middle of some part of the lengths",
+    kernel.UNGLUED: "no box: for some lengths within the error the equilibrium could not be followed",
+    kernel.UNCERTIFIED: "no box: the equilibrium itself cannot be certified",
+    kernel.HALF_TURN: "no box: rotation vectors come near half a turn",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class PoseBox:
+    """Where the pose may be, its lengths known to some error.
+
+    Where `complete`, for every lengths within the error, in any combination, the equilibrium that is followed from the
+    solved one, as lengths go there within the error, has its pose between `low` and `high` (n,): m, and for a body the
+    components of its rotation vector, rad. It is also the only one where `only_one` says so. Else both are NaN, and
+    `reason` says why.
+    """
+
+    low: Array
+    high: Array
+    complete: bool
+    only_one: bool
+    leaves: int
+    tests: int
+    reason: str
+
+
+def enclose_poses(
+    equilibrium: Equilibrium,
+    length_error: ArrayLike,
+    *,
+    budget: int = BUDGET,
+    tolerance: float = 0.03,
+    progress: Progress | None = None,
+) -> PoseBox:
+    """Enclose the poses of a single solved *equilibrium* when each length is only known to *length_error*, m.
+
+    *length_error*: one number for all lines, or one for each. The box is at most *tolerance* wider than the poses that
+    are known; more than *budget* leaves are not tried, and then there is no box. *progress* is called with a stage, how
+    much of *budget* is used and *budget*. Raises `InputError` for an error that is not positive or as large as a
+    length, a batch, rigid cables, a budget or tolerance that is not positive; `AnswerError` for what was not solved.
+    """
+    errors = _errors(equilibrium, length_error)
+    if budget < 1:
+        raise InputError(f"budget = {budget}: at least one leaf is wanted")
+    if not tolerance > 0.0:
+        raise InputError(f"tolerance = {tolerance:g}: over 0 is wanted, of the box's width")
+    packed = Packed(equilibrium.packed.freedoms, equilibrium.packed.lines[0], equilibrium.packed.platform[0])
+    states = np.array(equilibrium.states, order="C")
+    if any(is_slack(row, y) for row, y in zip(packed.lines, states, strict=True)):
+        return _nothing(equilibrium, 0, 0, "no box: a massless line hangs slack and has no shape")
+    low, high = equilibrium.lengths - errors, equilibrium.lengths + errors
+    low, high = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
+    directions = _self_stress(equilibrium)
+    farthest = np.maximum(high - equilibrium.lengths, equilibrium.lengths - low)
+    reach = np.abs(directions) @ farthest * (1.0 + 1e-6)
+    none = np.full(equilibrium.model.n, np.inf)
+    found = np.vstack([_sampled(equilibrium, low, high), none, -none])
+    search = kernel.search_of(packed, equilibrium.lengths.copy(), directions, 2.0 * OVERLAP * reach, found)
+    nodes = kernel.part_list(DEEPEST, len(search.cert.step), equilibrium.model.m, equilibrium.model.n, len(directions))
+    tally = np.array([0, 0, 1])
+    kernel.begin(nodes, low, high, reach, equilibrium.lengths.copy(), equilibrium.pose.copy(), states)
+    code = kernel.GOING
+    while code == kernel.GOING and tally[kernel.LEAVES] < budget:
+        upto = min(budget, int(tally[kernel.LEAVES]) + AT_ONCE)
+        code = kernel.explore(packed, nodes, tally, upto, SPARE * tolerance, search)
+        if progress is not None:
+            progress("leaves", int(tally[kernel.LEAVES]), budget)
+    leaves, tests = int(tally[kernel.LEAVES]), int(tally[kernel.TESTS])
+    if code != kernel.COVERED:
+        done = 1.0 - float(nodes.share[: tally[kernel.DEPTH]].sum())
+        spent = f"no box within the budget of {budget} leaves: {100.0 * done:.3g} % of the lengths are covered"
+        return _nothing(equilibrium, leaves, tests, REASONS.get(code, spent))
+    return PoseBox(found[2], found[3], True, is_only_one(equilibrium), leaves, tests, REASONS[code])
+
+
+def _errors(equilibrium: Equilibrium, given: ArrayLike) -> Array:
+    """Errors of the lengths (m,), checked."""
+    equilibrium.model.refuse_rigid()
+    if equilibrium.code.ndim:
+        raise InputError(f"a single equilibrium is wanted; got {len(equilibrium.code)} rows")
+    equilibrium.checked()
+    m = equilibrium.model.m
+    try:
+        errors = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError) as reason:
+        raise InputError(f"length error: numbers in m are wanted ({reason})") from None
+    if errors.shape not in ((), (m,)):
+        raise InputError(f"length error: one number is wanted, or {m}, in m; got {errors.size}")
+    errors = np.ascontiguousarray(np.broadcast_to(errors, (m,)))
+    if not (errors > 0.0).all():
+        raise InputError(f"length error: over 0 is wanted, m; got {errors[~(errors > 0.0)][0]:g}")
+    long = errors >= equilibrium.lengths
+    if long.any():
+        i = int(np.flatnonzero(long)[0])
+        name, length = equilibrium.model.robot.lines[i].name, equilibrium.lengths[i]
+        raise InputError(f"length error: {errors[i]:g} m is as large as the length of line {name}, {length:g} m")
+    return errors
+
+
+def _nothing(equilibrium: Equilibrium, leaves: int, tests: int, reason: str) -> PoseBox:
+    none = np.full(equilibrium.model.n, np.nan)
+    return PoseBox(none, none.copy(), False, is_only_one(equilibrium), leaves, tests, reason)
+
+
+def _self_stress(equilibrium: Equilibrium) -> Array:
+    """Directions (m - n, m) of lengths in which tensions change and the pose hardly does, orthonormal."""
+    points = equilibrium.platform_points
+    chords = points - equilibrium.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    ways = chords / np.linalg.norm(chords, axis=1)[:, None]
+    if equilibrium.model.n == 6:
+        ways = np.concatenate([ways, np.cross(points - equilibrium.pose[:3], ways)], axis=1)
+    if equilibrium.model.m <= equilibrium.model.n:
+        return np.zeros((0, equilibrium.model.m))
+    return np.ascontiguousarray(np.linalg.svd(ways.T)[2][equilibrium.model.n :])
+
+
+def _sampled(equilibrium: Equilibrium, low: Array, high: Array) -> Array:
+    """Least and largest pose (2, n) for lengths on the edges of their box, where solving them leads somewhere."""
+    m = len(low)
+    if m <= MOST_LINES:
+        corners = np.array(list(product((0.0, 1.0), repeat=m)))
+        steps = (np.arange(STEPS) + 0.5) / STEPS
+        edges = [np.where(np.arange(m) == i, x, corners[corners[:, i] == 0.0]) for i in range(m) for x in steps]
+        share = np.concatenate([corners, *edges])
+    else:
+        share = np.random.default_rng(0).integers(0, 2, (SAMPLES, m)).astype(float)
+    rows = Equilibrium(
+        equilibrium.model,
+        equilibrium.packed,
+        equilibrium.pose[None],
+        equilibrium.lengths[None],
+        equilibrium.states[None],
+        np.zeros(1, dtype=np.int64),
+        np.zeros(1),
+        np.zeros(1, dtype=np.int64),
+    )
+    solved = solve_again(rows, equilibrium.packed, low + share * (high - low), len(share))
+    poses = np.concatenate([equilibrium.pose[None], solved.pose[solved.code == 0]])
+    return np.array([poses.min(axis=0), poses.max(axis=0)])

@@ -1,0 +1,1 @@
+"""Rank 4. How the ranks below are put together."""

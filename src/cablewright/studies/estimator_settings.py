@@ -1,0 +1,186 @@
+"""What an estimator is told of a machine: its description and its sensors' data sheets, never how it was built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final
+
+from cablewright.errors import InputError
+from cablewright.estimation.chain import observer
+from cablewright.estimation.chain.drum_radius import RadiusSettings
+from cablewright.estimation.chain.observer import ObserverSettings
+from cablewright.estimation.height import HeightSettings
+from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman.state import FilterSettings
+from cablewright.estimation.lidar.localisation import WallSettings
+from cablewright.estimation.lidar.room import Laser, Room, RoomWall
+from cablewright.estimation.lidar.scan import Lidar
+from cablewright.estimation.slackness import SlacknessSettings
+from cablewright.estimation.tilt import TiltSettings
+from cablewright.machine.simulated import settings as machine
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+from cablewright.signals import Estimate, SensorFrame
+
+__all__ = ["OBSERVERS", "Observer", "believed", "filter_settings", "observer_settings", "surveyed"]
+
+_LEAST_WALL: Final = 3.0  # m: a shorter face is a window or a corner
+_SAME: Final = 1e-6  # m, by which two faces may be off one line
+_RADII: Final = (0.8, 1.5)  # of the bare drum's radius: what a wound one may have
+_WIDE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
+_HORIZONTAL: Final = ("north", "south")
+
+
+def observer_settings(
+    robot: Robot, settings: machine.MachineSettings, lasers: Sequence[Laser] = ()
+) -> ObserverSettings:
+    """Return settings for the machine that *robot* and *settings* describe.
+
+    *lasers*: an operator's at the start. Tolerances, biases and faults are not looked at. Raises `InputError` for a
+    machine without what the estimation needs: a horizontal lidar, walls, line angles; and for a *laser* to no wall.
+    """
+    model = Model(believed(robot, settings))
+    walls = surveyed(settings.room)
+    for laser in lasers:
+        walls.index(laser.wall)
+    mounted = {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
+    if not mounted or settings.line_angles is None:
+        missing = "line_angles" if mounted else "horizontal lidar"
+        raise InputError(f"machine {settings.name!r}: has no {missing}, which the estimation needs")
+    nominal = [line.winch.drum_radius for line in robot.lines]
+    radii = tuple(radius for radius in nominal if radius is not None)
+    if len(radii) < robot.m:
+        raise InputError(f"robot {robot.name!r}: a winch without drum_radius, which the estimation needs")
+    vertical, winch = settings.lidars.get("vertical"), settings.winch
+    return ObserverSettings(
+        model=model,
+        walls=WallSettings(walls, tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items())),
+        lidars=tuple(mounted),
+        slackness=SlacknessSettings(
+            model, settings.line_angles.from_platform, quiet=max(0.5, 2.5 / settings.line_angles.rate)
+        ),
+        radius=RadiusSettings(radii, _RADII[0] * min(radii), _RADII[1] * max(radii)),
+        counts=winch.counts * winch.ratio / math.tau,
+        height=None
+        if vertical is None
+        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, wide=_WIDE),
+        tilt=TiltSettings(robot.scene.gravity),
+        fastest=winch.max_speed,
+        valve=settings.drum.valve,
+        lasers=tuple(lasers),
+        quiet=_quiet(settings),
+    )
+
+
+def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Sequence[Laser] = ()) -> FilterSettings:
+    """Return what the filter is told, from the same sources as `observer_settings`; raises what that raises."""
+    chain = observer_settings(robot, settings, lasers)
+    winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
+    bare = min(chain.radius.nominal)
+    walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # of what forgets in some turns
+    known: dict[str, float] = {"radius_walk": walk} if walk > 0.0 else {}
+    if inertial is not None:
+        known |= {
+            "gyro": max(inertial.rate_bias, 1e-5),
+            "gyro_noise": max(inertial.rate_deviation, 1e-5) / math.sqrt(inertial.rate),
+            "lean": max(inertial.acceleration_bias / robot.scene.gravity, 1e-5),
+        }
+    if vertical is not None:
+        known["height_bias"] = max(vertical.bias, 1e-4)
+    if settings.distance is not None:
+        known["level_height"] = max(settings.distance.deviation, 1e-4)
+    return FilterSettings(chain, **known)
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """How an estimator is told of a machine, begun and given frames: ``step(settings, state, frame)``."""
+
+    settings: Callable[[Robot, machine.MachineSettings, Sequence[Laser]], Any]
+    start: Callable[[Any], Any]
+    step: Callable[[Any, Any, SensorFrame], Estimate]
+
+
+OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
+    "paper": Observer(observer_settings, observer.start, observer.step),
+    "filter": Observer(filter_settings, error_state.start, error_state.step),
+})  # fmt: skip
+"""By name: the chain of Merlet and Papegay 2023, and the filter that fuses all of it."""
+
+
+def believed(robot: Robot, settings: machine.MachineSettings) -> Robot:
+    """Return *robot* with the drum as heavy as it is at the beginning: it was weighed when it was filled."""
+    mass = settings.drum.empty_mass + settings.drum.powder
+    return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
+
+
+def surveyed(room: machine.Room) -> Room:
+    """Return the walls that a survey has: faces on one line are one wall, named by what is before their comma.
+
+    Windows and corners, faces of under 3 m together, are left out. Raises `InputError` where no wall remains.
+    """
+    if not room.walls:
+        raise InputError("room.walls: none, and the estimation needs walls")
+    ends = [end for wall in room.walls for end in (wall.start, wall.end)]
+    middle = [0.5 * (min(column) + max(column)) for column in zip(*ends, strict=True)]
+    found: list[tuple[RoomWall, float]] = []
+    for face in room.walls:
+        dx, dy = face.end[0] - face.start[0], face.end[1] - face.start[1]
+        length = math.hypot(dx, dy)
+        nx, ny = dy / length, -dx / length
+        distance = nx * face.start[0] + ny * face.start[1]
+        if distance < nx * middle[0] + ny * middle[1]:
+            nx, ny, distance = -nx, -ny, -distance
+        for i, (wall, before) in enumerate(found):
+            same = math.dist(wall.normal, (nx, ny)) < _SAME and abs(wall.distance - distance) < _SAME
+            if same:
+                found[i] = wall, before + length
+                break
+        else:
+            name = face.name.split(",")[0]
+            found.append((RoomWall(name, (nx, ny), distance), length))
+    return Room(tuple(wall for wall, length in found if length >= _LEAST_WALL))
+
+
+def _lidar(name: str, lidar: machine.LidarSettings, room: Room) -> Lidar:
+    """A horizontal lidar by its data sheet; it sees the walls that it is not masked towards while the drum is unturned.
+
+    Raises `InputError` for one that is not level.
+    """
+    (ax, ay, az), (bx, by, bz) = lidar.axes
+    if abs(az) > _SAME or abs(bz) > _SAME or ax * by - ay * bx < 0.0:
+        raise InputError(f"lidars.{name}.axes: a level plane, x to y counter-clockwise from above, is wanted")
+    yaw = math.atan2(ay, ax)
+    sees = tuple(wall.name for wall in room.walls if not _masked(lidar, wall.azimuth - yaw))
+    return Lidar(
+        name,
+        lidar.place,
+        yaw,
+        lidar.least,
+        lidar.most,
+        max(lidar.deviation, 1e-4),
+        bias_sigma=lidar.bias,
+        masked=lidar.masks,
+        sees=sees,
+    )
+
+
+def _masked(lidar: machine.LidarSettings, bearing: float) -> bool:
+    return any((bearing - begin) % math.tau <= (end - begin) for begin, end in lidar.masks)
+
+
+def _quiet(settings: machine.MachineSettings) -> dict[str, float]:
+    """After how long without a reading a source is quiet, s."""
+    quiet: dict[str, float] = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
+    rates = {
+        "inertial": settings.inertial,
+        "line_angles": settings.line_angles,
+        "distance": settings.distance,
+        "encoders": settings.encoders,
+        "climate": settings.climate_sensor,
+    }
+    quiet |= {name: max(0.5, 2.5 / unit.rate) for name, unit in rates.items() if unit is not None}
+    return quiet

@@ -1,0 +1,80 @@
+"""What is made of a print once it stands: one log, and its record."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cablewright.machine.files import appearing
+from cablewright.machine.log.join import join_log
+from cablewright.machine.log.log import read_log
+from cablewright.printing.heightfield import HeightField
+from cablewright.printing.track import Track
+from cablewright.studies.prints.metrics import metrics_text
+from cablewright.studies.prints.record import UNUSED, Recorder
+from cablewright.studies.prints.result import PrintRecord
+from cablewright.studies.prints.run import Timing
+
+__all__ = ["METRICS", "finish", "step_times", "write_metrics"]
+
+METRICS = "metrics.json"
+
+
+def finish(
+    folder: Path,
+    track: Track,
+    print_speed: float,
+    true_structure: HeightField | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> tuple[PrintRecord, Path]:
+    """Join the log of the print in *folder* and make its record; return both. May be done again.
+
+    Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
+    """
+    joined = join_log(folder)
+    with read_log(joined) as log:
+        recorder = Recorder(log.head, track, print_speed)
+        for count, entry in enumerate(log.entries(without=UNUSED)):
+            recorder.add(entry)
+            if progress is not None and count % 1000 == 0:
+                progress("reading the log (bytes)", log.position, log.size)
+        return recorder.finish(true_structure, notes=tuple(log.notes)), joined
+
+
+def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> dict[str, Any]:
+    """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
+    text = metrics_text(found, {"step_time": step_times(timing), **more})
+    with appearing(folder / METRICS) as file:
+        file.write(text.encode())
+    told: dict[str, Any] = json.loads(text)
+    return told
+
+
+def step_times(timing: Timing) -> dict[str, float | int]:
+    """How long control steps took, s, by the clock and of the processor, and how many were over the machine's period.
+
+    ``over``: by the clock; ``over_by_itself``: of the processor, what else the computer did left out. Of a paced print
+    also how many periods ended late.
+    """
+    if not timing.wall:
+        return {"count": 0}
+    wall, processor = np.array(timing.wall), np.array(timing.processor)
+    told: dict[str, float | int] = {
+        "count": len(wall),
+        "mean": float(wall.mean()),
+        "p99": float(np.percentile(wall, 99.0)),
+        "max": float(wall.max()),
+        "processor_mean": float(processor.mean()),
+        "processor_p99": float(np.percentile(processor, 99.0)),
+        "processor_max": float(processor.max()),
+        "over": int(np.count_nonzero(wall > timing.period)),
+        "over_by_itself": int(np.count_nonzero(processor > timing.period)),
+    }
+    if timing.late:
+        late = np.array(timing.late)
+        told |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
+    return told

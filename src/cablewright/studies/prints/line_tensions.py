@@ -1,0 +1,76 @@
+"""What each line bears by what is believed: the taut lines' tensions that hold the drum, and their wave's frequency."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.kernels import layout
+from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+from cablewright.signals import Estimate
+from cablewright.solvers.taut import Taut, taut_at
+from cablewright.studies.estimator_settings import believed
+from cablewright.studies.prints.steps_table import Columns
+
+__all__ = ["Believed"]
+
+Array = NDArray[np.float64]
+
+_UNDER: Final = 1e-6  # of the drum's weight: less pull than that is rounding
+
+
+class Believed:
+    """A point platform on its lines, drawn straight: whose angles, tensions and frequencies are asked for."""
+
+    def __init__(self, robot: Robot, settings: MachineSettings) -> None:
+        """Take the description. Of a platform that may turn nothing is told: every answer is NaN."""
+        self.robot, self._settings = robot, settings
+        self._model = Model(believed(robot, settings)) if robot.platform.kind == "point" else None
+        weight = None if self._model is None else self._model.packed.lines[:, layout.WEIGHT].copy()
+        self._weight = weight if weight is not None and (weight > 0.0).all() else None
+
+    def at(self, position: Array) -> Taut | None:
+        """All lines drawn straight to *position* (3,), m; None where nothing is known of them."""
+        return taut_at(self._model, position) if self._model is not None and np.isfinite(position).all() else None
+
+    def tensions(self, taut: Taut | None, slack: Array, mass: float) -> Array:
+        """Tensions (m,), N, at the platform of the lines that are not *slack* (m,), of which there are three.
+
+        NaN where these do not hold a drum of that *mass* (kg) there, or are more: how they share it is not known.
+        """
+        nothing = np.full(self.robot.m, np.nan)
+        tight = np.flatnonzero(slack == 0.0)
+        if taut is None or len(tight) != self.robot.n:
+            return nothing
+        weight = mass * self.robot.scene.gravity
+        try:
+            found = np.linalg.solve(-taut.toward[tight].T, [0.0, 0.0, weight])
+        except np.linalg.LinAlgError:
+            return nothing
+        if not (found >= -_UNDER * weight).all():
+            return nothing
+        tensions = np.zeros(self.robot.m)
+        tensions[tight] = np.maximum(found, 0.0)
+        return tensions
+
+    def frequencies(self, estimate: Estimate, mass: float) -> Array:
+        """First frequencies (m,), Hz, of the lines that bear something; NaN of the others, as `tensions`."""
+        taut = self.at(estimate.position)
+        if taut is None or self._weight is None:
+            return np.full(self.robot.m, np.nan)
+        tensions = self.tensions(taut, estimate.slack.astype(np.float64), mass)
+        speed = np.sqrt(np.maximum(tensions, 0.0) * self.robot.scene.gravity / self._weight)
+        return np.where(tensions > 0.0, speed / (2.0 * taut.free), np.nan)
+
+    def drawn(self, rows: Columns, masses: Array) -> tuple[Array, Array]:
+        """Taut angles (k, m), rad, and tensions (k, m), N, of all *rows*, with the drum's *masses* (k,), kg."""
+        angles, pulls = np.full((2, len(rows), self.robot.m), np.nan)
+        for k, (place, slack, mass) in enumerate(zip(rows["position"], rows["slack"], masses.tolist(), strict=True)):
+            taut = self.at(place)
+            if taut is not None:
+                angles[k], pulls[k] = taut.angles, self.tensions(taut, slack, mass)
+        return angles, pulls

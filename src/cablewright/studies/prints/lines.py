@@ -1,0 +1,91 @@
+"""What each line bore and did in a print: how long it was taut, how much it pulled, how much cable went to and fro."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.estimation.slackness import SlacknessSettings
+from cablewright.machine.log.log import LogHead
+from cablewright.studies.prints.result import LineUse
+from cablewright.studies.prints.spooling import Coiling, Coils
+from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.vibration import Ringing
+from cablewright.studies.running_statistics import Moments
+
+__all__ = ["Lines"]
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+class Lines:
+    """Sums by line."""
+
+    def __init__(self, head: LogHead) -> None:
+        """Begin with none."""
+        m = head.robot.m
+        self._names = tuple(line.name for line in head.robot.lines)
+        self._taut, self._true_taut, self._tension, self._excess = (Moments(m) for _ in range(4))
+        self._hours, self._wound = np.zeros(m), np.zeros(m)
+        self._coils = Coils(head.robot, head.settings.winch)
+        self._before: Columns | None = None
+
+    def add(self, rows: Columns, printing: Bools) -> None:
+        """Count in *rows*, of which some are *printing* (k,)."""
+        slack, valid = rows["slack"], rows["valid"] == 1.0
+        taut = np.where(valid[:, None] & np.isfinite(slack), slack == 0.0, np.nan)
+        excess = rows["true_excess"]
+        true_taut = np.where(np.isfinite(excess), excess <= SlacknessSettings.slack, np.nan)
+        self._taut.add(taut[printing])
+        self._true_taut.add(true_taut[printing])
+        self._tension.add(rows["tensions"][printing])
+        self._excess.add(np.where(valid[:, None], rows["excess"], np.nan)[printing])
+        step = np.nan_to_num(np.maximum(rows["step"], 0.0))
+        self._hours += (step[:, None] * (taut == 1.0)).sum(axis=0) / 3600.0
+        chosen = printing & valid
+        self._coils.add(rows["lengths"][chosen], rows["radii"][chosen])
+        self._coils.add(rows["true_lengths"][printing], rows["true_radii"][printing], true=True)
+        self._wind(rows)
+
+    def _wind(self, rows: Columns) -> None:
+        """How much cable went: by the encoders and believed radii where there are any, else by true lengths."""
+        whole = rows if self._before is None else self._before.then(rows)
+        self._before = rows.where(np.arange(len(rows)) == len(rows) - 1)
+        turned = np.abs(np.diff(whole["turned"], axis=0)) * whole["radii"][1:]
+        gone = np.abs(np.diff(whole["true_lengths"], axis=0))
+        self._wound += np.nan_to_num(np.where(np.isfinite(turned), turned, gone)).sum(axis=0)
+
+    def coiling(self) -> tuple[Coiling, ...]:
+        """How cable lies on each drum."""
+        return self._coils.told()
+
+    def told(self, coiling: tuple[Coiling, ...], ringing: Ringing, believed: Array) -> tuple[LineUse, ...]:
+        """All lines, with *believed* tensions (k, m), N, of some steps."""
+        pull = Moments(len(self._names))
+        pull.add(believed)
+        return tuple(
+            LineUse(
+                name,
+                float(self._taut.mean[i]),
+                float(self._true_taut.mean[i]),
+                float(self._tension.mean[i]),
+                float(self._tension.most[i]),
+                float(pull.mean[i]),
+                float(pull.most[i]),
+                float(self._excess.most[i]),
+                float(self._hours[i]),
+                float(self._wound[i]),
+                coiling[i].irregularity,
+                coiling[i].true_irregularity,
+                _middle(ringing.frequencies[:, i]),
+                float(ringing.slopes[i]),
+                float(ringing.slope_sigmas[i]),
+            )
+            for i, name in enumerate(self._names)
+        )
+
+
+def _middle(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else float("nan")

@@ -1,0 +1,105 @@
+"""The record of a print as one JSON object: SI, variances in m^2 and (m/s)^2, NaN as null."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from typing import Any, Final
+
+from cablewright.studies.prints.result import Following, PrintRecord, Spot
+from cablewright.studies.prints.structure import Likeness, Structure
+from cablewright.studies.running_statistics import Told
+
+__all__ = ["metrics", "metrics_text"]
+
+_Values = dict[str, Any]
+
+SCHEMA: Final = 1
+
+
+def metrics(found: PrintRecord) -> _Values:
+    """Return all figures by name. Path errors and speeds are true ones; what begins with ``estimated`` is believed."""
+    return {
+        "layers": found.layers,
+        "layers_begun": found.layers_begun,
+        "distance": found.distance - found.begin,
+        "end": found.distance,
+        "travelled": found.travelled,
+        "steps": found.steps,
+        "duration": found.duration,
+        **_following(found.true, ""),
+        **_following(found.seen, "estimated_"),
+        "mean_estimation_error": found.seen_off.mean,
+        "estimation_error_variance": found.seen_off.variance,
+        "wanted_speed": found.print_speed,
+        "yaw": _range(found.yaw),
+        "tilt": _range(found.tilt),
+        "temperature": _range(found.temperature),
+        "humidity": _range(found.humidity),
+        "states": {str(state): time for state, time in found.states.items()},
+        "barrier_stops": found.barrier_stops,
+        "refills": found.refills,
+        "faults": [
+            {"source": source, "sentence": sentence, "since": since, "until": until, "steps": steps}
+            for (source, sentence), (since, until, steps) in found.faults.items()
+        ],
+        "notices": dict(found.notices),
+        "lines": [dataclasses.asdict(line) for line in found.lines],
+        "structure": None if found.structure is None else _structure(found.structure),
+        "notes": list(found.notes),
+    }
+
+
+def metrics_text(found: PrintRecord, more: _Values | None = None) -> str:
+    """Return `metrics`, and *more* of the same kind, as the text of a file."""
+    return json.dumps(_plain({"schema": SCHEMA} | metrics(found) | (more or {})), indent=1, allow_nan=False) + "\n"
+
+
+def _following(found: Following, own: str) -> _Values:
+    error, speed, height = found.error, found.speed, found.height
+    return {
+        f"{own}mean_path_error": error.mean,
+        f"{own}path_error_variance": error.variance,
+        f"{own}max_path_error": error.size,
+        f"{own}worst_place": _spot(found.worst),
+        f"{own}mean_height_error": height.mean,
+        f"{own}height_error_variance": height.variance,
+        f"{own}max_height_error": height.size,
+        f"{own}mean_speed": speed.mean,
+        f"{own}speed_variance": speed.variance,
+        f"{own}steps_printing": error.count,
+    }
+
+
+def _spot(worst: Spot | None) -> _Values | None:
+    return None if worst is None else dataclasses.asdict(worst)
+
+
+def _range(told: Told) -> _Values:
+    return {"mean": told.mean, "min": told.least, "max": told.most}
+
+
+def _structure(found: Structure) -> _Values:
+    likeness = Likeness(*(math.nan,) * 5) if found.likeness is None else found.likeness
+    return {
+        "mass": found.mass,
+        "volume": found.mass / found.density,
+        "estimated_mass": found.seen_mass,
+        "estimated_volume": found.seen_mass / found.density,
+        "max_height": found.highest,
+        "mean_difference": likeness.mean,
+        "rms_difference": likeness.rms,
+        "max_difference": likeness.most,
+        "rms_difference_on_structure": likeness.on_structure,
+        "share_seen": likeness.seen,
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Numbers that are not finite as None."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

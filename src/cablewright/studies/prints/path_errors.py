@@ -1,0 +1,80 @@
+"""How far beside its path a print was, and how fast along it, step by step."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.printing.track import Track
+from cablewright.studies.prints.result import Following, LayerErrors, Spot
+from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.running_statistics import Histogram, Moments
+
+__all__ = ["Follower"]
+
+Array = NDArray[np.float64]
+
+_WITHIN: Final = 0.3  # m along the path either way of where the print was
+_MOST_ERROR: Final = 0.1  # m: beyond it a histogram's last bar counts
+
+
+class Follower:
+    """Compares one column of places with the path near where the print was."""
+
+    def __init__(self, track: Track, print_speed: float, own: str) -> None:
+        """Of the columns that begin with *own*: ``true_`` or none."""
+        self._track, self._own = track, own
+        self._error, self._height, self._speed = Moments(), Moments(), Moments()
+        self._layers = [Moments() for _ in track.visits.begin]
+        self._worst: Spot | None = None
+        self._errors = Histogram(-_MOST_ERROR, _MOST_ERROR, 400)
+        self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
+
+    def add(self, rows: Columns) -> tuple[Array, Array]:
+        """Count in *rows* that print: cross-track errors (k,), m, and speeds along the path (k,), m/s."""
+        places, distance = rows[f"{self._own}position"], rows["distance"]
+        reached, error = self._track.nearest_of_each(places, distance, _WITHIN)
+        known = np.isfinite(reached)
+        piece = self._track.pieces(np.where(known, reached, 0.0))
+        way = self._track.positions[piece + 1] - self._track.positions[piece]
+        length = self._track.distance[piece + 1] - self._track.distance[piece]
+        speed = (rows[f"{self._own}velocity"] * way).sum(axis=1) / length
+        self._error.add(error)
+        self._speed.add(speed)
+        self._height.add(places[:, 2] - rows["target"][:, 2])
+        self._errors.add(error)
+        self._speeds.add(speed)
+        self._mark(rows, reached, error)
+        visit = np.clip(np.searchsorted(self._track.visits.begin, distance, side="right") - 1, 0, None)
+        for each in np.unique(visit[known]):
+            self._layers[each].add(error[visit == each])
+        return error, speed
+
+    def _mark(self, rows: Columns, reached: Array, error: Array) -> None:
+        """Keep the place of the largest error."""
+        if not np.isfinite(error).any():
+            return
+        k = int(np.nanargmax(np.abs(error)))
+        if self._worst is None or abs(error[k]) > abs(self._worst.value):
+            x, y, _ = self._track.at(float(reached[k])).position.tolist()
+            layer, time = int(rows["layer"][k]), float(rows["time"][k])
+            self._worst = Spot(float(error[k]), time, layer, float(reached[k]), (x, y))
+
+    def told(self) -> Following:
+        """What all steps told."""
+        layers = [each.told() for each in self._layers]
+        columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "least", "most"))
+        mean, variance, least, most = columns
+        visits = self._track.visits
+        by_layer = LayerErrors(visits.number, visits.begin, mean, np.sqrt(variance), least, most)
+        return Following(
+            self._error.told(),
+            self._height.told(),
+            self._speed.told(),
+            self._worst,
+            by_layer,
+            self._errors,
+            self._speeds,
+        )

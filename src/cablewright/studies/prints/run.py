@@ -1,0 +1,223 @@
+"""A whole print on a simulated machine, in a run folder from which it goes on after whatever ends it.
+
+While it runs the folder holds ``manifest.json`` (what is printed), the log's segments, and ``checkpoint.bin``: machine
+and print at one time, at most half a second old. A print that is resumed hangs where the checkpoint has it, finds out
+where that is, goes back to its place on the path and goes on.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import time
+from array import array
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.errors import InputError
+from cablewright.machine.files import appearing, refused
+from cablewright.machine.log.log import LogHead, LogWriter, write_log
+from cablewright.machine.log.segments import next_segment
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.machine.simulated.snapshot import Notes, Recall, read_snapshots
+from cablewright.machine.simulated.snapshot_writer import Keeper
+from cablewright.signals import PrintState
+from cablewright.studies.estimators import Estimator, estimator
+from cablewright.studies.folder_lock import held
+from cablewright.studies.prints.loop import Attendant, Plan, Printer
+from cablewright.studies.prints.plan import MachineTwin, plan_print
+from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
+
+__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "run_print"]
+
+Array = NDArray[np.float64]
+
+CHECKPOINT: Final = "checkpoint.bin"
+LOCK: Final = "lock"
+
+_EVERY: Final = 0.5  # s between checkpoints, of the wall clock
+_TELL: Final = 50  # steps between words of progress
+_TIDY: Final = 100  # steps of a paced print between collections of garbage
+_AWAKE: Final = 0.02  # s before a step of a paced print: a core that slept takes half as long again, its caches cold
+_MOST_STEPS: Final = 100_000_000
+
+
+@dataclass
+class Timing:
+    """How long the control steps took, s: what is done with a frame until it is answered and logged."""
+
+    period: float
+    """s, what a step may take."""
+    wall: array[float] = field(default_factory=lambda: array("d"))
+    processor: array[float] = field(default_factory=lambda: array("d"))
+    late: array[float] = field(default_factory=lambda: array("d"))
+    """How long after its time each step of a paced print ended, s; negative is early."""
+
+
+@dataclass(eq=False)
+class PrintRun:
+    """What came of it. ``state`` and ``reason``: how it ended."""
+
+    folder: Path
+    machine: SimulatedMachine
+    printer: Printer
+    timing: Timing
+    steps: int = 0
+
+    @property
+    def finished(self) -> bool:
+        """Whether all of the path was gone."""
+        return self.printer.finished
+
+    @property
+    def state(self) -> PrintState:
+        """In which it is."""
+        return self.printer.supervisor.state
+
+    @property
+    def reason(self) -> str:
+        """Why it is in that state."""
+        return self.printer.supervisor.reason
+
+
+def run_print(
+    twin: MachineTwin,
+    folder: Path,
+    inputs: Mapping[str, str],
+    options: Mapping[str, object],
+    *,
+    resume: bool = False,
+    real_time: bool = False,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> PrintRun:
+    """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
+
+    *inputs* and *options*: what makes this print the one it is, see `store.manifest_of`; a print is resumed only where
+    they are the same. With *real_time* each step waits for its time, awake, which takes a core of its own.
+
+    Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
+    cannot be printed; `EnvironmentFault` where the folder cannot be written: the print then stands where it was.
+    """
+    plan = plan_print(twin)
+    _prepare(folder, manifest_of("print", inputs, options), resume)
+    with held(folder / LOCK):
+        machine, printer = _printer(twin, plan, folder, resume)
+        run = PrintRun(folder, machine, printer, Timing(machine.period))
+        if not run.finished:
+            head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
+            path = next_segment(folder)
+            with (
+                write_log(path, head, flush_every=_EVERY, clock=time.monotonic) as log,
+                Keeper(folder / CHECKPOINT) as keeper,
+            ):
+                gc.freeze()  # what is there by now need not be looked through again and again
+                if real_time:
+                    gc.disable()  # it is done when there is time for it
+                try:
+                    _go_on(run, log, keeper, real_time, progress)
+                finally:
+                    gc.enable()
+                    gc.unfreeze()
+        return run
+
+
+def _go_on(
+    run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progress: Callable[[str, int, int], None] | None
+) -> None:
+    """Step until it is over."""
+    machine, printer, timing = run.machine, run.printer, run.timing
+    attendant = Attendant(lambda: machine.refill(printer.plan.powder))
+    whole = round(1e3 * printer.plan.course.track.length)
+    saved = begun = time.monotonic()
+    for run.steps in range(1, _MOST_STEPS):
+        orders = attendant.orders(printer, machine.time)
+        step = printer.step(orders)
+        log.write(step.frame, step.command, machine.truth, step.estimate, step.progress)
+        wall, processor = printer.framed
+        timing.wall.append(time.perf_counter() - wall)
+        timing.processor.append(time.thread_time() - processor)
+        over = printer.finished or run.state in (PrintState.STOPPED, PrintState.FAULT)
+        now = time.monotonic()
+        if over or now - saved >= _EVERY:
+            saved = now
+            log.flush()
+            _save(run, keeper)
+        if progress is not None and run.steps % _TELL == 0:
+            progress("printing, mm", round(1e3 * step.progress.distance), whole)
+        if over:
+            return
+        if real_time:
+            if run.steps % _TIDY == 0:
+                gc.collect(1)
+            due = begun + run.steps * machine.period
+            timing.late.append(time.monotonic() - due)
+            time.sleep(max(0.0, due - time.monotonic() - _AWAKE))
+            while time.monotonic() < due:
+                pass
+
+
+def _save(run: PrintRun, keeper: Keeper) -> None:
+    notes = Notes()
+    run.printer.keep(notes)
+    keeper.put({"machine": run.machine.snapshot(), "print": notes.snapshot})
+
+
+def _printer(twin: MachineTwin, plan: Plan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
+    """Machine and print as the checkpoint has them, or at the beginning of the path where there is none."""
+    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.course.track.at(0.0).position
+    found = read_snapshots(path) if resume and path.exists() else None
+    if found is not None and not {"machine", "print"} <= found.keys():
+        raise InputError(f"{path}: holds no machine and print")
+    if found is None:
+        machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    else:
+        machine = SimulatedMachine.resumed(
+            twin.robot, twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
+        )
+
+    def make(place: Array, radii: Array) -> Estimator:
+        return estimator(twin.estimator, twin.robot, machine.settings, place, choices.lasers, radii)
+
+    book = None if found is None else Recall(found["print"])
+    return machine, Printer(plan, machine, make, now=machine.time, book=book)
+
+
+def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
+    """Make the folder, or look whether it holds the print that is to go on. Raises `InputError`."""
+    there = folder.is_dir() and any(folder.iterdir())
+    if not resume:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"--out = {folder}: is no folder")
+        if there:
+            raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as reason:
+            raise refused(folder, reason) from None
+        with appearing(folder / MANIFEST) as file:
+            file.write(json.dumps(manifest, indent=2).encode() + b"\n")
+        return
+    try:
+        text = (folder / MANIFEST).read_bytes()[:MANIFEST_BYTES]
+        kept = json.loads(text)
+    except (OSError, ValueError, RecursionError):
+        raise InputError(f"--resume: {folder} holds no print") from None
+    if not isinstance(kept, dict) or kept.get("command") != "print":
+        raise InputError(f"--resume: {folder} holds no print")
+    for key, value in manifest.items():
+        if key != "cablewright" and kept.get(key) != value:
+            raise InputError(f"--resume: {folder} holds a print of another {_differs(key, kept.get(key), value)}")
+
+
+def _differs(key: str, kept: Any, asked: Any) -> str:
+    """What of a part of the manifest is not the same."""
+    if isinstance(kept, dict) and isinstance(asked, dict):
+        for inner in sorted(kept.keys() | asked.keys()):
+            if kept.get(inner) != asked.get(inner):
+                return _differs(inner, kept.get(inner), asked.get(inner))
+    return f"{key}: {str(kept)[:60]}, asked for {str(asked)[:60]}"

@@ -1,0 +1,72 @@
+"""Snapshots written in a thread: the newest is on the disk at the end, every file in between is whole."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.machine.simulated import snapshot_writer as keepers
+from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
+from cablewright.machine.simulated.snapshot_writer import Keeper
+
+
+def number(k: int) -> dict[str, Snapshot]:
+    return {"a": Snapshot({"k": k}, {"x": np.full(1000, float(k))})}
+
+
+def read(path: Path) -> int:
+    found = read_snapshots(path)["a"]
+    assert (found.arrays["x"] == found.values["k"]).all()
+    return int(found.values["k"])
+
+
+def test_the_newest_is_on_the_disk_at_the_end(tmp_path: Path) -> None:
+    path, seen = tmp_path / "state", [0]
+    with Keeper(path) as keeper:
+        for k in range(1, 301):
+            keeper.put(number(k))
+            if path.exists():
+                seen.append(read(path))
+    assert seen == sorted(seen)
+    assert read(path) == 300
+    assert [each.name for each in tmp_path.iterdir()] == ["state"]
+
+
+def test_what_waits_gives_way_to_what_is_newer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written, go, busy = list[int](), threading.Event(), threading.Event()
+
+    def slow(path: Path, snapshots: Any) -> None:
+        busy.set()
+        assert go.wait(10.0)
+        written.append(snapshots["a"].values["k"])
+        write_snapshots(path, snapshots)
+
+    monkeypatch.setattr(keepers, "write_snapshots", slow)
+    with Keeper(tmp_path / "state") as keeper:
+        keeper.put(number(1))
+        assert busy.wait(10.0)
+        for k in (2, 3, 4):
+            keeper.put(number(k))
+        go.set()
+    assert written == [1, 4]
+
+
+def put_until_refused(path: Path) -> None:
+    with Keeper(path) as keeper:
+        for k in range(100_000):
+            keeper.put(number(k))
+
+
+def test_a_disk_that_refuses_is_told_at_the_next_one_or_at_the_end(tmp_path: Path) -> None:
+    missing = tmp_path / "none" / "state"
+    with pytest.raises(EnvironmentFault, match="none/state: cannot be written"):
+        put_until_refused(missing)
+    with pytest.raises(EnvironmentFault, match="cannot be written"), Keeper(missing) as keeper:
+        keeper.put(number(1))
+    with pytest.raises(InputError), Keeper(missing):  # what went wrong first is what is told
+        read_snapshots(missing)
