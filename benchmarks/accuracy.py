@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from benchmarks.timing import Row, best
 from cablewright.analyses.accuracy.corners import signs_of_box
 from cablewright.analyses.accuracy.nozzle_error import accuracy
-from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Problem, sampled
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, sampled
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
@@ -42,7 +42,7 @@ def _beside(study: Study, seconds: float) -> tuple[str, float]:
     """How many times as long as solving the corners of all its places takes, and nothing else."""
     robot, found = study.accuracy.robot, study.accuracy
     nominal = solve_forward(Model(robot), found.commanded, guess=found.nominal, path=True)
-    problem = Problem(nominal, found.commanded, found.wanted, found.ranges)
+    problem = SpreadProblem(nominal, found.commanded, found.wanted, found.ranges)
     corners = problem.middle + signs_of_box(len(found.ranges)) * problem.half_widths
     alone = best(lambda: sampled(problem, corners), 2)
     return "solving the corners alone", seconds / alone

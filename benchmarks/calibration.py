@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from benchmarks.timing import Row, best
 from cablewright.calibration.observability import information
 from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.robot import Robot, load
@@ -35,11 +35,11 @@ def rows() -> Iterator[Row]:
     yield rough_row()
 
 
-def made(count: int, noise: float, seed: int = 0) -> tuple[Problem, Simulated, Array]:
+def made(count: int, noise: float, seed: int = 0) -> tuple[CalibrationProblem, Simulated, Array]:
     """A problem, what is true of it, and its true unknowns."""
     rng = np.random.default_rng(seed)
     simulated = measure(WANG, random_poses(WANG, count, rng), noise, rng)
-    problem = Problem.of(WANG, simulated.measured)
+    problem = CalibrationProblem.of(WANG, simulated.measured)
     return problem, simulated, np.append(TRUE.ravel(), simulated.home_lengths)
 
 
@@ -65,7 +65,7 @@ def speed_rows() -> Iterator[Row]:
     yield Row("calibrate 1000 poses", one, "ms", "<= 50", one <= 50.0)
 
 
-def scipy_time(problem: Problem, theta: Array, poses: Array, method: str) -> float:
+def scipy_time(problem: CalibrationProblem, theta: Array, poses: Array, method: str) -> float:
     """Mean time of a few of the runs, s."""
     scipy_fit(problem, theta[0], poses[0], method)
     begin = time.perf_counter()
@@ -74,7 +74,7 @@ def scipy_time(problem: Problem, theta: Array, poses: Array, method: str) -> flo
     return (time.perf_counter() - begin) / FEW
 
 
-def scipy_fit(problem: Problem, theta: Array, poses: Array, method: str) -> object:
+def scipy_fit(problem: CalibrationProblem, theta: Array, poses: Array, method: str) -> object:
     """The same equations by dense least squares, without a gauge, to SciPy's usual tolerances."""
     k, (count, e) = len(theta), (problem.poses, problem.per_pose)
 

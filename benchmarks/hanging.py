@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
 from cablewright.calibration.elastic_lines import Hanging
-from cablewright.calibration.plan import Plan, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fit
 from cablewright.calibration.simulation import Beside, Simulated, aligned, measure, random_poses
 from cablewright.calibration.solve import Calibration, calibrate
@@ -60,9 +60,9 @@ def file_of(name: str, rng: np.random.Generator, off: float) -> Robot:
     return with_values(robot, unknowns_of(robot, ("exit_point",)), wrong.ravel(), raised=True)
 
 
-def plan(encoder: float = ENCODER, tension: float = CELL) -> Plan:
+def plan(encoder: float = ENCODER, tension: float = CELL) -> CalibrationPlan:
     """Geometry, home lengths and one modulus."""
-    return Plan(unknowns=ALL, shared=("modulus",), sigma=Sigmas(encoder=encoder, tension=tension))
+    return CalibrationPlan(unknowns=ALL, shared=("modulus",), sigma=Sigmas(encoder=encoder, tension=tension))
 
 
 def errors(found: Calibration, made: Simulated, robot: Robot) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from cablewright.models.solids import of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import load_job
-from cablewright.printing.stl import Mesh
+from cablewright.printing.stl import StlMesh
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference_over_job
@@ -58,7 +58,7 @@ def along_beads(held: Equilibrium, beads: object) -> None:
     interference(held, part=beads, now=np.arange(len(held.code), dtype=float))
 
 
-def hills() -> Mesh:
+def hills() -> StlMesh:
     """A hilly sheet under the house's nozzle, of as many triangles as the aim speaks of."""
     u = np.linspace(0.0, 1.0, SIDE)
     x, y = np.meshgrid(8.0 * u - 4.0, 6.0 * u - 3.0, indexing="ij")
@@ -66,7 +66,7 @@ def hills() -> Mesh:
     i, j = np.meshgrid(np.arange(SIDE - 1), np.arange(SIDE - 1), indexing="ij")
     a = (i * SIDE + j).ravel()
     faces = np.concatenate([np.stack([a, a + SIDE, a + 1], 1), np.stack([a + 1, a + SIDE, a + SIDE + 1], 1)])
-    return Mesh(corners[faces])
+    return StlMesh(corners[faces])
 
 
 def once(function: Callable[[], object]) -> float:
@@ -76,7 +76,7 @@ def once(function: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def peer_rows(held: Equilibrium, mesh: Mesh, each: float) -> Iterator[Row]:
+def peer_rows(held: Equilibrium, mesh: StlMesh, each: float) -> Iterator[Row]:
     """What python-fcl takes for the straight line from platform to exit, as a triangle without an area."""
     if find_spec("fcl") is None:
         print("interference: python-fcl is not installed, nothing to compare with", file=sys.stderr)

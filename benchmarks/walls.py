@@ -15,8 +15,8 @@ from scipy.optimize import least_squares
 
 from benchmarks.timing import Row, best
 from cablewright.estimation.lidar.localisation import LidarTurn, WallSettings, start, step
-from cablewright.estimation.lidar.room import Laser, Room
-from cablewright.estimation.lidar.scan import Lidar
+from cablewright.estimation.lidar.room import Laser, RoomMap
+from cablewright.estimation.lidar.scan import LidarModel
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
@@ -25,12 +25,12 @@ WEST, EAST, NORTH, WINDOW = -2.5, 2.5, 5.0, (-1.0, 0.5, 0.05)  # m; a window in 
 RAYS, SIGMA, BIAS = 720, 2e-3, 2e-3
 RUNS = 200
 AIM = 5.0  # ms a scan
-ROOM = Room.of({"west": ((-1, 0), -WEST), "east": ((1, 0), EAST), "north": ((0, 1), NORTH)})
+ROOM = RoomMap.of({"west": ((-1, 0), -WEST), "east": ((1, 0), EAST), "north": ((0, 1), NORTH)})
 
 
 def rows() -> Iterator[Row]:
     """All rows of this file."""
-    settings = WallSettings(ROOM, (Lidar(),))
+    settings = WallSettings(ROOM, (LidarModel(),))
     random, pose = np.random.default_rng(1), (0.3, 0.5, 0.1)
     state = start()
     for _ in range(3):

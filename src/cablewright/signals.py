@@ -21,7 +21,7 @@ __all__ = [
     "Climate",
     "Command",
     "Condition",
-    "Distance",
+    "DistanceReading",
     "Encoders",
     "Estimate",
     "Fault",
@@ -100,7 +100,7 @@ class LineAngles:
 
 
 @dataclass(frozen=True, eq=False)
-class Distance:
+class DistanceReading:
     """The distance sensor under the valve."""
 
     time: float  # s
@@ -157,7 +157,7 @@ class Scan:
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan
+Reading = Encoders | Inertial | LineAngles | DistanceReading | Climate | Barrier | Scan
 
 
 @dataclass(frozen=True, eq=False)

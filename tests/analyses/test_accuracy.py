@@ -10,7 +10,7 @@ import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, accuracy, commanded
 from cablewright.analyses.accuracy.region import region
-from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Problem, Vertices, corner_values
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, Vertices, corner_values
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -72,9 +72,9 @@ def test_volumes_of_paty_2021(kind: str, pose: list[float], volume: float) -> No
     assert region(problem, corner_values(problem)).hull.volume == pytest.approx(volume, rel=4e-3)
 
 
-def problem_of(found: Accuracy) -> Problem:
+def problem_of(found: Accuracy) -> SpreadProblem:
     nominal = solve_forward(Model(found.robot), found.commanded, guess=found.nominal)
-    return Problem(nominal, found.commanded, found.wanted, found.ranges)
+    return SpreadProblem(nominal, found.commanded, found.wanted, found.ranges)
 
 
 @pytest.mark.parametrize("height", [0.0, 4.0, 11.0])

@@ -11,7 +11,7 @@ import skfem
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from cablewright.analyses.bracket.elasticity import Elastic, von_mises
-from cablewright.analyses.bracket.hexahedra import Bore, Grid, Solid, build, ticks
+from cablewright.analyses.bracket.hexahedra import Bore, Grid, HexMesh, build, ticks
 from cablewright.analyses.bracket.nested_dissection import dissected
 from cablewright.robot.bracket import Material
 from oracles import calculix
@@ -22,24 +22,24 @@ NOTHING = np.empty(0, dtype=np.int64)
 SEED = 3
 
 
-def box(x: float, y: float, z: float, parts: tuple[int, int, int]) -> Solid:
+def box(x: float, y: float, z: float, parts: tuple[int, int, int]) -> HexMesh:
     grid = Grid(*(np.linspace(0.0, side, count + 1) for side, count in zip((x, y, z), parts, strict=True)))
     return build(grid, lambda p: np.ones(p.shape[1], dtype=bool), [])
 
 
-def drilled() -> Solid:
+def drilled() -> HexMesh:
     """A block with a round bore: its elements are neither boxes nor straight."""
     bore = Bore(2, (0.0, 0.0), 0.016, 0.03)
     sides = ticks([-0.03, 0.035, *bore.marks(0)], 0.02, 1)
     return build(Grid(sides, sides, ticks([0.0, 0.05], 0.03, 1)), lambda p: np.ones(p.shape[1], dtype=bool), [bore])
 
 
-def all_of(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
+def all_of(solid: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     count = solid.cells.shape[1]
     return np.arange(count), np.ones(count)
 
 
-def at_nodes(solid: Solid) -> np.ndarray:
+def at_nodes(solid: HexMesh) -> np.ndarray:
     return solid.places[:, : solid.basis.N]
 
 
@@ -90,7 +90,7 @@ def test_element_matrices_are_those_of_scikit_fem() -> None:
     assert np.abs(difference.data).max() < 1e-12 * np.abs(ours.data).max()
 
 
-def cantilever(solid: Solid, length: float, depth: float, force: float) -> np.ndarray:
+def cantilever(solid: HexMesh, length: float, depth: float, force: float) -> np.ndarray:
     """Timoshenko and Goodier's cantilever of unit width without Poisson effect: displacements (N, 3) of the nodes.
 
     With y from the middle of the depth 2 c: stress xx = P (L - x) y / I, xy = -P (c^2 - y^2) / 2 I.

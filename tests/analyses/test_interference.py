@@ -11,15 +11,15 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from cablewright.analyses import interference as analysis
-from cablewright.analyses.interference import Interference, Settings, free_region, interference, margins
+from cablewright.analyses.interference import Interference, InterferenceSettings, free_region, interference, margins
 from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.statics.catenary import span
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import placed
-from cablewright.models.solids import Part, of_mesh
+from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.printing.stl import Mesh
+from cablewright.printing.stl import StlMesh
 from cablewright.robot import Beam, Box, Robot, load
 from cablewright.solvers.inverse import solve_inverse
 
@@ -58,11 +58,11 @@ def with_shapes(robot: Robot) -> Robot:
     return robot.model_copy(update=update)
 
 
-def hills(seed: int, count: int = 300, size: float = 0.3) -> Part:
+def hills(seed: int, count: int = 300, size: float = 0.3) -> Obstacle:
     """Scattered triangles above and about the floor."""
     rng = np.random.default_rng(seed)
     at = rng.uniform([-2.0, -2.0, 0.0], [2.0, 2.0, 1.5], (count, 1, 3))
-    return of_mesh(Mesh(at + size * rng.normal(size=(count, 3, 3))))
+    return of_mesh(StlMesh(at + size * rng.normal(size=(count, 3, 3))))
 
 
 def held(name: str, count: int = 6, **limits: object) -> Equilibrium:
@@ -72,7 +72,7 @@ def held(name: str, count: int = 6, **limits: object) -> Equilibrium:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: float) -> None:
-    found = interference(held(name, 3), settings=Settings(tolerance=tolerance))
+    found = interference(held(name, 3), settings=InterferenceSettings(tolerance=tolerance))
     for row in range(3):
         for curve, real in zip(found.curves(row), dense(found.equilibrium[row]), strict=True):
             np.testing.assert_allclose(curve[[0, -1]], real[[0, -1]], atol=1e-8)
@@ -82,7 +82,7 @@ def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: fl
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-15])
 def test_what_more_points_than_there_are_would_take_is_told(tolerance: float) -> None:
-    found = interference(held("house-printer", 3), settings=Settings(tolerance=tolerance))
+    found = interference(held("house-printer", 3), settings=InterferenceSettings(tolerance=tolerance))
     for row in range(3):
         assert tolerance < found.bounds[row] < 1e-3
         for curve, real in zip(found.curves(row), dense(found.equilibrium[row]), strict=True):
@@ -108,7 +108,7 @@ def test_slack_lines_too(limits: tuple[float, float]) -> None:
     poses = np.random.default_rng(SEED).uniform(low + 0.1 * (high - low), high - 0.3 * (high - low), (40, 3))
     states = solve_inverse(model, poses)
     states = states[states.ok]
-    found = interference(states, settings=Settings(tolerance=1e-3))
+    found = interference(states, settings=InterferenceSettings(tolerance=1e-3))
     worst = 0.0
     for row in range(min(10, len(states.code))):
         for curve, real in zip(found.curves(row), dense(states[row], 1500), strict=True):
@@ -121,7 +121,7 @@ def test_slack_lines_too(limits: tuple[float, float]) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_distances_are_those_of_dense_lines_within_the_bound(name: str) -> None:
     states = held(name, 4)
-    settings = Settings(tolerance=2e-3)
+    settings = InterferenceSettings(tolerance=2e-3)
     found = interference(states, part=hills(SEED), settings=settings)
     robot = states.model.robot
     radii = np.array([0.5 * line.cable.diameter for line in robot.lines])
@@ -174,7 +174,7 @@ def test_a_tree_finds_what_trying_every_triangle_finds(name: str) -> None:
     found = interference(states, part=part)
     least = np.full(40, np.inf)
     for triangle in part.solid.pieces[:, :9].reshape(-1, 1, 3, 3):
-        least = np.minimum(least, interference(states, part=of_mesh(Mesh(triangle))).margins[:, 3])
+        least = np.minimum(least, interference(states, part=of_mesh(StlMesh(triangle))).margins[:, 3])
     np.testing.assert_array_equal(found.margins[:, 3], least)
     alone = [interference(states[row : row + 1], part=part).margins[0, 3] for row in range(40)]
     np.testing.assert_array_equal(found.margins[:, 3], alone)  # what the row before found is a hint, no more
@@ -184,7 +184,7 @@ def test_what_has_grown_counts_and_no_more() -> None:
     """A wall of two triangles that grows: to every height it is the wall that is built to there."""
     states = held("house-printer", 20)
     wall = np.array([[[-3, 1, 0], [3, 1, 0], [3, 1, 9]], [[-3, 1, 0], [3, 1, 9], [-3, 1, 9]]], dtype=float)
-    part = of_mesh(Mesh(wall))
+    part = of_mesh(StlMesh(wall))
     for height in (-1.0, 0.5, 3.0, 7.0, 20.0):
         found = interference(states, part=part, now=height).margins[:, 3]
         if height < 0.0:
@@ -193,7 +193,7 @@ def test_what_has_grown_counts_and_no_more() -> None:
         low = wall.copy()
         low[:, :, 2] = np.minimum(low[:, :, 2], height)
         low[0, 2, 0] = 3.0
-        built = interference(states, part=of_mesh(Mesh(low))).margins[:, 3]
+        built = interference(states, part=of_mesh(StlMesh(low))).margins[:, 3]
         np.testing.assert_allclose(found, built, atol=1e-12)
     rising = interference(states, part=part, now=np.linspace(0.0, 9.0, 20)).margins[:, 3]
     one = [interference(states[k : k + 1], part=part, now=z).margins[0, 3] for k, z in enumerate(np.linspace(0, 9, 20))]
@@ -230,9 +230,9 @@ def test_where_the_machine_stands_and_faces_does_not_matter(name: str) -> None:
     if robot.n == 6:
         poses[:, 3:] = (turn * Rotation.from_rotvec(poses[:, 3:])).as_rotvec()
     triangles = hills(SEED + 2).solid.pieces[:, :9].reshape(-1, 3)
-    here = interference(states, part=of_mesh(Mesh(triangles.reshape(-1, 3, 3))))
+    here = interference(states, part=of_mesh(StlMesh(triangles.reshape(-1, 3, 3))))
     there = interference(
-        solve_inverse(Model(other), poses), part=of_mesh(Mesh((turn.apply(triangles) + by).reshape(-1, 3, 3)))
+        solve_inverse(Model(other), poses), part=of_mesh(StlMesh((turn.apply(triangles) + by).reshape(-1, 3, 3)))
     )
     np.testing.assert_allclose(there.margins, here.margins, atol=1e-6)
 
@@ -263,7 +263,9 @@ def test_a_body_about_the_lines_ends_is_felt_beyond_the_ends() -> None:
     body = (Box(lowest=(-0.3, -0.3, -0.3), highest=(0.3, 0.3, 0.3)),)
     robot = robot.model_copy(update={"platform": robot.platform.model_copy(update={"boxes": body})})
     states = solve_inverse(Model(robot), [1.0, 2.0, 3.0])
-    deep = [interference(states, settings=Settings(ends=ends)).margins[0, 1] for ends in (0.0, 0.1, 0.2, 1.0)]
+    deep = [
+        interference(states, settings=InterferenceSettings(ends=ends)).margins[0, 1] for ends in (0.0, 0.1, 0.2, 1.0)
+    ]
     assert deep[0] == pytest.approx(-0.302, abs=1e-3)
     assert deep[0] < deep[1] < deep[2] < 0.0 < deep[3]
 
@@ -276,7 +278,7 @@ def test_lines_of_one_end_are_as_far_apart_as_their_angle_says() -> None:
     away /= np.linalg.norm(away, axis=1)[:, None]
     angle = min(np.arccos(away[i] @ away[j]) for i in range(4) for j in range(i))
     for ends in (0.05, 0.3):
-        found = interference(states, settings=Settings(ends=ends))
+        found = interference(states, settings=InterferenceSettings(ends=ends))
         thick = model.robot.lines[0].cable.diameter
         assert found.margins[0, 0] == pytest.approx(2.0 * ends * np.sin(0.5 * angle) - thick, rel=1e-3)
 
@@ -310,7 +312,7 @@ def test_the_free_region_ends_on_top_of_a_block() -> None:
     """Above a wide low block the nozzle is free just over it; far aside at any height."""
     block = np.array([[[-1, -1, 1], [1, -1, 1], [1, 1, 1]], [[-1, -1, 1], [1, 1, 1], [-1, 1, 1]]], dtype=float)
     model = Model(load("house-printer"))
-    found = free_region(model, of_mesh(Mesh(block)), (-6, -6, 0.5), (6, 6, 2.5), (13, 13, 21), clearance=0.01)
+    found = free_region(model, of_mesh(StlMesh(block)), (-6, -6, 0.5), (6, 6, 2.5), (13, 13, 21), clearance=0.01)
     floor = found.floor
     assert floor[6, 6] == pytest.approx(1.0, abs=0.11)
     assert floor[0, 0] == 0.5
@@ -324,7 +326,7 @@ def test_the_free_region_ends_on_top_of_a_block() -> None:
 )
 def test_settings_are_lengths(arguments: dict[str, float], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        Settings(**arguments)
+        InterferenceSettings(**arguments)
 
 
 def test_a_region_without_a_volume_or_with_too_many_nodes_is_refused() -> None:

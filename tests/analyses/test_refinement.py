@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cablewright.analyses.workspace.refinement import Box, Refined, refine
+from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
 
-CUBE = Box(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
+CUBE = SearchBox(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
 Body = Callable[[np.ndarray], np.ndarray]
 
 
@@ -47,7 +47,7 @@ BODIES: dict[str, tuple[Body, float]] = {
 }
 
 
-def found(body: Body, box: Box = CUBE, *, sign: bool = False, **options: object) -> Refined:
+def found(body: Body, box: SearchBox = CUBE, *, sign: bool = False, **options: object) -> Refined:
     def margin(places: np.ndarray, purpose: str) -> np.ndarray:
         values = body(places)
         return np.where(values >= 0, 1.0, -1.0) if sign else values
@@ -126,14 +126,14 @@ def test_finest_cells(finest: int) -> None:
 
 
 def test_a_long_box_has_cells_that_are_nearly_cubes() -> None:
-    box = Box(np.array([0.0, 0.0, 0.0]), np.array([1.0, 8.0, 4.0]))
+    box = SearchBox(np.array([0.0, 0.0, 0.0]), np.array([1.0, 8.0, 4.0]))
     got = found(lambda places: 0.3 - np.abs(places[:, 0] - 0.5), box)
     assert got.mesh.volume == pytest.approx(0.6 * 32, abs=got.error)
     assert got.cells[1] == 2 * got.cells[2] == 4 * got.cells[0]
 
 
 def test_a_place_in_the_box_is_asked_for_and_no_other() -> None:
-    box = Box(np.array([0.1, -0.3, 2.0]), np.array([0.7, 0.9, 5.0]))
+    box = SearchBox(np.array([0.1, -0.3, 2.0]), np.array([0.7, 0.9, 5.0]))
     asked = []
 
     def margin(places: np.ndarray, purpose: str) -> np.ndarray:

@@ -14,7 +14,7 @@ from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy import region as module
 from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import PLANES, area, hull_of, interior, region
-from cablewright.analyses.accuracy.spread import Problem, Vertices, corner_values, sampled
+from cablewright.analyses.accuracy.spread import SpreadProblem, Vertices, corner_values, sampled
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
 from cablewright.robot.uncertainty import Range, of_moduli
@@ -91,13 +91,13 @@ def test_what_is_flat_has_shadows_and_no_volume(name: str) -> None:
         assert area(outline) < 1.2  # of the square, were it to lie in the plane
 
 
-def problem_at(name: str, pose: list[float], ranges: tuple[Range, ...] | None = None) -> Problem:
+def problem_at(name: str, pose: list[float], ranges: tuple[Range, ...] | None = None) -> SpreadProblem:
     """As `studies.place` puts it: lengths of rigid cables on the full machine."""
     robot = load(name)
     known = of_moduli(robot) if ranges is None else ranges
     found = accuracy(robot, pose, known)
     nominal = solve_forward(Model(robot), found.commanded, guess=found.nominal)
-    return Problem(nominal, found.commanded, found.wanted, known)
+    return SpreadProblem(nominal, found.commanded, found.wanted, known)
 
 
 PLACES = [
@@ -133,15 +133,15 @@ def test_an_inside_that_beats_the_corners_is_found_out(depth: float, monkeypatch
     """A machine that goes off by *depth* in the middle of the box, and less towards its corners."""
     robot = load("house-printer")
     held = solve_inverse(Model(robot), [[0.0, 0.0, 3.0]]).checked()
-    problem = Problem(held, held.lengths, held.pose, of_moduli(robot))
+    problem = SpreadProblem(held, held.lengths, held.pose, of_moduli(robot))
 
-    def bent(_problem: Problem, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def bent(_problem: SpreadProblem, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         scaled = (values.reshape(-1, 4) - problem.middle) / problem.half_widths
         off = depth * (1.0 - 0.5 * (scaled**2).mean(axis=1))
         points = held.nozzle[0] + off[:, None] * [0.0, 0.0, 1.0]
         return points[None], np.zeros((1, len(points))), np.ones((1, len(points)), dtype=bool)
 
-    def settled(_problem: Problem, values: np.ndarray) -> Equilibrium:
+    def settled(_problem: SpreadProblem, values: np.ndarray) -> Equilibrium:
         return replace(held[np.zeros(values.shape[1], dtype=int)], pose=bent(problem, values)[0][0])
 
     monkeypatch.setattr(module, "sampled", bent)
@@ -196,7 +196,9 @@ def test_the_region_is_the_nozzles(name: str) -> None:
     platform = robot.platform.model_copy(update={"nozzle": (0.2, 0.1, -0.4)})
     robot = robot.model_copy(update={"platform": platform})
     held = cases.poses(Model(robot), 1)
-    problem = Problem(held, held.lengths, held.pose, ranges_of(robot, {"name": "centre_of_mass", "plus_minus": 0.01}))
+    problem = SpreadProblem(
+        held, held.lengths, held.pose, ranges_of(robot, {"name": "centre_of_mass", "plus_minus": 0.01})
+    )
     found = region(problem, corner_values(problem))
     np.testing.assert_allclose(found.wanted, held.nozzle[0], atol=1e-12)
     np.testing.assert_allclose(found.nominal, held.nozzle[0], atol=1e-12)

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 import cases
 from cablewright.analyses.accuracy.corners import extreme_signs, signs_of_box, vertex_count
-from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Problem, Vertices, settled
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, Vertices, settled
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
@@ -26,10 +26,10 @@ def ranges_of(robot: Robot, *entries: dict[str, object], coverage: float = 2.0) 
     return Uncertainty(parameters=list(entries), coverage=coverage).of(robot)
 
 
-def problem_of(model: Model, ranges: tuple[Range, ...], count: int, seed: int = cases.SEED) -> Problem:
+def problem_of(model: Model, ranges: tuple[Range, ...], count: int, seed: int = cases.SEED) -> SpreadProblem:
     """The machine at random poses, commanded the true lengths: errors are offsets."""
     held = cases.poses(model, count, seed)
-    return Problem(held, held.lengths, held.pose, tuple(ranges))
+    return SpreadProblem(held, held.lengths, held.pose, tuple(ranges))
 
 
 def springs(robot: Robot, lengths: np.ndarray, factors: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -86,7 +86,7 @@ def test_in_the_middle_one_equation_says_all(hung: Robot, factor: float) -> None
     held = solve_inverse(Model(robot, SPRINGS), [[0.0, 0.0, 1.0]]).checked()
     ends = sorted((1.0, factor))
     ranges = ranges_of(robot, {"name": "modulus", "range": ends, "shared": True})
-    found = Vertices()(Problem(held, held.lengths, held.pose, ranges))
+    found = Vertices()(SpreadProblem(held, held.lengths, held.pose, ranges))
     length, stiffness = float(held.lengths[0, 0]), factor * robot.lines[0].cable.stiffness
     share = robot.platform.mass * robot.scene.gravity / 4.0
 
@@ -161,7 +161,7 @@ def test_where_a_line_may_go_slack_first_order_says_how_far_it_is_off() -> None:
     held = cases.poses(model, 60, 3)
     slackest = held.tensions.min(axis=1).argsort()[:2]
     ranges = ranges_of(model.robot, {"name": "mass", "factor": [0.7, 1.3]}, {"name": "force.y", "plus_minus": 300.0})
-    problem = Problem(held[slackest], held.lengths[slackest], held.pose[slackest], ranges)
+    problem = SpreadProblem(held[slackest], held.lengths[slackest], held.pose[slackest], ranges)
     corners, first = Vertices()(problem), FirstOrder()(problem)
     assert (first.nonlinearity > 0.25).all()
     np.testing.assert_allclose(first.nonlinearity, corners.nonlinearity, rtol=1e-9)  # with four corners all are tried

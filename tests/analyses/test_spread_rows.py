@@ -11,7 +11,7 @@ import pytest
 from analyses.test_spread import problem_of, ranges_of
 from cablewright.analyses.accuracy import spread as module
 from cablewright.analyses.accuracy.nozzle_error import accuracy
-from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Problem, Spread, Vertices
+from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -37,7 +37,7 @@ def assert_same(one: Spread, other: Spread, atol: float = 0.0) -> None:
 def test_a_symmetric_machine_has_a_symmetric_spread(method: Method) -> None:
     robot = load("paty2021")
     held = solve_inverse(Model(robot), [[0.0, 0.0, 0.0], [0.0, 0.0, 5.0], [0.0, 0.0, 13.0]]).checked()
-    found = method(Problem(held, held.lengths, held.pose, of_moduli(robot)))
+    found = method(SpreadProblem(held, held.lengths, held.pose, of_moduli(robot)))
     loose = 0.15 if isinstance(method, MonteCarlo) else 1e-6
     size = found.high[:, 0]
     for other in (found.high[:, 1], -found.low[:, 0], -found.low[:, 1]):
@@ -156,12 +156,12 @@ def test_retraction_by_row_is_that_of_a_robot_retracted(method: Method, kind: st
     model = Model(robot)
     held = solve_inverse(model, pose.repeat(2, axis=0), retraction=drawn).checked()
     start = solve_forward(model, held.lengths, guess=held.pose, retraction=drawn)
-    rows = method(Problem(start, held.lengths, held.pose, ranges_of(robot, {"name": kind, **width})))
+    rows = method(SpreadProblem(start, held.lengths, held.pose, ranges_of(robot, {"name": kind, **width})))
     for row, length in enumerate(drawn):
         other = robot.retracted(float(length))
         alone = solve_forward(Model(other), held.lengths[row][None], guess=held.pose[row])
         ranges = ranges_of(other, {"name": kind, **width})
-        wanted = method(Problem(alone, held.lengths[row][None], held.pose[row][None], ranges))
+        wanted = method(SpreadProblem(alone, held.lengths[row][None], held.pose[row][None], ranges))
         for name in ("max_error", "low", "high", "max_turn", "deviation", "effects"):
             got = getattr(rows, name)[row]
             np.testing.assert_allclose(got, getattr(wanted, name)[0], rtol=1e-6, atol=1e-10, err_msg=name)

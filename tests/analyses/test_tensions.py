@@ -9,7 +9,7 @@ import pytest
 
 import cases
 from analyses.test_spread import ranges_of
-from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Problem, Vertices
+from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, SpreadProblem, Vertices
 from cablewright.analyses.accuracy.tensions import BestTensions, best_tensions
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
@@ -38,7 +38,7 @@ def deviations(model: Model, pose: np.ndarray, ranges: tuple[Range, ...], wanted
     """Largest deviations under the distributions nearest to *wanted* (N, m), those that are allowed."""
     held = solve_inverse(model, np.repeat(pose[None], len(wanted), axis=0), preferred=wanted)
     held = held[held.ok]
-    return Vertices()(Problem(held, held.lengths, held.pose, ranges)).max_deviation
+    return Vertices()(SpreadProblem(held, held.lengths, held.pose, ranges)).max_deviation
 
 
 Found = tuple[Model, np.ndarray, tuple[Range, ...], BestTensions]
@@ -84,7 +84,7 @@ def test_they_hold_the_pose_within_the_limits(found: Found) -> None:
     np.testing.assert_allclose(there.pose, pose, atol=1e-8)
     np.testing.assert_allclose(there.tensions, best.tensions, rtol=1e-5, atol=1e-5)
     assert there.margin() > -1e-4
-    spread = Vertices()(Problem(there[None], best.lengths[None], pose[None], ranges))
+    spread = Vertices()(SpreadProblem(there[None], best.lengths[None], pose[None], ranges))
     assert spread.max_deviation[0] == pytest.approx(best.max_deviation, rel=1e-6)
 
 

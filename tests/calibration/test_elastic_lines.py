@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.calibration.elastic_lines import Hanging
 from cablewright.calibration.observability import information, open_freedoms
-from cablewright.calibration.plan import Plan, Plane, Point, Prior, Range, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.problem import Measured
 from cablewright.calibration.simulation import Beside, Simulated, aligned, measure, random_poses, simulate
 from cablewright.calibration.solve import Calibration, calibrate
@@ -55,11 +55,11 @@ def everything(name: str, cable: str) -> tuple[Hanging, np.ndarray, np.ndarray]:
     held = solve_inverse(model, random_poses(robot, 4, rng, cable)).checked()
     names = ("exit_point", "length_offset", "length_scale", "build_up", "modulus")
     names += ("sheave_radius",) * (robot.lines[0].sheave.kind != "eyelet") + ("platform_point",) * body
-    plan = Plan(
+    plan = CalibrationPlan(
         unknowns=names,
         shared=("modulus",),
         planes=(Plane(poses=(2, 3), point=(0.0, 0.0, 0.5), normal=(0.1, 0.2, 1.0)),),
-        ranges=(Range(point=(0.1, 0.2, 0.3), poses=(1, 4), values=(2.0, 3.0)),),
+        ranges=(MeasuredRange(point=(0.1, 0.2, 0.3), poses=(1, 4), values=(2.0, 3.0)),),
         points=(Point(line=robot.lines[0].name, at=(0.1, 0.2, 0.3)),),
         priors=(Prior(name="modulus", deviation=0.05),),
     )
@@ -99,7 +99,7 @@ def test_lengths_and_tensions_say_nothing_of_place_and_direction(name: str, cabl
     """Everything moved and turned about the vertical: no reading changes, by a little or by a lot."""
     robot, angle, by = load(name), 0.7, np.array([0.3, -0.2, 0.4])
     made = simulate(robot, 6, 0.0, 3, cable=cable, beside=Beside(tension=0.0))
-    problem = Hanging.under(Model(robot, Fidelity.of(cable)), made.measured, Plan(), hold=False)
+    problem = Hanging.under(Model(robot, Fidelity.of(cable)), made.measured, CalibrationPlan(), hold=False)
     held = solve_inverse(problem.model, made.poses).checked()
     theta, own = problem.free, problem.kept(held)
     turn = matrices([0.0, 0.0, angle])
@@ -132,7 +132,9 @@ def test_without_noise_geometry_and_modulus_are_exact(name: str, cable: str, cou
     off = 5e-3 if robot.m < robot.n else 0.03
     truth = softened(robot, 0.8)
     made = measure(truth, random_poses(truth, count, rng, cable), 0.0, rng, off, cable, Beside(tension=0.0))
-    plan = Plan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",), sigma=Sigmas(encoder=1e-4))
+    plan = CalibrationPlan(
+        unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",), sigma=Sigmas(encoder=1e-4)
+    )
     found = calibrate(moved(robot, rng, off), made.measured, plan, cable=cable, rough=off, outliers=False)
     assert (found.status, found.gauge) == ("ok", GAUGE)
     assert max(error(found, made, truth)) < 1e-9
@@ -143,7 +145,7 @@ def test_without_noise_geometry_and_modulus_are_exact(name: str, cable: str, cou
 def test_the_robot_is_written_with_its_modulus_and_winches() -> None:
     truth, rng = softened(load("paty2021"), 0.8), np.random.default_rng(2)
     made = measure(truth, random_poses(truth, 30, rng, "catenary"), 0.0, rng, 0.02, "catenary", Beside(tension=0.0))
-    plan = Plan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",))
+    plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",))
     found = calibrate(load("paty2021"), made.measured, plan, cable="catenary", rough=0.0, outliers=False)
     for line, true in zip(found.robot.lines, truth.lines, strict=True):
         assert line.exit_point == pytest.approx(true.exit_point, abs=1e-9)
@@ -155,7 +157,7 @@ def test_measured_poses_leave_nothing_open() -> None:
     robot, rng = load("cogiro"), np.random.default_rng(3)
     truth = softened(robot, 0.8)
     made = measure(truth, random_poses(truth, 20, rng, "catenary"), 0.0, rng, 0.0, "catenary", Beside(pose=0.0))
-    plan = Plan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",))
+    plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",))
     found = calibrate(moved(robot, rng, 5e-3), made.measured, plan, cable="catenary", rough=0.01, outliers=False)
     assert (found.status, found.gauge, found.suggestions[0].open_before) == ("ok", (), 0)
     assert np.abs(found.values[:24].reshape(-1, 3) - exits_of(truth)).max() < 1e-7
@@ -165,7 +167,7 @@ def test_measured_poses_leave_nothing_open() -> None:
 def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
     robot, rng = load("paty2021"), np.random.default_rng(4)
     poses, beside = random_poses(robot, 25, rng, "catenary"), Beside(tension=10.0)
-    plan = Plan(sigma=Sigmas(encoder=5e-4, tension=10.0))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=5e-4, tension=10.0))
     shares, square, bound = [], [], []
     for _ in range(30):
         made = measure(robot, poses, 5e-4, rng, 0.02, "catenary", beside)
@@ -189,7 +191,7 @@ def test_bad_encoders_and_load_cells_are_left_out() -> None:
     counted[7, 2] += 0.05
     tensions[11, 1] += 200.0
     measured = replace(made.measured, counted=counted, tensions=tensions)
-    plan = Plan(sigma=Sigmas(encoder=1e-4, tension=2.0))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=2.0))
     found = calibrate(robot, measured, plan, cable="catenary", rough=0.02)
     assert found.status == "ok"
     encoder, cell = found.rejected
@@ -206,7 +208,7 @@ def test_a_datum_and_a_yaw_far_from_the_file() -> None:
     robot = load("paty2021")
     made = simulate(robot, 25, 0.0, 6, guess=0.02, cable="catenary", beside=Beside(tension=0.0))
     wrong = moved(robot, np.random.default_rng(7), 0.02)
-    plan = Plan(sigma=Sigmas(encoder=1e-4), datum=("south-west", "south-east.y"))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4), datum=("south-west", "south-east.y"))
     found = calibrate(wrong, made.measured, plan, cable="catenary", rough=0.02, outliers=False)
     assert found.robot.lines[0].exit_point == pytest.approx(wrong.lines[0].exit_point, abs=1e-11)
     assert found.robot.lines[1].exit_point[1] == pytest.approx(wrong.lines[1].exit_point[1], abs=1e-11)
@@ -220,7 +222,7 @@ def test_stiff_lines_with_rough_tensions_say_what_straight_ones_do() -> None:
     robot = load("wang2021")
     stiff, made = softened(robot, 10.0), simulate(robot, 40, 1e-4, 1)
     tensions = solve_inverse(Model(robot, Fidelity.of("rigid")), made.poses).tensions
-    plan = Plan(sigma=Sigmas(encoder=1e-4, tension=20.0))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=20.0))
     measured = replace(made.measured, tensions=tensions)
     given = calibrate(stiff, measured, plan, cable="elastic", rough=0.05, outliers=False)
     straight = calibrate(robot, made.measured, plan, rough=0.05, outliers=False)
@@ -253,6 +255,6 @@ def test_a_datum_that_the_data_deny_is_refused() -> None:
     robot = load("paty2021")
     made = simulate(robot, 25, 1e-4, 6, guess=0.02, cable="catenary", beside=Beside(tension=2.0))
     wrong = moved(robot, np.random.default_rng(7), 0.05)
-    plan = Plan(sigma=Sigmas(encoder=1e-4, tension=2.0), datum=("south-west", "south-east", "north-east"))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=2.0), datum=("south-west", "south-east", "north-east"))
     with pytest.raises(InputError, match="datum contradicts the data"):
         calibrate(wrong, made.measured, plan, cable="catenary", rough=0.05, outliers=False)

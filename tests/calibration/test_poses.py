@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.calibration.observability import information
 from cablewright.calibration.poses import choose
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -33,7 +33,7 @@ def test_each_criterion_is_best_at_its_own() -> None:
 
 def test_what_is_promised_is_what_a_calibration_says() -> None:
     found = choose(WANG, 20, candidates=300, seed=1)
-    problem = Problem.of(WANG, Measured(found.counted, found.poses))
+    problem = CalibrationProblem.of(WANG, Measured(found.counted, found.poses))
     theta = problem.start.copy()
     theta[12:] = problem.lengths(problem.start, found.poses[:1])[0]
     covariance = information(problem, theta, found.poses, problem.weights).covariance

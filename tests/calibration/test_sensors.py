@@ -9,9 +9,9 @@ import pytest
 from numba.core.types import unliteral
 from scipy.optimize import least_squares
 
-from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Plane, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import random_poses, simulate
 from cablewright.calibration.solve import calibrate
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
@@ -25,7 +25,7 @@ from cablewright.solvers.linearise import linearise
 ALL = ("exit_point", "length_offset", "sheave_radius", "length_scale", "build_up")
 
 
-def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> Problem:
+def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> CalibrationProblem:
     """A problem with rows of every sensor that the robot can have, none of which fits."""
     poses = random_poses(robot, count, rng)
     names = [line.name for line in robot.lines]
@@ -33,10 +33,10 @@ def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> Problem:
     unknowns = (*(name for name in ALL if name != "sheave_radius" or robot.lines[0].sheave.kind != "eyelet"),)
     if body:
         unknowns = (*unknowns, "platform_point")
-    plan = Plan(
+    plan = CalibrationPlan(
         unknowns=unknowns,
         level=1e-3,
-        distances=(Distance(between=(names[0], names[1]), value=4.0),),
+        distances=(MeasuredDistance(between=(names[0], names[1]), value=4.0),),
         points=(Point(line=names[0], at=(0.1, 0.2, 0.3)),),
         planes=(Plane(poses=(2, 3), point=(0.0, 0.0, 0.5), normal=(0.1, 0.2, 1.0)),),
         priors=(Prior(name="length_scale", deviation=1e-3),),
@@ -49,7 +49,7 @@ def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> Problem:
         rng.uniform(-3.0, 3.0, (count, robot.m)),
         rng.uniform(-0.1, 0.1, (count, 2)) if body else None,
     )
-    return Problem.of(robot, measured, plan)
+    return CalibrationProblem.of(robot, measured, plan)
 
 
 @pytest.mark.parametrize("name", ["wang2021", "cogiro", "jung2020"])
@@ -101,7 +101,7 @@ def test_lengths_are_those_of_rigid_statics(name: str) -> None:
     """Up to the dead span, which is constant."""
     robot = load(name)
     poses = random_poses(robot, 20, np.random.default_rng(1))
-    problem = Problem.of(robot, Measured(np.zeros((20, robot.m))))
+    problem = CalibrationProblem.of(robot, Measured(np.zeros((20, robot.m))))
     ours = problem.lengths(problem.start, poses)
     theirs = solve_inverse(Model(robot, Fidelity.of("rigid")), poses).checked().lengths
     assert np.ptp(theirs - ours, axis=0) == pytest.approx(np.zeros(robot.m), abs=1e-12)
@@ -127,8 +127,8 @@ def test_the_one_linearisation_says_the_same_of_stiff_cables() -> None:
     model = Model(three, Fidelity.of("elastic"))
     held = solve_inverse(model, place).lengths
     found = linearise(solve_forward(model, held, guess=place).checked())
-    plan = Plan(unknowns=("exit_point", "length_offset", "sheave_radius"))
-    problem = Problem.of(three, Measured(np.zeros((1, 3))), plan)
+    plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "sheave_radius"))
+    problem = CalibrationProblem.of(three, Measured(np.zeros((1, 3))), plan)
     rows = problem.derivatives(problem.free, place[None])
     motion = -np.linalg.solve(rows.by_pose[0], rows.by_unknown[0])
     for k, unknown in enumerate(problem.unknowns):
@@ -155,8 +155,8 @@ def test_a_fit_is_that_of_dense_least_squares() -> None:
         None,
         np.arctan2(away[..., 1], away[..., 0]),
     )
-    plan = Plan(unknowns=("exit_point", "length_offset", "length_scale"), level=1e-2)
-    problem = Problem.of(robot, measured, plan)
+    plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "length_scale"), level=1e-2)
+    problem = CalibrationProblem.of(robot, measured, plan)
     offsets = lengths[0]
     start = problem.free.copy()
     start[12:16] = offsets
@@ -187,10 +187,10 @@ def test_a_spool_builds_up() -> None:
     """Counts of a drum whose radius grows with what is wound on it, integrated numerically, against the closed form."""
     rng = np.random.default_rng(2)
     robot = load("wang2021")
-    plan = Plan(unknowns=("length_offset", "length_scale", "build_up"))
+    plan = CalibrationPlan(unknowns=("length_offset", "length_scale", "build_up"))
     poses = np.array([[0.0, 0.0, 1.0]])
     counted = rng.uniform(-1.0, 1.0, (1, 4))
-    problem = Problem.of(robot, Measured(counted), plan)
+    problem = CalibrationProblem.of(robot, Measured(counted), plan)
     theta = np.array([2.0, 2.1, 2.2, 2.3, 1.01, 1.02, 0.99, 1.0, 0.05, 0.03, 1e-7, 0.0])
     rest = problem.derivatives(theta, poses).residual[0] * problem.encoder_sigma
     lengths = problem.lengths(theta, poses)[0]
@@ -205,7 +205,7 @@ def test_kernels_have_one_compiled_signature() -> None:
     for robot in (load("wang2021"), load("cogiro")):
         made = simulate(robot, 20, 1e-4, 1, guess=0.01)
         calibrate(robot, made.measured, rough=0.0, outliers=False)
-        calibrate(robot, made.measured, Plan(datum=(robot.lines[0].name,)), rough=0.0)
+        calibrate(robot, made.measured, CalibrationPlan(datum=(robot.lines[0].name,)), rough=0.0)
     for module in (calibration_residuals, pose_schur):
         for each in vars(module).values():
             if hasattr(each, "signatures"):
@@ -221,10 +221,12 @@ def test_tensions_that_hold_a_platform_leave_no_force_and_no_moment(name: str) -
         robot = robot.model_copy(update={"platform": platform})
     held = solve_inverse(Model(robot, Fidelity.of("rigid")), random_poses(robot, 6, np.random.default_rng(2)))
     measured = Measured(np.zeros(held.lengths.shape), held.pose, tensions=held.tensions)
-    problem = Problem.of(robot, measured, Plan(sigma=Sigmas(tension=1.0)))
+    problem = CalibrationProblem.of(robot, measured, CalibrationPlan(sigma=Sigmas(tension=1.0)))
     left = problem.derivatives(problem.start, held.pose).residual[:, robot.m :]
     assert left.shape[1] == robot.n
     assert left == pytest.approx(np.zeros_like(left), abs=1e-8 * held.tensions.max())
-    spoiled = Problem.of(robot, replace(measured, tensions=held.tensions * 1.01), Plan(sigma=Sigmas(tension=1.0)))
+    spoiled = CalibrationProblem.of(
+        robot, replace(measured, tensions=held.tensions * 1.01), CalibrationPlan(sigma=Sigmas(tension=1.0))
+    )
     mended = spoiled.balanced(spoiled.start, held.pose).derivatives(spoiled.start, held.pose).residual[:, robot.m :]
     assert mended == pytest.approx(np.zeros_like(mended), abs=1e-8 * held.tensions.max())

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.observability import information
-from cablewright.calibration.plan import Distance, Plan, Plane, Point, Prior, Range, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses, simulate
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
@@ -50,7 +50,7 @@ def test_every_one_of_500_runs_without_noise_is_exact(count: int) -> None:
 def exact_runs(count: int, runs: int) -> None:
     rng = np.random.default_rng(count)
     made = measure(WANG, random_poses(WANG, count, rng), 0.0, rng)
-    problem = Problem.of(WANG, made.measured)
+    problem = CalibrationProblem.of(WANG, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     theta = truth + rng.uniform(-0.05, 0.05, (runs, 16))
     poses = made.poses + rng.uniform(-0.05, 0.05, (runs, count, 3))
@@ -71,7 +71,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
         exits.append(off.ravel())
         offsets.append(lengths)
         shares.append(np.abs(np.append(off.ravel(), lengths)) / found.sigma)
-    problem = Problem.of(WANG, made.measured)
+    problem = CalibrationProblem.of(WANG, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     bound = np.sqrt(np.diag(information(problem, truth, made.poses, problem.weights).covariance))
     for found_rms, least in ((np.array(exits), bound[:12]), (np.array(offsets), bound[12:])):
@@ -98,11 +98,11 @@ def test_what_encoders_cannot_see_is_told() -> None:
 def test_a_suggestion_keeps_its_promise() -> None:
     """What is told of a distance more is what a calibration with it has."""
     made = simulate(WANG, 40, 1e-4, 1)
-    plan = Plan(sigma=Sigmas(encoder=1e-4))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4))
     found = calibrate(WANG, made.measured, plan)
     told = next(each for each in found.suggestions if "north-east to north-west" in each.words)
     truth = float(np.linalg.norm(TRUE[2] - TRUE[3]))
-    distance = Distance(between=("north-east", "north-west"), value=truth, deviation=1e-3)
+    distance = MeasuredDistance(between=("north-east", "north-west"), value=truth, deviation=1e-3)
     again = calibrate(WANG, made.measured, plan.model_copy(update={"distances": (distance,)}))
     before, after = (float(np.sqrt(np.mean(each.sigma[:12] ** 2))) for each in (found, again))
     assert before == pytest.approx(told.before, rel=1e-6)
@@ -121,7 +121,7 @@ def test_sheaves_without_size_leave_tilt_open_too() -> None:
 def test_a_datum_holds_what_it_names() -> None:
     made = simulate(WANG, 40, 1e-4, 2)
     moved = with_exits(WANG, TRUE + np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3)))
-    found = calibrate(moved, made.measured, Plan(datum=("south-west", "south-east.y")))
+    found = calibrate(moved, made.measured, CalibrationPlan(datum=("south-west", "south-east.y")))
     held = [each.line == "south-west" or (each.line, each.axis) == ("south-east", 1) for each in found.unknowns[:12]]
     start = np.array([line.exit_point for line in moved.lines]).ravel()
     assert found.values[:12][held] == pytest.approx(start[held], abs=1e-15)
@@ -145,14 +145,14 @@ def test_without_a_datum_exit_points_keep_their_mean_place_and_direction() -> No
 
 def test_priors_and_surveyed_points_shrink_sigmas() -> None:
     made = simulate(WANG, 40, 1e-4, 3)
-    plain = calibrate(WANG, made.measured, Plan(sigma=Sigmas(encoder=1e-4)))
-    prior = Plan(sigma=Sigmas(encoder=1e-4), priors=(Prior(name="exit_point", deviation=2e-3),))
+    plain = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)))
+    prior = CalibrationPlan(sigma=Sigmas(encoder=1e-4), priors=(Prior(name="exit_point", deviation=2e-3),))
     known = calibrate(WANG, made.measured, prior)
     assert (known.sigma[:12] < 2.0e-3).all()
     assert np.sqrt(np.mean(plain.sigma[:12] ** 2)) > 2.0 * np.sqrt(np.mean(known.sigma[:12] ** 2))
     assert known.gauge == GAUGE  # before datum and priors
     points = tuple(Point(line=line.name, at=line.exit_point, deviation=1e-3) for line in WANG.lines[:3])
-    surveyed = calibrate(WANG, made.measured, Plan(sigma=Sigmas(encoder=1e-4), points=points))
+    surveyed = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4), points=points))
     assert surveyed.gauge == ()
     assert surveyed.alone.rank == surveyed.alone.total
     assert np.abs(surveyed.values[:9].reshape(3, 3) - TRUE[:3]).max() < 5e-3
@@ -174,7 +174,7 @@ def test_other_sensors_make_it_better(sensor: str) -> None:
         measured = Measured(
             measured.counted, measured.guess, tensions=tensions_at(made.poses) + rng.normal(0, 1, (40, 4))
         )
-    plan = Plan(sigma=Sigmas(encoder=1e-4, tension=1.0))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=1.0))
     alone, found = calibrate(WANG, made.measured, plan), calibrate(WANG, measured, plan)
     assert found.status == "ok"
     rms = [np.sqrt(np.mean(errors(each.values, each.poses, made)[0] ** 2)) for each in (alone, found)]
@@ -208,7 +208,7 @@ def test_other_numbers_are_found(unknown: str) -> None:
             line.model_copy(update={"sheave": line.sheave.model_copy(update={"radius": 0.07})}) for line in robot.lines
         )
         robot = robot.model_copy(update={"lines": lines})
-    shared = Plan(unknowns=("exit_point", "length_offset", unknown), shared=(unknown,))
+    shared = CalibrationPlan(unknowns=("exit_point", "length_offset", unknown), shared=(unknown,))
     found = calibrate(robot, Measured(counted, made.measured.guess), shared)
     assert found.status == "ok"
     assert found.rms < 1e-10
@@ -238,7 +238,7 @@ def test_a_rigid_platform(name: str) -> None:
 def test_the_platforms_frame_is_open_where_its_points_are_unknown() -> None:
     robot = load("cogiro")
     made = simulate(robot, 40, 1e-4, 3, guess=0.02)
-    plan = Plan(unknowns=("exit_point", "platform_point", "length_offset"))
+    plan = CalibrationPlan(unknowns=("exit_point", "platform_point", "length_offset"))
     found = calibrate(robot, made.measured, plan, rough=0.0, outliers=False)
     assert found.alone.total - found.alone.rank in (10, 12)
 
@@ -342,7 +342,7 @@ def test_a_datum_that_the_data_deny_is_refused() -> None:
     made = simulate(WANG, 40, 1e-4, 2)
     moved = with_exits(WANG, TRUE + np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3)))
     with pytest.raises(InputError, match="datum contradicts the data"):
-        calibrate(moved, made.measured, Plan(datum=("south-west", "south-east", "north-east")))
+        calibrate(moved, made.measured, CalibrationPlan(datum=("south-west", "south-east", "north-east")))
 
 
 def test_lines_in_the_wrong_order_change_nothing() -> None:
@@ -365,11 +365,11 @@ def test_contacts_with_a_plane_and_distances_from_a_point_count() -> None:
     corner = np.array([0.5, -1.7, 0.1])
     seen = tuple(range(1, 13))
     values = np.linalg.norm(made.poses[:12] - corner, axis=1) + rng.normal(0.0, 1e-3, 12)
-    reach = Range(point=tuple(corner), poses=seen, values=tuple(values), deviation=1e-3)
+    reach = MeasuredRange(point=tuple(corner), poses=seen, values=tuple(values), deviation=1e-3)
     sigma = Sigmas(encoder=1e-4)
-    alone = calibrate(WANG, made.measured, Plan(sigma=sigma))
-    floor = calibrate(WANG, made.measured, Plan(sigma=sigma, planes=(plane,)))
-    both = calibrate(WANG, made.measured, Plan(sigma=sigma, planes=(plane,), ranges=(reach,)))
+    alone = calibrate(WANG, made.measured, CalibrationPlan(sigma=sigma))
+    floor = calibrate(WANG, made.measured, CalibrationPlan(sigma=sigma, planes=(plane,)))
+    both = calibrate(WANG, made.measured, CalibrationPlan(sigma=sigma, planes=(plane,), ranges=(reach,)))
     assert floor.gauge == (GAUGE[0], GAUGE[1], GAUGE[3])
     assert len(both.gauge) == 1  # a turn about the vertical through the point
     assert floor.sigma[2] < 0.5 * alone.sigma[2]

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.calibration.survey import shape_fits
-from cablewright.calibration.survey.plan import Plan
+from cablewright.calibration.survey.plan import SurveyPlan
 from cablewright.calibration.survey.result import Survey
 from cablewright.calibration.survey.shots import Shot, Shots, of_polar
 from cablewright.calibration.survey.survey import survey
@@ -21,7 +21,7 @@ from cablewright.robot import load
 from oracles.room import EAST, NORTH, WEST
 from oracles.surveyor import EXITS, Site, polar, site
 
-PLAN = Plan.model_validate({"schema": 1, "exit": {"offset": [0, 0, -0.05]}})
+PLAN = SurveyPlan.model_validate({"schema": 1, "exit": {"offset": [0, 0, -0.05]}})
 
 
 def shots_of(rows) -> Shots:
@@ -166,13 +166,13 @@ def test_offsets_turn_with_the_markers() -> None:
     half = np.array([*(0.05 * way), 0.0])
     rows = {"X1-1": base - half, "X1-2": base + half}
     shots = Shots(tuple(Shot(name, i, tuple(p), tuple(p)) for i, (name, p) in enumerate(rows.items(), 1)), (), "here")
-    plan = Plan.model_validate(
+    plan = SurveyPlan.model_validate(
         {"schema": 1, "exit": {"offset": [0.1, 0.02, -0.3], "spacing": 0.1}, "frame": {"along": "instrument"}}
     )
     found = survey(shots, plan)
     assert close(found.exits[0].exit_point, wanted)
     assert found.residuals[0].residual == pytest.approx(0.0, abs=1e-12)
-    own = Plan.model_validate(
+    own = SurveyPlan.model_validate(
         {"schema": 1, "lines": {"1": {"exit": {"offset": [0, 0, 0.5]}}}, "frame": {"along": "instrument"}}
     )
     assert close(survey(shots, own).exits[0].exit_point, base + np.array([0, 0, 0.5]))
@@ -202,7 +202,7 @@ def test_plan_names_points_and_heights() -> None:
     renamed = Shots(
         tuple(replace(s, point={"WEST1": "101", "WEST2": "102"}.get(s.point, s.point)) for s in shots.shots), (), "x"
     )
-    plan = Plan.model_validate(
+    plan = SurveyPlan.model_validate(
         {
             "schema": 1,
             "points": {"101": "wall west", "102": "wall west", "W4-1": "none", "W4-2": "none"},
@@ -290,17 +290,17 @@ def test_millimetres_are_asked_about() -> None:
 )
 def test_plans_that_are_refused(plan, says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        Plan.model_validate({"schema": 1} | plan)
+        SurveyPlan.model_validate({"schema": 1} | plan)
 
 
 def test_plan_points_must_be_in_the_file() -> None:
-    plan = Plan.model_validate({"schema": 1, "points": {"777": "wall west"}})
+    plan = SurveyPlan.model_validate({"schema": 1, "points": {"777": "wall west"}})
     with pytest.raises(InputError, match="no shot of marker '777'"):
         survey(exact(site()), plan)
 
 
 def test_plan_lines_must_be_lines() -> None:
-    plan = Plan.model_validate({"schema": 1, "lines": {"south-wst": {"exit": {"offset": [0, 0, 0]}}}})
+    plan = SurveyPlan.model_validate({"schema": 1, "lines": {"south-wst": {"exit": {"offset": [0, 0, 0]}}}})
     with pytest.raises(InputError, match="unknown line of the plan 'south-wst'; did you mean 'south-west'"):
         survey(exact(site()), plan, [line.name for line in load("merlet2023").lines])
     with pytest.raises(InputError, match="unknown line of the plan 'south-wst'; allowed: 1, 2, 3, 4"):

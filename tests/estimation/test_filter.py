@@ -15,7 +15,7 @@ from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update, line_update
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, correct, fuse, likely
 from cablewright.robot import load
-from cablewright.signals import Distance, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.signals import DistanceReading, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.studies.estimator_settings import filter_settings
 from cablewright.studies.replay import WITHIN, bound
 from observed import broken, drive, errors, observe
@@ -328,7 +328,7 @@ def _spoiled(reading: Any, random: np.random.Generator) -> Any:
         return dataclasses.replace(reading, angles=random.uniform(-9.0, 9.0, 4))
     if isinstance(reading, Encoders):
         return dataclasses.replace(reading, counts=reading.counts + random.integers(-(10**7), 10**7, 4))
-    if isinstance(reading, Distance):
+    if isinstance(reading, DistanceReading):
         return dataclasses.replace(reading, distance=1e9)
     return reading
 

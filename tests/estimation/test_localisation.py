@@ -23,22 +23,22 @@ from cablewright.estimation.lidar.localisation import (
     steady_drift,
     step,
 )
-from cablewright.estimation.lidar.room import Laser, Room, RoomWall
-from cablewright.estimation.lidar.scan import Lidar, level_mount, noise_of, points_of
+from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
+from cablewright.estimation.lidar.scan import LidarModel, level_mount, noise_of, points_of
 from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, lines_of
 from oracles.room import EAST, NORTH, WEST, cast, rectangle, scan
-from oracles.room import Room as InRoom
+from oracles.room import RoomMap as InRoom
 
 ROOM = rectangle()
-KNOWN = Room.of(ROOM.walls)
-NORTH_LIDAR = Lidar("north", mount=(0.1, 0.15, -0.3))
-SOUTH_LIDAR = Lidar("south", mount=(0.0, -0.15, -0.3), yaw=math.pi, sees=("east", "west"))
+KNOWN = RoomMap.of(ROOM.walls)
+NORTH_LIDAR = LidarModel("north", mount=(0.1, 0.15, -0.3))
+SOUTH_LIDAR = LidarModel("south", mount=(0.0, -0.15, -0.3), yaw=math.pi, sees=("east", "west"))
 BOTH = WallSettings(KNOWN, (NORTH_LIDAR, SOUTH_LIDAR))
 SEARCH = LineSearch()
 
 
 def seen(angles, ranges) -> list[WallLine]:
-    return lines_of(points_of(Lidar(), angles, ranges), Lidar(), SEARCH)
+    return lines_of(points_of(LidarModel(), angles, ranges), LidarModel(), SEARCH)
 
 
 def pose_of(seed: int) -> tuple[float, float, float]:
@@ -132,7 +132,7 @@ def test_clusters_end_at_corners_and_steps() -> None:
     for seed in range(4):
         x, y, yaw = pose_of(seed)
         a, r = scan(ROOM, (x, y, yaw), np.random.default_rng(seed))
-        points = points_of(Lidar(), a, r)
+        points = points_of(LidarModel(), a, r)
         c, s = math.cos(yaw), math.sin(yaw)
         world = points.xy @ np.array([[c, s], [-s, c]]) + (x, y)
         on = [np.abs(world[:, 0] - WEST), np.abs(world[:, 0] - EAST), np.abs(world[:, 1] - NORTH)]
@@ -148,14 +148,14 @@ def test_clusters_end_at_corners_and_steps() -> None:
 def test_noise_is_estimated() -> None:
     for sigma in (1e-3, 2e-3, 5e-3, 0.02):
         a, r = scan(ROOM, (0.3, 0.2, 0.1), np.random.default_rng(4), sigma=sigma)
-        assert 0.8 * sigma < noise_of(points_of(Lidar(), a, r)) < 1.6 * sigma
+        assert 0.8 * sigma < noise_of(points_of(LidarModel(), a, r)) < 1.6 * sigma
 
 
 def test_masked_bearings_do_not_count() -> None:
     a, r = scan(ROOM, (0.3, 0.2, 0.1), np.random.default_rng(5))
     r[(a > 3.0) & (a < 3.6)] = 0.3  # the drum
-    assert len(points_of(Lidar(masked=((3.0, 3.6),)), a, r)) < len(points_of(Lidar(), a, r))
-    across = Lidar(masked=((-0.3, 0.3),))
+    assert len(points_of(LidarModel(masked=((3.0, 3.6),)), a, r)) < len(points_of(LidarModel(), a, r))
+    across = LidarModel(masked=((-0.3, 0.3),))
     bearings = np.arctan2(*points_of(across, a, r).xy.T[::-1])
     assert np.abs(bearings).min() > 0.29
 
@@ -165,7 +165,7 @@ def test_what_did_not_come_back_does_not_count() -> None:
     for none in (0.0, math.nan, math.inf, -1.0, 1e308):
         holed = r.copy()
         holed[::7] = none
-        assert len(points_of(Lidar(), a, holed)) < len(points_of(Lidar(), a, r))
+        assert len(points_of(LidarModel(), a, holed)) < len(points_of(LidarModel(), a, r))
         assert len(seen(a, holed)) >= 4
 
 
@@ -238,7 +238,7 @@ def test_moving_the_room_moves_the_place() -> None:
         n = R @ np.array(wall.normal)
         walls.append(RoomWall(wall.name, (n[0], n[1]), wall.distance + float(n @ shift)))
     low, high = BOTH.yaw_range
-    moved = replace(BOTH, room=Room(tuple(walls)), yaw_range=(low + turn, high + turn))
+    moved = replace(BOTH, room=RoomMap(tuple(walls)), yaw_range=(low + turn, high + turn))
     _, one = run(BOTH, pose, np.random.default_rng(1))
     _, other = run(moved, pose, np.random.default_rng(1))
     assert other.position == pytest.approx(R @ one.position + shift, abs=1e-9)
@@ -331,7 +331,7 @@ def square() -> InRoom:
 
 def square_settings() -> WallSettings:
     walls = {"west": ((-1, 0), 2.0), "east": ((1, 0), 2.0), "north": ((0, 1), 2.0), "south": ((0, -1), 2.0)}
-    return WallSettings(Room.of(walls), yaw_range=(-math.pi, math.pi))
+    return WallSettings(RoomMap.of(walls), yaw_range=(-math.pi, math.pi))
 
 
 def test_a_square_room_is_ambiguous() -> None:
@@ -387,7 +387,7 @@ def test_what_is_lost_is_found_again() -> None:
 
 def test_a_jump_is_never_taken_for_the_old_place() -> None:
     """Carried elsewhere between two turns, whatever is called sure is right: old lines do not outvote new points."""
-    only, sure = WallSettings(KNOWN, (Lidar(),)), 0
+    only, sure = WallSettings(KNOWN, (LidarModel(),)), 0
     for seed in range(60):
         rng = np.random.default_rng(seed)
         state, _ = step(only, start(), LidarTurn(*scan(ROOM, pose_of(seed), rng)))
@@ -401,7 +401,7 @@ def test_a_jump_is_never_taken_for_the_old_place() -> None:
 
 def test_what_others_do_not_know_does_no_harm() -> None:
     """NaN as tilt, drift or motion: those rays or turns do not count, and the next turn is as good as ever."""
-    only = WallSettings(KNOWN, (Lidar(),))
+    only = WallSettings(KNOWN, (LidarModel(),))
     rng, pose = np.random.default_rng(4), (0.3, 0.2, 0.1)
     tilt, drift = np.zeros((720, 2)), np.zeros((720, 3))
     tilt[100:110] = math.nan
@@ -436,7 +436,7 @@ def test_moving_with_what_others_know() -> None:
 def test_a_leaning_platform_is_made_level() -> None:
     """A lidar that leans sees walls farther away by 1 / cos; with the tilt they are where they are."""
     tilt, pose = (math.radians(3.0), math.radians(-5.0)), (0.4, 0.3, 0.2)
-    lidar = Lidar(mount=(0.0, 0.0, -0.4))
+    lidar = LidarModel(mount=(0.0, 0.0, -0.4))
     angle = math.hypot(*tilt)
     k = np.array([tilt[0], tilt[1], 0.0]) / angle
     K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
@@ -458,7 +458,7 @@ def test_a_leaning_platform_is_made_level() -> None:
 
 def test_a_turn_on_the_way_is_straightened() -> None:
     """Rays one after another while the platform moves, turns and swings: with its drift known walls are straight."""
-    lidar, velocity, rate = Lidar(mount=(0.1, 0.0, -0.5), yaw=0.3), (0.05, -0.03), 0.06
+    lidar, velocity, rate = LidarModel(mount=(0.1, 0.0, -0.5), yaw=0.3), (0.05, -0.03), 0.06
     times = np.linspace(0.0, 0.9, 720)
     end = np.array([0.4, 0.3, 0.2])
     a = np.linspace(0, math.tau, 720, endpoint=False)
@@ -499,15 +499,15 @@ def test_refusals() -> None:
     with pytest.raises(InputError, match="room: no wall 'south'; it has west, east, north"):
         step(WallSettings(KNOWN), start(), LidarTurn(a, r), (Laser("south", 1.0),))
     with pytest.raises(InputError, match="0 walls"):
-        Room(())
+        RoomMap(())
     with pytest.raises(InputError, match="two walls are named 'a'"):
-        Room((RoomWall("a", (1, 0), 1), RoomWall("a", (0, 1), 1)))
+        RoomMap((RoomWall("a", (1, 0), 1), RoomWall("a", (0, 1), 1)))
     with pytest.raises(InputError, match="a unit normal"):
-        Room((RoomWall("a", (1, 1), 1),))
+        RoomMap((RoomWall("a", (1, 1), 1),))
     with pytest.raises(InputError, match="must rise by a turn at most"):
         WallSettings(KNOWN, yaw_range=(1.0, 1.0))
     with pytest.raises(InputError, match="sigma over 0"):
-        Lidar(sigma=0.0)
+        LidarModel(sigma=0.0)
 
 
 def test_looking_first_and_placing_then_is_one_step() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.calibration.checks import least_poses
 from cablewright.calibration.pose_fit import fits
-from cablewright.calibration.problem import Problem
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import aligned, measure, random_poses
 from cablewright.robot import load
 
@@ -17,11 +17,11 @@ STARTS, OFF = 500, 0.01  # its number of starts; how far off they are is not pri
 
 
 @pytest.fixture(scope="module", params=[16, 40])
-def runs(request: pytest.FixtureRequest) -> tuple[Problem, np.ndarray, np.ndarray, np.ndarray]:
+def runs(request: pytest.FixtureRequest) -> tuple[CalibrationProblem, np.ndarray, np.ndarray, np.ndarray]:
     """A problem without noise, where 500 starts begin, and the exit points (500, 4, 3) and mu (500,) they end at."""
     rng = np.random.default_rng(request.param)
     made = measure(ROBOT, random_poses(ROBOT, request.param, rng), 0.0, rng)
-    problem = Problem.of(ROBOT, made.measured)
+    problem = CalibrationProblem.of(ROBOT, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     theta = truth + rng.uniform(-OFF, OFF, (STARTS, 16))
     found = fits(problem, theta, made.poses + rng.uniform(-OFF, OFF, (STARTS, *made.poses.shape)))

@@ -226,7 +226,7 @@ def test_a_search_that_was_begun_with_more_is_not_finished_with_less(taut) -> No
 def test_it_can_be_ended_and_goes_on() -> None:
     model, lengths = held("merlet2023", [0.5, -1.0, 1.2], 0.3)
     found = cw.equilibria(model, lengths)
-    saved: list[exhaustive.Search] = []
+    saved: list[exhaustive.ExhaustiveSearch] = []
     first, search = exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=1e-9, save=saved.append)
     assert not first.complete
     assert "ended" in first.why

@@ -13,13 +13,23 @@ from cablewright.errors import InputError
 from cablewright.kernels.collision import clearance
 from cablewright.kernels.collision.clearance import Surroundings
 from cablewright.kernels.collision.line_polyline import MOST
-from cablewright.models.solids import Part, nothing
+from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import run
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["KINDS", "Contact", "Free", "Interference", "Settings", "free_region", "interference", "margins", "too_near"]
+__all__ = [
+    "KINDS",
+    "Contact",
+    "Free",
+    "Interference",
+    "InterferenceSettings",
+    "free_region",
+    "interference",
+    "margins",
+    "too_near",
+]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +40,7 @@ MOST_NODES = 2_000_000
 
 
 @dataclass(frozen=True)
-class Settings:
+class InterferenceSettings:
     """What is looked at, and how finely.
 
     ``ends`` (m): so much of a cable at its exit is not held against the frame, at the platform not against the
@@ -49,7 +59,7 @@ class Settings:
             raise InputError(f"tolerance = {self.tolerance:g} m: a length above 0 is wanted")
 
 
-DEFAULT = Settings()
+DEFAULT = InterferenceSettings()
 
 
 @dataclass(frozen=True)
@@ -75,8 +85,8 @@ class Interference:
     """
 
     equilibrium: Equilibrium
-    settings: Settings
-    part: Part
+    settings: InterferenceSettings
+    part: Obstacle
     margins: Array
     bounds: Array
     pairs: NDArray[np.int64]
@@ -130,9 +140,9 @@ class Interference:
 def interference(
     equilibria: Equilibrium,
     *,
-    part: Part | None = None,
+    part: Obstacle | None = None,
     now: ArrayLike | None = None,
-    settings: Settings = DEFAULT,
+    settings: InterferenceSettings = DEFAULT,
 ) -> Interference:
     """Signed distances of the free spans at solved poses, sag and stretch included.
 
@@ -158,9 +168,9 @@ def margins(
     model: Model,
     poses: ArrayLike,
     *,
-    part: Part | None = None,
+    part: Obstacle | None = None,
     retraction: ArrayLike | None = None,
-    settings: Settings = DEFAULT,
+    settings: InterferenceSettings = DEFAULT,
 ) -> Array:
     """Smallest signed distance (N,) at *poses* (N, n), m: a criterion of a pose. NaN where the pose cannot be held."""
     held = solve_inverse(model, np.atleast_2d(np.asarray(poses, dtype=np.float64)), retraction=retraction)
@@ -205,13 +215,13 @@ def too_near(margins: Array, clearance: float) -> NDArray[np.bool_]:
 
 def free_region(
     model: Model,
-    part: Part,
+    part: Obstacle,
     low: ArrayLike,
     high: ArrayLike,
     count: tuple[int, int, int] = (25, 25, 15),
     *,
     clearance: float = 0.0,
-    settings: Settings = DEFAULT,
+    settings: InterferenceSettings = DEFAULT,
 ) -> Free:
     """Where the nozzle may be from *low* to *high* (3,), m, while no line is nearer to the whole *part* than that.
 
@@ -236,7 +246,7 @@ def _drawable(equilibria: Equilibrium) -> NDArray[np.bool_]:
 
 
 @lru_cache(maxsize=32)
-def _surroundings(robot: Robot, settings: Settings) -> Surroundings:
+def _surroundings(robot: Robot, settings: InterferenceSettings) -> Surroundings:
     """The machine as kernels take it."""
     lines, beams, boxes = robot.lines, robot.scene.beams, robot.platform.boxes
     shared = [

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
@@ -46,7 +46,7 @@ def _check_size(
     raise InputError(f"{where}: {names[column]} = {value:g} m, but the frame's diagonal is {diagonal:.3g} m: {hint}")
 
 
-def gauge_size(problem: Problem) -> int:
+def gauge_size(problem: CalibrationProblem) -> int:
     """How many freedoms the machine's own sensors leave open: those of the world's frame, and of the platform's."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names or problem.measured.pose_sigma is not None:
@@ -56,12 +56,12 @@ def gauge_size(problem: Problem) -> int:
     return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
 
 
-def spare(problem: Problem) -> int:
+def spare(problem: CalibrationProblem) -> int:
     """How many numbers every pose tells beyond those that it asks for."""
     return _told_by_each(problem) - problem.own
 
 
-def least_poses(problem: Problem) -> int:
+def least_poses(problem: CalibrationProblem) -> int:
     """How many different poses are needed, with open freedoms counted: those are not what data have to decide.
 
     Raises `InputError` where no number of poses is enough.
@@ -73,7 +73,7 @@ def least_poses(problem: Problem) -> int:
     return max(1, -(-(len(problem.unknowns) - gauge_size(problem) - given) // surplus))
 
 
-def _nothing_over(problem: Problem) -> str:
+def _nothing_over(problem: CalibrationProblem) -> str:
     """Why poses tell nothing of the unknowns, and what would."""
     m, n = problem.robot.m, problem.robot.n
     if not problem.hangs:
@@ -84,12 +84,12 @@ def _nothing_over(problem: Problem) -> str:
     return f"{told}: nothing is left over to calibrate with; {more}"
 
 
-def _told_by_each(problem: Problem) -> int:
+def _told_by_each(problem: CalibrationProblem) -> int:
     """How many numbers every pose tells."""
     return int((problem.of_poses(problem.weights) > 0.0).sum(axis=1).min())
 
 
-def check(problem: Problem) -> None:
+def check(problem: CalibrationProblem) -> None:
     """Raise `InputError` where there are too few poses, or too few that differ."""
     measured, needed, count = problem.measured, least_poses(problem), problem.poses
     why = (
@@ -104,7 +104,7 @@ def check(problem: Problem) -> None:
         raise InputError(f"{measured.origin}: {told}; at least {needed} different ones are needed: {why}")
 
 
-def _different(problem: Problem, enough: int) -> int:
+def _different(problem: CalibrationProblem, enough: int) -> int:
     """How many poses differ, counted up to *enough*."""
     left = problem.measured.counted
     for count in range(enough):

@@ -27,7 +27,7 @@ _LARGEST: Final = 1e9
 _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
 
 
-class _Table(NamedTuple):
+class _DataColumns(NamedTuple):
     """How rows are to be read: the cells in a row, and the position and the unit's size of each known column."""
 
     separator: str
@@ -111,7 +111,7 @@ def _known(robot: Robot) -> dict[str, Dimension]:
     )
 
 
-def _header(text: str, place: str, robot: Robot) -> _Table:
+def _header(text: str, place: str, robot: Robot) -> _DataColumns:
     separator = separator_of(text)
     cells = cells_of(text, separator)
     known, columns = _known(robot), dict[str, tuple[int, float]]()
@@ -124,7 +124,7 @@ def _header(text: str, place: str, robot: Robot) -> _Table:
         if position not in taken:
             raise InputError(f"{place}: unknown column {shown(cell)}; {_hint(cell[:60].casefold(), known, robot)}")
     _check_groups(columns, place, robot)
-    return _Table(separator, len(cells), columns)
+    return _DataColumns(separator, len(cells), columns)
 
 
 def _hint(name: str, known: dict[str, Dimension], robot: Robot) -> str:

@@ -14,12 +14,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.plan import Plan
-from cablewright.calibration.problem import Derivatives, Measured, Problem, equations
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured, equations
 from cablewright.errors import AnswerError
 from cablewright.kernels import layout
-from cablewright.kernels.fitting.calibration_residuals import Rows
-from cablewright.kernels.fitting.pose_schur import FLOOR, MOST_DAMPING, NO_BETTER, Settings
+from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.kernels.fitting.pose_schur import FLOOR, MOST_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
@@ -43,7 +43,7 @@ FREED: Final = (0, 1, 2, 5, 4, 3)
 
 
 @dataclass(frozen=True, eq=False)
-class Hanging(Problem):
+class Hanging(CalibrationProblem):
     """The equations of a calibration of lines under the cable law of `model`.
 
     What is kept of each pose are its m lengths, which are unknown, then the pose (n) and the lines' states (6 m) that
@@ -53,8 +53,8 @@ class Hanging(Problem):
     model: Model
 
     @classmethod
-    def under(cls, model: Model, measured: Measured, plan: Plan, hold: bool = True) -> Hanging:
-        """Build the rows; see `Problem.of`."""
+    def under(cls, model: Model, measured: Measured, plan: CalibrationPlan, hold: bool = True) -> Hanging:
+        """Build the rows; see `CalibrationProblem.of`."""
         return cls(model.robot, measured, plan, *equations(model.robot, measured, plan, hold, hangs=True), model)
 
     def freed(self) -> Hanging:
@@ -99,7 +99,7 @@ class Hanging(Problem):
         del theta
         return poses[:, : self.robot.m]
 
-    def balanced(self, theta: Array, poses: Array) -> Problem:
+    def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
         """Itself: an equilibrium is balanced."""
         del theta, poses
         return self
@@ -191,15 +191,15 @@ class Hanging(Problem):
         return moved
 
     def adjust(
-        self, theta: Array, own: Array, weights: Array, settings: Settings, rows: Rows | None = None
+        self, theta: Array, own: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """As `Problem.adjust`, by the same steps as its kernel: a Schur complement takes the lengths out."""
+        """As `CalibrationProblem.adjust`, by the same steps as its kernel: a Schur complement takes the lengths out."""
         assert rows is None
         runs = [self._adjust(theta[run], own[run], weights, settings) for run in range(len(theta))]
         codes, steps, costs = zip(*runs, strict=True)
         return np.array(codes, dtype=np.int64), np.array(steps, dtype=np.int64), np.array(costs)
 
-    def _adjust(self, theta: Array, own: Array, weights: Array, settings: Settings) -> tuple[int, int, float]:
+    def _adjust(self, theta: Array, own: Array, weights: Array, settings: StopRule) -> tuple[int, int, float]:
         """One run of Levenberg-Marquardt steps; *theta* and *own* are moved. Returns a code, steps and the cost."""
         m = self.robot.m
         held = self.equilibria(theta, own)

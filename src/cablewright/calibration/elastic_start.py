@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.checks import spare
 from cablewright.calibration.elastic_lines import FREED, Hanging
-from cablewright.calibration.plan import Plan
-from cablewright.calibration.pose_fit import NEAR, Fit, Progress, best_fit, first_start, fit, poses_alone, quick_fit
-from cablewright.calibration.problem import Problem
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.pose_fit import NEAR, PoseFit, Progress, best_fit, first_start, fit, poses_alone, quick_fit
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import with_values
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Equilibrium, Model
@@ -32,12 +32,12 @@ _FITS: Final = 5.0  # half the sum of squares for each measurement left over: 0.
 _WIDER: Final = 10.0  # times: tensions may be further than those measured, while a start is sought
 
 
-def hanging_fit(problem: Hanging, seed: int, rough: float, progress: Progress = silent) -> Fit:
+def hanging_fit(problem: Hanging, seed: int, rough: float, progress: Progress = silent) -> PoseFit:
     """Fit from straight lines on; where those have nothing to spare, from the file and the guesses of the poses.
 
     Raises `InputError` where there are neither, `AnswerError` where the platform does not hang near any pose.
     """
-    straight = Problem.of(problem.robot, problem.measured, _straight(problem), hold=False)
+    straight = CalibrationProblem.of(problem.robot, problem.measured, _straight(problem), hold=False)
     guessed = problem.measured.guess is not None
     if spare(straight) < 1:
         if guessed:
@@ -55,13 +55,13 @@ def _left_over(problem: Hanging) -> int:
     return max(len(problem.values) - problem.poses * problem.own - len(problem.start), 1)
 
 
-def _fit_from(problem: Hanging, straight: Problem, found: Fit) -> Fit:
+def _fit_from(problem: Hanging, straight: CalibrationProblem, found: PoseFit) -> PoseFit:
     theta, own = _let_go(problem, straight, found)
     plain = fit(problem, theta, poses_alone(problem, theta, own), settings=NEAR)
     return replace(plain, starts=found.starts, alike=found.alike)
 
 
-def _straight(problem: Hanging) -> Plan:
+def _straight(problem: Hanging) -> CalibrationPlan:
     """The plan for straight lines, as exact as those can be."""
     plan, robot = problem.plan, problem.robot
     least = _SAGGING * robot.platform.mass * robot.scene.gravity
@@ -75,7 +75,7 @@ def _straight(problem: Hanging) -> Plan:
     return plan.model_copy(update=kept)
 
 
-def _let_go(problem: Hanging, straight: Problem, found: Fit) -> tuple[Array, Array]:
+def _let_go(problem: Hanging, straight: CalibrationProblem, found: PoseFit) -> tuple[Array, Array]:
     """Unknowns and what is kept of each pose, in equilibrium where the straight lines were."""
     values = straight.whole(found.theta)
     known = {(each.name, each.line, each.axis): value for each, value in zip(straight.unknowns, values, strict=True)}

@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.plan import INNER, Plan
+from cablewright.calibration.plan import INNER, CalibrationPlan
 from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Robot
@@ -27,7 +27,7 @@ def _index(robot: Robot, name: str, where: str) -> int:
     return names.index(name)
 
 
-def distances_of(robot: Robot, plan: Plan) -> list[tuple[int, int, float, float]]:
+def distances_of(robot: Robot, plan: CalibrationPlan) -> list[tuple[int, int, float, float]]:
     """Of each measured distance the two lines, its value and its standard deviation, m."""
     return [
         (
@@ -57,7 +57,9 @@ def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     return rows
 
 
-def linear_rows(robot: Robot, unknowns: Sequence[Unknown], plan: Plan, start: Array) -> tuple[Array, Array, Mask]:
+def linear_rows(
+    robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array
+) -> tuple[Array, Array, Mask]:
     """Rows that are linear in the unknowns, weighted, what they should give, and whether they were known before."""
     rows: list[tuple[Array, float, bool]] = []
     for at, point in enumerate(plan.points):
@@ -88,7 +90,7 @@ def _picks(unknowns: Sequence[Unknown], name: str, line: str, axis: int | None) 
     return np.array([float((each.name, each.line, each.axis) == (name, line, axis)) for each in unknowns])
 
 
-def held_by_datum(robot: Robot, unknowns: Sequence[Unknown], plan: Plan) -> Mask:
+def held_by_datum(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan) -> Mask:
     """Which unknowns the datum holds."""
     asked = [part for part in plan.datum if part != INNER]
     if len(asked) < len(plan.datum) and asked:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.fixed import tilt_rows
-from cablewright.calibration.problem import Derivatives, Problem
+from cablewright.calibration.problem import CalibrationProblem, Derivatives
 from cablewright.calibration.unknowns import Unknown
 from cablewright.robot import Robot
 from cablewright.robot.parameters import AXES
@@ -112,7 +112,9 @@ def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
     )
 
 
-def information(problem: Problem, theta: Array, poses: Array, weights: Array, priors: bool = False) -> Information:
+def information(
+    problem: CalibrationProblem, theta: Array, poses: Array, weights: Array, priors: bool = False
+) -> Information:
     """Information at a solution. Rows of weight 0 do not count, nor poses all of whose rows have it.
 
     *priors* says whether what was known before counts.

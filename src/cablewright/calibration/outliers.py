@@ -11,8 +11,8 @@ from scipy import stats
 
 from cablewright.calibration.checks import gauge_size
 from cablewright.calibration.observability import projected
-from cablewright.calibration.pose_fit import QUICK, Fit, Progress, fit, poses_alone
-from cablewright.calibration.problem import Problem
+from cablewright.calibration.pose_fit import QUICK, PoseFit, Progress, fit, poses_alone
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.solvers.arguments import silent
 
 __all__ = ["Rejected", "without_outliers"]
@@ -53,8 +53,8 @@ class Rejected:
 
 
 def without_outliers(
-    problem: Problem, plain: Fit, start: Fit, seed: int, progress: Progress = silent
-) -> tuple[Fit, tuple[Rejected, ...]]:
+    problem: CalibrationProblem, plain: PoseFit, start: PoseFit, seed: int, progress: Progress = silent
+) -> tuple[PoseFit, tuple[Rejected, ...]]:
     """Fit again without gross errors. *plain* is a fit of all rows, *start* where fits of a part of them may begin.
 
     A pose says of its own error no more than its surplus of rows: with one row more than freedoms, that something is
@@ -85,7 +85,7 @@ def without_outliers(
 
 
 def _surplus(
-    problem: Problem, found: Fit, weights: Array | None = None
+    problem: CalibrationProblem, found: PoseFit, weights: Array | None = None
 ) -> tuple[Array, NDArray[np.int64], Array, Array]:
     """What poses leave unexplained: (N, r), their ranks, derivatives (N, r, k), and the covariance (k, k)."""
     used = found.weights if weights is None else weights
@@ -97,7 +97,7 @@ def _surplus(
     return off, ranks, reduced, covariance
 
 
-def _counts(problem: Problem) -> NDArray[np.int64]:
+def _counts(problem: CalibrationProblem) -> NDArray[np.int64]:
     """How many rows each pose has (N,)."""
     return np.asarray((problem.of_poses(problem.weights) > 0.0).sum(axis=1))
 
@@ -108,12 +108,12 @@ def _spread(off: Array, surplus: NDArray[np.int64]) -> float:
     return float(np.sqrt(np.median(np.sum(off * off, axis=1)) / stats.chi2.median(freedom)))
 
 
-def _floor(problem: Problem) -> float:
+def _floor(problem: CalibrationProblem) -> float:
     """The same of what is as good as exact."""
     return _EXACT / problem.encoder_sigma
 
 
-def _reweighted(problem: Problem, plain: Fit) -> Fit:
+def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
     """Re-weight poses by 1 / |what they leave unexplained|, until a few bad ones count for next to nothing."""
     found = plain
     for _ in range(_ROUNDS):
@@ -126,7 +126,9 @@ def _reweighted(problem: Problem, plain: Fit) -> Fit:
     return replace(found, weights=plain.weights)
 
 
-def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int, progress: Progress) -> Fit:
+def _best_of_parts(
+    problem: CalibrationProblem, reweighted: PoseFit, start: PoseFit, seed: int, progress: Progress
+) -> PoseFit:
     """The fit whose better poses fit best, of *reweighted* and of fits of random parts of the poses.
 
     Least trimmed squares (Rousseeuw, Van Driessen 2006): where few poses are left over, gross errors draw a plain fit
@@ -162,7 +164,7 @@ def _best_of_parts(problem: Problem, reweighted: Fit, start: Fit, seed: int, pro
     return best
 
 
-def _trimmed(problem: Problem, found: Fit, kept: int) -> tuple[float, NDArray[np.int64]]:
+def _trimmed(problem: CalibrationProblem, found: PoseFit, kept: int) -> tuple[float, NDArray[np.int64]]:
     """Sum of squares that the *kept* best poses leave unexplained, and poses in the order of theirs."""
     if not problem.reaches(found.theta, found.poses):  # a pose that does not count is in a sheave
         return np.inf, np.arange(problem.poses)
@@ -172,12 +174,12 @@ def _trimmed(problem: Problem, found: Fit, kept: int) -> tuple[float, NDArray[np
     return float(sizes[order[:kept]].sum()), order
 
 
-def _spread_of(problem: Problem, found: Fit, bad: Flags) -> float:
+def _spread_of(problem: CalibrationProblem, found: PoseFit, bad: Flags) -> float:
     off, ranks, _, _ = _surplus(problem, found)
     return max(_spread(off[~bad], (_counts(problem) - ranks)[~bad]), _floor(problem))
 
 
-def _judged(problem: Problem, found: Fit, weights: Array, bad: Flags) -> Flags:
+def _judged(problem: CalibrationProblem, found: PoseFit, weights: Array, bad: Flags) -> Flags:
     """Which poses are off by more than chance: each against what all others say (an F test, shared over all poses)."""
     off, ranks, reduced, covariance = _surplus(problem, found, weights)
     own, own_ranks, _, _ = _surplus(problem, found)
@@ -201,7 +203,7 @@ def _judged(problem: Problem, found: Fit, weights: Array, bad: Flags) -> Flags:
     return judged
 
 
-def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
+def _rows_of(problem: CalibrationProblem, found: PoseFit, bad: Flags, spread: float) -> Flags:
     """Which rows (N, e) to leave out: that of the one line whose removal explains a bad pose, else all of the pose."""
     weights = problem.of_poses(problem.weights)
     rows = np.zeros(weights.shape, dtype=bool)
@@ -227,12 +229,12 @@ def _rows_of(problem: Problem, found: Fit, bad: Flags, spread: float) -> Flags:
     return rows
 
 
-def _named(problem: Problem) -> int:
+def _named(problem: CalibrationProblem) -> int:
     """How many of a pose's rows are of one line each: its encoder's, and its tension's where lines hang."""
     return problem.robot.m * (2 if problem.hangs and problem.measured.tensions is not None else 1)
 
 
-def _told(problem: Problem, found: Fit, rows: Flags) -> list[Rejected]:
+def _told(problem: CalibrationProblem, found: PoseFit, rows: Flags) -> list[Rejected]:
     """Name what is left out."""
     everything = problem.weights.copy()
     residual = problem.derivatives(found.theta, found.poses, everything).residual

@@ -15,7 +15,17 @@ from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Angle, Force, Length, Positive, Vec3
 
-__all__ = ["INNER", "Distance", "Plan", "Plane", "Point", "Prior", "Range", "Sigmas", "load_plan"]
+__all__ = [
+    "INNER",
+    "CalibrationPlan",
+    "MeasuredDistance",
+    "MeasuredRange",
+    "Plane",
+    "Point",
+    "Prior",
+    "Sigmas",
+    "load_plan",
+]
 
 NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
@@ -49,7 +59,7 @@ class Prior(Description):
         return self
 
 
-class Distance(Description):
+class MeasuredDistance(Description):
     """A measured distance between the exit points of two lines."""
 
     between: tuple[str, str]
@@ -86,7 +96,7 @@ class Plane(Description):
         return self
 
 
-class Range(Description):
+class MeasuredRange(Description):
     """Measured distances of the nozzle from a known ``point`` of the world, at poses (rows, counted from 1)."""
 
     point: Vec3
@@ -101,7 +111,7 @@ class Range(Description):
         return self
 
 
-class Plan(Description):
+class CalibrationPlan(Description):
     """What is asked. ``datum`` names exit points (``south-west``) or coordinates (``south-east.y``) to hold.
 
     ``shared``: unknowns that are one number for all lines. ``level``: how well it is known that the exit points, as a
@@ -115,17 +125,17 @@ class Plan(Description):
     sigma: Sigmas = Sigmas()
     level: Positive[Angle] | None = None
     priors: Annotated[tuple[Prior, ...], Field(max_length=_MOST)] = ()
-    distances: Annotated[tuple[Distance, ...], Field(max_length=_MOST)] = ()
+    distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MOST)] = ()
     points: Annotated[tuple[Point, ...], Field(max_length=_MOST)] = ()
     planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()
-    ranges: Annotated[tuple[Range, ...], Field(max_length=8)] = ()
+    ranges: Annotated[tuple[MeasuredRange, ...], Field(max_length=8)] = ()
 
 
-def load_plan(path: str | Path) -> Plan:
+def load_plan(path: str | Path) -> CalibrationPlan:
     """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
     table, _ = read_table(path)
     require_schema(table, NEWEST_SCHEMA, path)
     try:
-        return Plan.model_validate(table)
+        return CalibrationPlan.model_validate(table)
     except ValidationError as error:
         raise explain(error, table, str(path)) from None

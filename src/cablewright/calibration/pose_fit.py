@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.observability import information, open_freedoms
-from cablewright.calibration.problem import Problem
-from cablewright.kernels.fitting.calibration_residuals import Rows
-from cablewright.kernels.fitting.pose_schur import Settings
+from cablewright.calibration.problem import CalibrationProblem
+from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import matrices, turn_between
 from cablewright.solvers.arguments import silent
 
 __all__ = [
     "NEAR",
     "QUICK",
-    "Fit",
+    "PoseFit",
     "Progress",
     "best_fit",
     "first_start",
@@ -34,11 +34,11 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 """What is being done, how much of it, and how much there is at most."""
 
-NEAR: Final = Settings(1e-12, 0.0, 3000, 1e-6)
-QUICK: Final = Settings(1e-6, 1e-6, 60, 1e-4)
-_FAR: Final = Settings(1e-10, 1e-6, 300, 1e-3)
-_STAGE: Final = Settings(1e-4, 1e-3, 60, 1e-3)
-_ROUGHLY: Final = Settings(1e-4, 1e-4, 40, 1e-2)
+NEAR: Final = StopRule(1e-12, 0.0, 3000, 1e-6)
+QUICK: Final = StopRule(1e-6, 1e-6, 60, 1e-4)
+_FAR: Final = StopRule(1e-10, 1e-6, 300, 1e-3)
+_STAGE: Final = StopRule(1e-4, 1e-3, 60, 1e-3)
+_ROUGHLY: Final = StopRule(1e-4, 1e-4, 40, 1e-2)
 _FLIPS: Final = 4
 _TRUST: Final = (0.1, 0.01, 0.001)
 """As how exact encoders are taken, m, while exit points are still drawn to where they started."""
@@ -57,7 +57,7 @@ _YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class PoseFit:
     """Where a fit ended: unknowns that are not held, poses, half the sum of squares, a code and steps taken.
 
     `poses` are (N, n), or what is kept of each pose where lines hang: see `hanging.Hanging`.
@@ -74,38 +74,40 @@ class Fit:
 
 
 def fits(
-    problem: Problem,
+    problem: CalibrationProblem,
     theta: Array,
     poses: Array,
     weights: Array | None = None,
-    settings: Settings = NEAR,
-    rows: Rows | None = None,
-) -> list[Fit]:
+    settings: StopRule = NEAR,
+    rows: MeasurementRows | None = None,
+) -> list[PoseFit]:
     """Fit from each of B starts: *theta* (B, k) of the unknowns that are not held, *poses* (B, N, n)."""
     theta, poses = np.array(theta, order="C"), np.array(poses, order="C")
     used = problem.weights if weights is None else weights
     codes, steps, costs = problem.adjust(theta, poses, used, settings, rows)
-    return [Fit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(len(theta))]
+    return [PoseFit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(len(theta))]
 
 
-def fit(problem: Problem, theta: Array, poses: Array, weights: Array | None = None, settings: Settings = NEAR) -> Fit:
+def fit(
+    problem: CalibrationProblem, theta: Array, poses: Array, weights: Array | None = None, settings: StopRule = NEAR
+) -> PoseFit:
     """Fit from one start near the solution."""
     return fits(problem, theta[None], poses[None], weights, settings)[0]
 
 
-def quick_fit(problem: Problem, rough: float) -> Fit:
+def quick_fit(problem: CalibrationProblem, rough: float) -> PoseFit:
     """The fit from the file and the guesses alone, as near as a start for other equations has to be."""
     start = first_start(problem)
     return _from_far(problem, start.theta, start.poses, rough)
 
 
-def first_start(problem: Problem) -> Fit:
+def first_start(problem: CalibrationProblem) -> PoseFit:
     """Where the file's numbers and the guesses of the poses are, before any step."""
     theta, poses = next(_starts(problem, np.random.default_rng(0), 0.0, 1, first=True))
-    return Fit(theta, poses, problem.weights, np.inf, 0, 0)
+    return PoseFit(theta, poses, problem.weights, np.inf, 0, 0)
 
 
-def best_fit(problem: Problem, seed: int, rough: float, progress: Progress = silent) -> Fit:
+def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Progress = silent) -> PoseFit:
     """The least cost found from the file's numbers and others up to *rough* (m) off, of equal ones the nearest to it.
 
     Ends where the least cost was found several times. Lengths over sheaves are the same in a mirror: of solutions that
@@ -113,7 +115,7 @@ def best_fit(problem: Problem, seed: int, rough: float, progress: Progress = sil
     """
     rng = np.random.default_rng(seed)
     rounding, fine = (0.5 * float(np.sum((off * problem.weights) ** 2)) for off in (_SAME, _FINE))
-    found: list[Fit] = []
+    found: list[PoseFit] = []
     guessed = problem.measured.guess is not None
     for batch in range(_BATCHES):
         tried = _AGAIN if guessed else _BATCH
@@ -137,7 +139,7 @@ def best_fit(problem: Problem, seed: int, rough: float, progress: Progress = sil
     return replace(polished, steps=nearest.steps + polished.steps, starts=len(found), alike=len(alike))
 
 
-def _from_far(problem: Problem, theta: Array, poses: Array, rough: float) -> Fit:
+def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: float) -> PoseFit:
     """A fit from a far start: exit points are drawn to where they started, less and less.
 
     From there alone, many a machine ends in a valley that fits to millimetres and has another shape.
@@ -166,7 +168,7 @@ def _from_far(problem: Problem, theta: Array, poses: Array, rough: float) -> Fit
     return found
 
 
-def _mirrored(problem: Problem, found: Fit) -> list[Fit]:
+def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
     """The fit from the upside-down image of another: sheaves alone tell the two apart, by millimetres."""
     if problem.robot.n == 6 or problem.measured.guess is not None or not found.cost < np.inf:
         return []
@@ -179,7 +181,7 @@ def _mirrored(problem: Problem, found: Fit) -> list[Fit]:
     return [image] if np.isfinite(image.cost) else []
 
 
-def _unmirrored(problem: Problem, theta: Array, poses: Array) -> Array:
+def _unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
     """*poses* with those on the other side of the exit points' plane that fit better there.
 
     Where exit points are all but in one plane, lengths hardly tell on which side of it the platform is.
@@ -196,7 +198,7 @@ def _unmirrored(problem: Problem, theta: Array, poses: Array) -> Array:
     return np.asarray(np.where((there < 0.5 * here)[:, None], mirrored, poses))
 
 
-def _off(problem: Problem, found: Fit) -> Array:
+def _off(problem: CalibrationProblem, found: PoseFit) -> Array:
     """How far the exit points among the unknowns are from the file's, m, but for a common translation."""
     exits = np.array([each.name == "exit_point" for each in problem.unknowns])[~problem.held]
     off = (found.theta - problem.free)[exits]
@@ -206,7 +208,7 @@ def _off(problem: Problem, found: Fit) -> Array:
 
 
 def _starts(
-    problem: Problem, rng: np.random.Generator, rough: float, count: int, first: bool
+    problem: CalibrationProblem, rng: np.random.Generator, rough: float, count: int, first: bool
 ) -> Iterator[tuple[Array, Array]]:
     """Yield starts; the *first* of all is that of the file."""
     scene, n = problem.robot.scene, problem.robot.n
@@ -226,13 +228,13 @@ def _starts(
         yield _from_home(problem, theta, home)
 
 
-def _with_offsets(problem: Problem, theta: Array, poses: Array) -> Array:
+def _with_offsets(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
     """The unknowns with home lengths that suit *poses* best."""
     lengths = problem.lengths(theta, poses) - problem.measured.counted
     return _with_home(problem, theta, np.nanmedian(lengths, axis=0))
 
 
-def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Array]:
+def _from_home(problem: CalibrationProblem, theta: Array, home: Array) -> tuple[Array, Array]:
     """A start from a home pose alone: home lengths, then each pose by itself."""
     at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
     poses = np.tile(home, (problem.poses, 1))
@@ -240,12 +242,12 @@ def _from_home(problem: Problem, theta: Array, home: Array) -> tuple[Array, Arra
     return theta, poses_alone(problem, theta, poses)
 
 
-def poses_alone(problem: Problem, theta: Array, poses: Array) -> Array:
+def poses_alone(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
     """The poses (N, n) that fit best with the unknowns as they are, from *poses* on."""
     return fits(problem.alone(theta), np.zeros((1, 0)), poses[None], settings=_ROUGHLY)[0].poses
 
 
-def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
+def _with_home(problem: CalibrationProblem, theta: Array, lengths: Array) -> Array:
     """The unknowns with these home lengths (m,)."""
     whole = problem.whole(theta)
     names = [line.name for line in problem.robot.lines]
@@ -255,7 +257,7 @@ def _with_home(problem: Problem, theta: Array, lengths: Array) -> Array:
     return np.asarray(whole[~problem.held])
 
 
-def to_file_frame(problem: Problem, found: Fit) -> Fit:
+def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Move a fit along what the data leave open, until the unknowns are as near to the file's as they can be.
 
     That is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file.
@@ -275,7 +277,7 @@ def to_file_frame(problem: Problem, found: Fit) -> Fit:
     return found
 
 
-def _turned_back(problem: Problem, found: Fit) -> Fit:
+def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """The fit turned about the vertical towards the file, where nothing tells a yaw: that path is not straight."""
     exits = np.array([each.name == "exit_point" for each in problem.unknowns])
     if problem.held.any() or exits.sum() < 3 * problem.robot.m:
@@ -297,7 +299,7 @@ def _turned_back(problem: Problem, found: Fit) -> Fit:
     return replace(found, theta=theta, poses=problem.with_poses(found.poses, poses))
 
 
-def _known(problem: Problem, theta: Array) -> Array:
+def _known(problem: CalibrationProblem, theta: Array) -> Array:
     """How far unknowns are from the file's; home lengths, of which the file knows nothing, count as known."""
     known = np.array([each.name != "length_offset" for each in problem.unknowns])[~problem.held]
     return np.where(known, theta - problem.free, 0.0)

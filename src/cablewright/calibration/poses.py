@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.checks import least_poses
 from cablewright.calibration.observability import projected
-from cablewright.calibration.plan import Plan
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import random_poses
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Robot
@@ -50,7 +50,7 @@ def choose(
     criterion: str = "d-optimal",
     candidates: int = 1000,
     sigma: float = 1e-4,
-    plan: Plan | None = None,
+    plan: CalibrationPlan | None = None,
     seed: int = 0,
 ) -> Chosen:
     """Choose *count* of random *candidates* in the workspace under the tension limits.
@@ -61,13 +61,13 @@ def choose(
         raise UnknownName("criterion", criterion, CRITERIA)
     rng = np.random.default_rng(seed)
     places = random_poses(robot, candidates, rng)
-    problem = Problem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
+    problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
     needed = least_poses(problem)
     if not needed <= count <= candidates:
         raise InputError(f"{count} poses: from {needed}, which {robot.name!r} needs, to {candidates} candidates")
     rows = _reduced(problem, places) * (problem.encoder_sigma / sigma)
     exits = np.array([each.name == "exit_point" for each in problem.unknowns])
-    search = _Search(rows, exits, criterion)
+    search = _PoseSearch(rows, exits, criterion)
     chosen = np.sort(search.exchanged(search.greedy(count)))  # rounding decides in which order they are found
     ordered = _ordered(places[chosen, :3])
     path = places[chosen][ordered]
@@ -87,13 +87,13 @@ def choose(
     )
 
 
-def _reduced(problem: Problem, places: Array) -> Array:
+def _reduced(problem: CalibrationProblem, places: Array) -> Array:
     """What each pose says of the unknowns (C, r, k), by itself out of the way."""
     _, rows, ranks = projected(problem.derivatives(problem.start, places))
     return np.ascontiguousarray(rows[:, int(ranks.min()) :])
 
 
-class _Search:
+class _PoseSearch:
     """Sets of poses and what they promise, in the space of what all candidates together can tell."""
 
     def __init__(self, rows: Array, exits: NDArray[np.bool_], criterion: str) -> None:

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.fixed import distances_of, held_by_datum, linear_rows
-from cablewright.calibration.plan import Plan
+from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
-from cablewright.kernels.fitting.calibration_residuals import Rows
-from cablewright.kernels.fitting.pose_schur import Settings
+from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 
-__all__ = ["ENCODER_SIGMA", "Derivatives", "Measured", "Problem", "equations"]
+__all__ = ["ENCODER_SIGMA", "CalibrationProblem", "Derivatives", "Measured", "equations"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -61,7 +61,7 @@ class Derivatives:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class CalibrationProblem:
     """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
 
     `held` says which of `unknowns` keep the value of `start`: the datum's. `rows` has the others alone. Here lines are
@@ -70,9 +70,9 @@ class Problem:
 
     robot: Robot
     measured: Measured
-    plan: Plan
+    plan: CalibrationPlan
     unknowns: tuple[Unknown, ...]
-    rows: Rows
+    rows: MeasurementRows
     values: Array  # (R,)
     weights: Array  # (R,)
     per_pose: int  # e
@@ -81,18 +81,25 @@ class Problem:
     is_prior: Mask  # (g,) which rows without a pose were known before
 
     @classmethod
-    def of(cls, robot: Robot, measured: Measured, plan: Plan | None = None, hold: bool = True) -> Problem:
+    def of(
+        cls, robot: Robot, measured: Measured, plan: CalibrationPlan | None = None, hold: bool = True
+    ) -> CalibrationProblem:
         """Build the rows; with *hold*, what the plan's datum names is no unknown.
 
         Raises `InputError` for what the plan names and the robot or the data do not have, and a contradictory datum.
         """
-        return cls(robot, measured, plan or Plan(), *equations(robot, measured, plan or Plan(), hold, hangs=False))
+        return cls(
+            robot,
+            measured,
+            plan or CalibrationPlan(),
+            *equations(robot, measured, plan or CalibrationPlan(), hold, hangs=False),
+        )
 
-    def freed(self) -> Problem:
+    def freed(self) -> CalibrationProblem:
         """The same without a datum."""
-        return Problem.of(self.robot, self.measured, self.plan, hold=False)
+        return CalibrationProblem.of(self.robot, self.measured, self.plan, hold=False)
 
-    def alone(self, theta: Array) -> Problem:
+    def alone(self, theta: Array) -> CalibrationProblem:
         """The same with all unknowns held at *theta*: what is left are the poses."""
         lines, target = self.rows.lines.copy(), self.rows.target
         lines[target >= 0] = theta[target[target >= 0]]
@@ -139,7 +146,7 @@ class Problem:
         return own + by
 
     def adjust(
-        self, theta: Array, own: Array, weights: Array, settings: Settings, rows: Rows | None = None
+        self, theta: Array, own: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
         """Move *theta* (B, k) and *own* (B, N, ..) in place to least costs; codes, steps and costs (B,)."""
         runs = len(theta)
@@ -196,7 +203,7 @@ class Problem:
             np.concatenate([gradients[count * e :], self.rows.linear]),
         )
 
-    def balanced(self, theta: Array, poses: Array) -> Problem:
+    def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
         """The problem with measured tensions, if any, replaced by the nearest ones that balance the load.
 
         A force left unbalanced turns with the frame, and would seem to tell its direction.
@@ -216,9 +223,9 @@ class Problem:
 
 
 def equations(
-    robot: Robot, measured: Measured, plan: Plan, hold: bool, hangs: bool
-) -> tuple[tuple[Unknown, ...], Rows, Array, Array, int, Array, Mask, Mask]:
-    """All of a `Problem` after its plan, from `unknowns` on; *hangs* says that lines stretch or sag."""
+    robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, hangs: bool
+) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask]:
+    """All of a `CalibrationProblem` after its plan, from `unknowns` on; *hangs* says that lines stretch or sag."""
     unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=hangs)
     lines, target = numbers_of_lines(robot), targets(robot, unknowns)
     start = _start(unknowns, lines, target)
@@ -259,7 +266,7 @@ class _Block:
 
 def _rows(
     robot: Robot, measured: Measured, blocks: Sequence[_Block], distances: Sequence[tuple[int, int, float, float]]
-) -> Rows:
+) -> MeasurementRows:
     """What the rows are of, without unknowns: those of poses in their order, then distances."""
     count = len(measured.counted)
     per_pose = sum(block.values.shape[1] for block in blocks)
@@ -269,7 +276,7 @@ def _rows(
     others = np.concatenate([block.other for block in blocks], axis=1).ravel()
     extra = np.concatenate([block.extra for block in blocks], axis=1).reshape(-1, 6)
     nothing = np.zeros((robot.m, calibration_residuals.COLUMNS))
-    return Rows(
+    return MeasurementRows(
         freedoms=robot.n,
         start=np.arange(count + 1, dtype=np.int64) * per_pose,
         kind=np.append(kinds, np.full(len(distances), calibration_residuals.BETWEEN, dtype=np.int64)),
@@ -297,7 +304,7 @@ def _block(kind: int, values: Array, weights: Array, line: object = 0, other: ob
     )
 
 
-def _blocks(robot: Robot, measured: Measured, plan: Plan, hangs: bool) -> Iterator[_Block]:
+def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, hangs: bool) -> Iterator[_Block]:
     """Yield the rows of each sensor that there is: the encoders first, then tensions where they stand by themselves."""
     sigma, lines = plan.sigma, np.arange(robot.m)
     one = np.ones(1)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.elastic_lines import FREED, Hanging
-from cablewright.calibration.plan import Plan
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -113,17 +113,17 @@ def _check(robot: Robot, beside: Beside) -> None:
         raise InputError(f"tilt noise = {beside.tilt:g}: {robot.name!r} is a point platform, which has no tilt")
 
 
-def _nothing_measured(model: Model, poses: Array, beside: Beside) -> tuple[Problem, Array]:
+def _nothing_measured(model: Model, poses: Array, beside: Beside) -> tuple[CalibrationProblem, Array]:
     """The equations with zeros for what sensors read, and what is kept of each pose where the robot really is."""
     robot, count = model.robot, len(poses)
     nothing = np.zeros((count, robot.m))
     swivel = None if beside.swivel is None else nothing
     tilt = None if beside.tilt is None else np.zeros((count, 2))
     if model.fidelity.cable is CableLaw.RIGID:
-        return Problem.of(robot, Measured(nothing, poses, None, None, swivel, tilt), hold=False), poses
+        return CalibrationProblem.of(robot, Measured(nothing, poses, None, None, swivel, tilt), hold=False), poses
     held = solve_inverse(model, _given(robot, poses)).checked()
     measured = Measured(nothing, poses, None, None if beside.tension is None else nothing, swivel, tilt)
-    problem = Hanging.under(model, measured, Plan(), hold=False)
+    problem = Hanging.under(model, measured, CalibrationPlan(), hold=False)
     return problem, problem.kept(held)
 
 

@@ -28,9 +28,9 @@ from cablewright.calibration.observability import (
     weakest,
 )
 from cablewright.calibration.outliers import Rejected, without_outliers
-from cablewright.calibration.plan import Plan
-from cablewright.calibration.pose_fit import Fit, Progress, best_fit, first_start, fit, to_file_frame
-from cablewright.calibration.problem import Measured, Problem
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.pose_fit import PoseFit, Progress, best_fit, first_start, fit, to_file_frame
+from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
@@ -62,8 +62,8 @@ class Calibration:
 
     status: str
     reason: str
-    problem: Problem
-    fit: Fit
+    problem: CalibrationProblem
+    fit: PoseFit
     alone: Information
     posterior: Information
     rejected: tuple[Rejected, ...]
@@ -156,7 +156,7 @@ class Calibration:
 def calibrate(
     robot: Robot,
     measured: Measured,
-    plan: Plan | None = None,
+    plan: CalibrationPlan | None = None,
     *,
     seed: int = 0,
     rough: float = ROUGH,
@@ -170,11 +170,11 @@ def calibrate(
     plan that cannot be used: too few poses, other units, a contradictory datum; `AnswerError` where lines that hang do
     not hold the platform near any pose.
     """
-    plan, law = plan or Plan(), Fidelity.of(cable)
+    plan, law = plan or CalibrationPlan(), Fidelity.of(cable)
     check_lengths(robot, measured)
-    held: Problem
+    held: CalibrationProblem
     if law.cable is CableLaw.RIGID:
-        held = Problem.of(robot, measured, plan)
+        held = CalibrationProblem.of(robot, measured, plan)
     else:
         held = Hanging.under(Model(robot, law), measured, plan)
     free = held.freed()
@@ -202,11 +202,11 @@ def calibrate(
     return Calibration(status, reason, held, found, alone, posterior, rejected, scale, rms, steps, notes)
 
 
-def _to_datum(held: Problem, free: Problem, found: Fit) -> Fit:
+def _to_datum(held: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Move a fit to where the datum holds what it names. Raises `InputError` where the data deny the datum."""
     weights = found.weights
     moved = fit(held, found.theta[~held.held], found.poses, weights)
-    moved = to_file_frame(held, Fit(moved.theta, moved.poses, weights, moved.cost, moved.code, moved.steps))
+    moved = to_file_frame(held, PoseFit(moved.theta, moved.poses, weights, moved.cost, moved.code, moved.steps))
     before, after = _rms(free, found), _rms(held, moved)
     if after > _CONTRADICTS * before + 1e-7:
         names = ", ".join(held.plan.datum)
@@ -215,7 +215,7 @@ def _to_datum(held: Problem, free: Problem, found: Fit) -> Fit:
     return replace(found, theta=moved.theta, poses=moved.poses, cost=moved.cost, code=max(found.code, moved.code))
 
 
-def _rms(problem: Problem, found: Fit) -> float:
+def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
     """Root mean square of what is left of the lengths that count, m."""
     m = problem.robot.m
     residual = problem.derivatives(found.theta, found.poses).residual[:, :m] * problem.encoder_sigma
@@ -223,7 +223,7 @@ def _rms(problem: Problem, found: Fit) -> float:
     return float(np.sqrt(np.mean(residual[used] ** 2))) if used.any() else math.nan
 
 
-def _scale(problem: Problem, found: Fit, posterior: Information) -> tuple[float, float]:
+def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) -> tuple[float, float]:
     """Sigma of the encoders over that of their weights, and the root of chi square over its freedom."""
     derivatives = problem.derivatives(found.theta, found.poses, found.weights)
     off, _, _ = projected(derivatives)
@@ -235,12 +235,12 @@ def _scale(problem: Problem, found: Fit, posterior: Information) -> tuple[float,
     return chi, chi
 
 
-def _other_sensors(problem: Problem) -> bool:
+def _other_sensors(problem: CalibrationProblem) -> bool:
     """Whether rows of known sigma stand beside the encoders'."""
     return problem.per_pose > problem.robot.m or len(problem.is_prior) > 0
 
 
-def _verdict(problem: Problem, plain: Fit, found: Fit, rms: float, chi: float) -> tuple[str, str]:
+def _verdict(problem: CalibrationProblem, plain: PoseFit, found: PoseFit, rms: float, chi: float) -> tuple[str, str]:
     """Status and reason."""
     if plain.code != 0 or found.code != 0 or not math.isfinite(found.cost):
         return "not-converged", f"no start of {plain.starts} led to a solution: are lines in the order of the file?"
@@ -257,7 +257,7 @@ def _verdict(problem: Problem, plain: Fit, found: Fit, rms: float, chi: float) -
 
 
 def _notes(
-    problem: Problem, alone: Information, scale: float, chi: float, rejected: tuple[Rejected, ...]
+    problem: CalibrationProblem, alone: Information, scale: float, chi: float, rejected: tuple[Rejected, ...]
 ) -> Iterator[str]:
     """Yield what a careful person would ask."""
     given, robot = problem.plan.sigma.encoder, problem.robot

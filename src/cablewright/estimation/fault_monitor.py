@@ -7,7 +7,7 @@ import math
 from cablewright.signals import (
     Barrier,
     Climate,
-    Distance,
+    DistanceReading,
     Encoders,
     Fault,
     Inertial,
@@ -21,7 +21,7 @@ __all__ = ["Watch"]
 _NAMES: dict[type, str] = {
     Barrier: "barrier",
     Climate: "climate",
-    Distance: "distance",
+    DistanceReading: "distance",
     Encoders: "encoders",
     Inertial: "inertial",
     LineAngles: "line_angles",

@@ -15,7 +15,7 @@ from cablewright.signals import Scan
 
 __all__ = [
     "MOSTLY",
-    "Height",
+    "HeightEstimate",
     "HeightSettings",
     "floor_among",
     "height_of",
@@ -70,7 +70,7 @@ class HeightSettings:
             raise InputError(f"lowest = {self.lowest}: 2 points at least make a line")
 
 
-class Height(NamedTuple):
+class HeightEstimate(NamedTuple):
     """What one vertical scan tells. Both heights are B's, m; NaN where `note` says why not."""
 
     over_floor: float  # world: z of B
@@ -82,7 +82,7 @@ class Height(NamedTuple):
 
 def height_of(
     settings: HeightSettings, scan: Scan, tilt: ArrayLike, expected: float = math.nan, reach: float = math.inf
-) -> Height:
+) -> HeightEstimate:
     """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as `estimation.tilt` has it, at each ray.
 
     *expected*: m, B's height; then what lies more than *reach*, m, over the floor is none, or more than a quarter of it
@@ -90,7 +90,7 @@ def height_of(
     is looked for in the cone.
     """
     cone = _cone(settings, scan, tilt)
-    if isinstance(cone, Height):
+    if isinstance(cone, HeightEstimate):
         return cone
     depth, along, last = cone
     fictive = settings.floor + float(depth.mean())
@@ -103,38 +103,40 @@ def height_of(
         low = float(points[floor, 2].mean()) if count else math.nan
         most = reach if count >= MOSTLY * len(points) else _DOUBTFUL * reach
         if count < _FEW or settings.floor - low < expected - most:
-            return Height(math.nan, fictive, math.nan, len(depth), "no floor in sight where it should be")
-        return Height(settings.floor - low, fictive, math.nan, len(depth), "")
+            return HeightEstimate(math.nan, fictive, math.nan, len(depth), "no floor in sight where it should be")
+        return HeightEstimate(settings.floor - low, fictive, math.nan, len(depth), "")
     order = np.argpartition(-depth, settings.lowest)[: settings.lowest]
     under = float(leaned(np.array([settings.place]), last)[0, :2] @ _heading(settings))
     slope, at = _line(along[order] - under, depth[order])
     at -= _too_low(settings, depth, at + slope * (along - under))
     if not abs(slope) <= settings.slope:
         said = f"the lowest points slope by {slope:.2f}: no floor"
-        return Height(math.nan, fictive, slope, len(depth), said)
-    return Height(settings.floor + at, fictive, slope, len(depth), "")
+        return HeightEstimate(math.nan, fictive, slope, len(depth), said)
+    return HeightEstimate(settings.floor + at, fictive, slope, len(depth), "")
 
 
 def over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
-    """`Height.over_structure` alone, m; NaN where nothing is in sight."""
+    """`HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
     cone = _cone(settings, scan, tilt)
-    return math.nan if isinstance(cone, Height) else settings.floor + float(cone[0].mean())
+    return math.nan if isinstance(cone, HeightEstimate) else settings.floor + float(cone[0].mean())
 
 
-def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> Height | tuple[Array, Array, Array]:
+def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> HeightEstimate | tuple[Array, Array, Array]:
     """Depth (k,) below B and place (k,) along the scan of the points in the cone, m, and the last lean (1, 2), rad.
 
     A height that says why where there are too few.
     """
     level, lean = _within(settings, scan, tilt, settings.cone)
     if len(level) < 2 * settings.lowest:
-        return Height(math.nan, math.nan, math.nan, len(level), "no floor in sight")
+        return HeightEstimate(math.nan, math.nan, math.nan, len(level), "no floor in sight")
     depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
     near = np.abs(np.diff(depth)) <= settings.alone
     kept = np.append(near, False) | np.append(False, near)
     depth, along = depth[kept], along[kept]
     if len(depth) < 2 * settings.lowest:
-        return Height(math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together")
+        return HeightEstimate(
+            math.nan, math.nan, math.nan, len(depth), "no floor in sight: its points do not hang together"
+        )
     return depth, along, lean[-1:]
 
 

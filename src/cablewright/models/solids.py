@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, Solid
+from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, PartTree
 from cablewright.printing.deposit import Deposit
-from cablewright.printing.stl import Mesh
+from cablewright.printing.stl import StlMesh
 
-__all__ = ["Part", "nothing", "of_beads", "of_mesh"]
+__all__ = ["Obstacle", "nothing", "of_beads", "of_mesh"]
 
 Array = NDArray[np.float64]
 
@@ -20,13 +20,13 @@ _LEAF: Final = 2  # pieces of a leaf at most: 1 and 8 are slower (benchmarks/int
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Obstacle:
     """What lines may touch besides the machine. `whole` is the time at which all of it is there.
 
     `order` (P,): which bead or triangle each piece of the solid is, as they were given.
     """
 
-    solid: Solid
+    solid: PartTree
     order: NDArray[np.int64]
     whole: float
 
@@ -36,32 +36,34 @@ class Part:
         return "bead" if self.solid.kind == BEADS else "triangle"
 
 
-def nothing() -> Part:
+def nothing() -> Obstacle:
     """A part of no pieces."""
     none = np.empty((0, PIECE))
-    return Part(_planted(BEADS, none, np.empty(0), np.empty((0, 3)), np.empty((0, 3)))[0], np.empty(0, np.int64), 0.0)
+    return Obstacle(
+        _planted(BEADS, none, np.empty(0), np.empty((0, 3)), np.empty((0, 3)))[0], np.empty(0, np.int64), 0.0
+    )
 
 
-def of_beads(deposit: Deposit) -> Part:
+def of_beads(deposit: Deposit) -> Obstacle:
     """The strands of a deposit; time counts its samples."""
     a, b, half = deposit.along, deposit.across, deposit.half
     reach = np.abs(a) * half[:, :1] + np.abs(b) * half[:, 1:2] + np.abs(np.cross(a, b)) * half[:, 2:]
     pieces = np.concatenate([deposit.centre, a, b, half], axis=1)
     births = deposit.sample.astype(np.float64)
     solid, order = _planted(BEADS, pieces, births, deposit.centre - reach, deposit.centre + reach)
-    return Part(solid, order, float(births.max(initial=0.0)))
+    return Obstacle(solid, order, float(births.max(initial=0.0)))
 
 
-def of_mesh(mesh: Mesh) -> Part:
+def of_mesh(mesh: StlMesh) -> Obstacle:
     """The triangles of a mesh; time is the height (m) up to which they are there."""
     low, high = mesh.triangles.min(axis=1), mesh.triangles.max(axis=1)
     pieces = np.zeros((len(low), PIECE))
     pieces[:, :9] = mesh.triangles.reshape(-1, 9)
     solid, order = _planted(TRIANGLES, pieces, low[:, 2], low, high)
-    return Part(solid, order, float(high[:, 2].max()))
+    return Obstacle(solid, order, float(high[:, 2].max()))
 
 
-def _planted(kind: int, pieces: Array, births: Array, low: Array, high: Array) -> tuple[Solid, NDArray[np.int64]]:
+def _planted(kind: int, pieces: Array, births: Array, low: Array, high: Array) -> tuple[PartTree, NDArray[np.int64]]:
     """A solid of pieces within their bounds (P, 3), and the order in which it has them.
 
     Level by level, each node's pieces are sorted along the longest side of the box about their middles and halved.
@@ -90,4 +92,4 @@ def _planted(kind: int, pieces: Array, births: Array, low: Array, high: Array) -
             highs[nodes] = highs[pairs].reshape(-1, 2, 3).max(axis=1)
             since[nodes] = since[pairs].reshape(-1, 2).min(axis=1)
         boxes = np.concatenate([0.5 * (lows + highs), 0.5 * (highs - lows)], axis=1)
-    return Solid(kind, np.ascontiguousarray(pieces[order]), births[order], boxes, since, ranges), order
+    return PartTree(kind, np.ascontiguousarray(pieces[order]), births[order], boxes, since, ranges), order

@@ -19,7 +19,7 @@ from cablewright.printing.course import Helix, RandomCurve
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, Progress, Toolpath, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.path import Samples, sample
-from cablewright.printing.schedule import Height
+from cablewright.printing.schedule import ScheduleStep
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Acceleration, Jerk, Length, Speed
@@ -86,7 +86,7 @@ class Job(_Part):
     bead: Bead = Bead()
     motion: Motion = Motion()
     sampling: Sampling = Sampling()
-    schedule: Annotated[tuple[Height, ...], Field(max_length=10_000)] = ()
+    schedule: Annotated[tuple[ScheduleStep, ...], Field(max_length=10_000)] = ()
     """Rotation and retraction of a rigid platform by the nozzle's height, rising."""
 
     @model_validator(mode="after")

@@ -13,12 +13,12 @@ from pydantic import BaseModel, ConfigDict, model_validator
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.units import Angle3, Length, Positive
 
-__all__ = ["Height", "Schedule"]
+__all__ = ["Schedule", "ScheduleStep"]
 
 Array = NDArray[np.float64]
 
 
-class Height(BaseModel):
+class ScheduleStep(BaseModel):
     """What is set at one height of the nozzle, m: a rotation vector (rad), a retraction length (m), or both."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -39,7 +39,7 @@ class Height(BaseModel):
 class Schedule:
     """Settings between heights: linear; constant below the lowest and above the highest, so that one holds always."""
 
-    def __init__(self, heights: tuple[Height, ...]) -> None:
+    def __init__(self, heights: tuple[ScheduleStep, ...]) -> None:
         """Take *heights* in rising order."""
         self.heights = heights
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 
-__all__ = ["MAX_TRIANGLES", "Mesh", "read_stl"]
+__all__ = ["MAX_TRIANGLES", "StlMesh", "read_stl"]
 
 MAX_TRIANGLES: Final = 2_000_000
 MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
@@ -27,7 +27,7 @@ _MAX_TEXT: Final = 400 * MAX_TRIANGLES  # bytes
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class StlMesh:
     """F triangles (F, 3, 3), m, world. Read-only."""
 
     triangles: NDArray[np.float64]
@@ -51,7 +51,7 @@ class Mesh:
         return bool(len(codes) and len(np.unique(codes)) == len(codes) and np.isin(codes, back).all())
 
 
-def read_stl(path: str | Path, scale: float = 1.0) -> Mesh:
+def read_stl(path: str | Path, scale: float = 1.0) -> StlMesh:
     """Read a mesh whose numbers, times *scale*, are metres in the machine's frame.
 
     Raises `InputError`, one line, for a file that cannot be read, is truncated, empty, no STL or larger than
@@ -78,7 +78,7 @@ def read_stl(path: str | Path, scale: float = 1.0) -> Mesh:
         )
     scaled = corners * scale
     scaled.setflags(write=False)
-    return Mesh(scaled)
+    return StlMesh(scaled)
 
 
 def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.printing.path import Samples
 
-__all__ = ["WITHIN", "Nearest", "Place", "Track", "Visits"]
+__all__ = ["WITHIN", "Nearest", "PathPoint", "Track", "Visits"]
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _SAME: Final = 1e-12  # m^2: of places as near as each other that one counts whi
 _MOST_PAIRS: Final = 500_000  # of places and pieces that are looked at in one go
 
 
-class Place(NamedTuple):
+class PathPoint(NamedTuple):
     """One place of the path and the unit vector along it there."""
 
     position: Array  # (3,) m
@@ -93,13 +93,13 @@ class Track:
         """The piece at *distance*, m; where two meet the one that begins there, beyond an end the one at the end."""
         return min(max(bisect_right(self.distance, distance) - 1, 0), len(self.layer) - 1)
 
-    def at(self, distance: float) -> Place:
+    def at(self, distance: float) -> PathPoint:
         """The place at *distance*, m; beyond an end of the path that end."""
         i = self.piece(distance)
         start, end = self.positions[i], self.positions[i + 1]
         begin, whole = float(self.distance[i]), float(self.distance[i + 1] - self.distance[i])
         tangent = (end - start) / whole
-        return Place(start + tangent * min(max(distance - begin, 0.0), whole), tangent)
+        return PathPoint(start + tangent * min(max(distance - begin, 0.0), whole), tangent)
 
     def places(self, distances: ArrayLike) -> Array:
         """Places (k, 3), m, at *distances* (k,), m; beyond an end of the path that end."""

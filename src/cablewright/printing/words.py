@@ -10,7 +10,7 @@ import math
 import re
 from typing import Final, Literal, NamedTuple
 
-__all__ = ["MACRO", "STRAIGHT", "Marker", "WordError", "as_number", "bare_text", "code_of", "read_marker", "split"]
+__all__ = ["MACRO", "STRAIGHT", "LayerMarker", "WordError", "as_number", "bare_text", "code_of", "read_marker", "split"]
 
 _NUMBER = r"[-+.0-9]+"  # what float() takes of these has no exponent, no inf, no nan: just the numbers of G-code
 
@@ -42,24 +42,24 @@ class WordError(ValueError):
         self.cut = cut
 
 
-class Marker(NamedTuple):
+class LayerMarker(NamedTuple):
     """A comment by which a slicer says that a layer begins; ``number`` is None where it only counts up."""
 
     kind: Literal["colon", "change", "named"]
     number: int | None
 
 
-def read_marker(line: bytes) -> Marker | None:
+def read_marker(line: bytes) -> LayerMarker | None:
     """Read ``;LAYER:3``, ``;LAYER_CHANGE`` or ``; layer 3``, possibly with text behind, at the very start of a line.
 
     Settings that a slicer writes as comments (``; layer_height = 0.2``, ``; layer 3 = x``) are no markers.
     """
     if (found := _COLON.fullmatch(line)) is not None:
-        return Marker("colon", int(found[1]))
+        return LayerMarker("colon", int(found[1]))
     if _CHANGE.fullmatch(line) is not None:
-        return Marker("change", None)
+        return LayerMarker("change", None)
     if (found := _NAMED.fullmatch(line)) is not None:
-        return Marker("named", int(found[1]))
+        return LayerMarker("named", int(found[1]))
     return None
 
 

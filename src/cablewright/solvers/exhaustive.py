@@ -26,7 +26,7 @@ from cablewright.solvers.equilibria import (
 )
 from cablewright.solvers.line_cover import atlases, refuse_unfit
 
-__all__ = ["Search", "begin", "exhaust"]
+__all__ = ["ExhaustiveSearch", "begin", "exhaust"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -47,7 +47,7 @@ REASONS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class ExhaustiveSearch:
     """How far a search is."""
 
     box: Array  # (6,) x, y, z of all places asked about, low and high, m
@@ -64,23 +64,23 @@ class Search:
         return len(self.open) == 0
 
 
-def begin(model: Model, box: Array | None) -> Search:
+def begin(model: Model, box: Array | None) -> ExhaustiveSearch:
     """A search that has still everything to do. *box* as in `equilibria`."""
     return _anew(np.stack(box_of(model, box), axis=1).ravel())
 
 
-def _anew(box: Array) -> Search:
-    return Search(box, box[None], np.empty((0, 6)), np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
+def _anew(box: Array) -> ExhaustiveSearch:
+    return ExhaustiveSearch(box, box[None], np.empty((0, 6)), np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
 
 
 def exhaust(
     found: Equilibria,
-    search: Search,
+    search: ExhaustiveSearch,
     *,
     time_limit: float = 600.0,
-    save: Callable[[Search], None] | None = None,
+    save: Callable[[ExhaustiveSearch], None] | None = None,
     progress: Progress | None = None,
-) -> tuple[Equilibria, Search]:
+) -> tuple[Equilibria, ExhaustiveSearch]:
     """Go on with *search* beside the equilibria *found* for its box, until it is finished or *time_limit* (s) is over.
 
     *save* is called with the state every few seconds, and at the end; also when interrupted. Returns the equilibria,
@@ -116,11 +116,11 @@ def exhaust(
 
 def _level(
     solutions: Equilibrium,
-    search: Search,
+    search: ExhaustiveSearch,
     deadline: float,
-    save: Callable[[Search], None] | None,
+    save: Callable[[ExhaustiveSearch], None] | None,
     progress: Progress | None,
-) -> Search:
+) -> ExhaustiveSearch:
     """Judge the open boxes until none is left, or the time is over; one block at least."""
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
     view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
@@ -149,7 +149,7 @@ def _level(
     return search
 
 
-def _judge(known: exclusion.Atlases, search: Search) -> Search:
+def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSearch:
     """Judge the last boxes of the list and cut what is open in halves."""
     block, rest = search.open[-BLOCK:], search.open[:-BLOCK]
     codes, reasons = np.full(len(block), exclusion.OPEN), np.zeros(len(block), dtype=np.int64)
@@ -201,7 +201,7 @@ def _hunt(solutions: Equilibrium, boxes: Array, most: int = STARTS) -> Equilibri
     return distinct(every, solutions)
 
 
-def _conclude(found: Equilibria, solutions: Equilibrium, search: Search) -> Equilibria:
+def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearch) -> Equilibria:
     """What *search* proves of *solutions*, in place of what the starts of *found* left open."""
     low, high = search.box[::2], search.box[1::2]
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
@@ -231,7 +231,7 @@ def _sentence(reason: int) -> str:
     return "; ".join(text for bit, text in REASONS.items() if reason & bit)
 
 
-def _clusters(search: Search) -> tuple[Array, list[int]]:
+def _clusters(search: ExhaustiveSearch) -> tuple[Array, list[int]]:
     """Undecided boxes that touch, as one box each, and why they are undecided."""
     boxes, reasons, k = search.undecided.copy(), search.reasons.copy(), 0
     while k < len(boxes):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
 from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, Progress, accuracy
 from cablewright.analyses.accuracy.region import Region, region
-from cablewright.analyses.accuracy.spread import FirstOrder, Method, Problem, Vertices, corner_values
+from cablewright.analyses.accuracy.spread import FirstOrder, Method, SpreadProblem, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
@@ -22,7 +22,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, of_moduli
 from cablewright.solvers.forward import solve_forward
 
-__all__ = ["Place", "accuracy_at"]
+__all__ = ["AccuracyAtPose", "accuracy_at"]
 
 Array = NDArray[np.float64]
 INNER = 4000
@@ -30,7 +30,7 @@ INNER = 4000
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class AccuracyAtPose:
     """What there is to say of one pose."""
 
     accuracy: Accuracy  # one row
@@ -119,7 +119,7 @@ def accuracy_at(
     home: ArrayLike | None = None,
     seed: int = 0,
     progress: Progress | None = None,
-) -> Place:
+) -> AccuracyAtPose:
     """All about the accuracy at one *pose* (n,), m and rad; see `accuracy` for the rest.
 
     Raises `InputError` for what cannot be used, `AnswerError` where the pose cannot be held.
@@ -144,9 +144,9 @@ def accuracy_at(
                 remains[name] = accuracy(robot, one, known, compensation=name, **options)
     model = Model(robot, Fidelity(), tension_limits)
     nominal = solve_forward(model, found.commanded, guess=found.nominal)
-    problem = Problem(nominal, found.commanded, found.wanted, known)
+    problem = SpreadProblem(nominal, found.commanded, found.wanted, known)
     corners = region(problem, corner_values(problem), inner=INNER, seed=seed)
     best = None
     if robot.m - robot.n in GRID:
         best = best_tensions(model, found.wanted[0], known, Vertices() if len(known) <= ALL_VERTICES else FirstOrder())
-    return Place(found, corners, {name: remains[name] for name in COMPENSATIONS if name in remains}, best)
+    return AccuracyAtPose(found, corners, {name: remains[name] for name in COMPENSATIONS if name in remains}, best)

@@ -13,7 +13,7 @@ import numpy as np
 from cablewright.errors import InputError
 from cablewright.kernels.layout import Packed
 from cablewright.solvers.equilibria import Equilibria
-from cablewright.solvers.exhaustive import Search, begin, exhaust
+from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 from cablewright.studies.store import write_stream
 
 __all__ = ["search_all"]
@@ -45,7 +45,7 @@ def search_all(
     return every, search.finished
 
 
-def _question(found: Equilibria, anew: Search) -> str:
+def _question(found: Equilibria, anew: ExhaustiveSearch) -> str:
     """What is searched, as a hash: the machine's numbers, its lengths, the box and the version."""
     packed: Packed = found.solutions.model.packed
     parts = (packed.lines, packed.platform, found.solutions.lengths[0], anew.box)
@@ -55,7 +55,7 @@ def _question(found: Equilibria, anew: Search) -> str:
     return digest.hexdigest()
 
 
-def _read(file: Path, question: str) -> Search | None:
+def _read(file: Path, question: str) -> ExhaustiveSearch | None:
     """What *file* holds of the search; None if there is no such file or it is about another question."""
     if not file.exists():
         return None
@@ -70,10 +70,10 @@ def _read(file: Path, question: str) -> Search | None:
         raise InputError(
             f"{file}: not a search of this program ({reason}); remove it or choose another --out"
         ) from None
-    return Search(**values | {name: int(values[name]) for name in ("level", "judged")})
+    return ExhaustiveSearch(**values | {name: int(values[name]) for name in ("level", "judged")})
 
 
-def _write(file: Path, question: str, search: Search) -> None:
+def _write(file: Path, question: str, search: ExhaustiveSearch) -> None:
     """Write how far the search is."""
     fields = {name: getattr(search, name) for name in FIELDS}
     write_stream(file, lambda stream: np.savez(stream, question=np.array(question), **fields))

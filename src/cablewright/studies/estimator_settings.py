@@ -16,8 +16,8 @@ from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.localisation import WallSettings
-from cablewright.estimation.lidar.room import Laser, Room, RoomWall
-from cablewright.estimation.lidar.scan import Lidar
+from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
+from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.machine.simulated import settings as machine
@@ -117,7 +117,7 @@ def believed(robot: Robot, settings: machine.MachineSettings) -> Robot:
     return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
 
 
-def surveyed(room: machine.Room) -> Room:
+def surveyed(room: machine.RoomSettings) -> RoomMap:
     """Return the walls that a survey has: faces on one line are one wall, named by what is before their comma.
 
     Windows and corners, faces of under 3 m together, are left out. Raises `InputError` where no wall remains.
@@ -142,10 +142,10 @@ def surveyed(room: machine.Room) -> Room:
         else:
             name = face.name.split(",")[0]
             found.append((RoomWall(name, (nx, ny), distance), length))
-    return Room(tuple(wall for wall, length in found if length >= _LEAST_WALL))
+    return RoomMap(tuple(wall for wall, length in found if length >= _LEAST_WALL))
 
 
-def _lidar(name: str, lidar: machine.LidarSettings, room: Room) -> Lidar:
+def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel:
     """A horizontal lidar by its data sheet; it sees the walls that it is not masked towards while the drum is unturned.
 
     Raises `InputError` for one that is not level.
@@ -155,7 +155,7 @@ def _lidar(name: str, lidar: machine.LidarSettings, room: Room) -> Lidar:
         raise InputError(f"lidars.{name}.axes: a level plane, x to y counter-clockwise from above, is wanted")
     yaw = math.atan2(ay, ax)
     sees = tuple(wall.name for wall in room.walls if not _masked(lidar, wall.azimuth - yaw))
-    return Lidar(
+    return LidarModel(
         name,
         lidar.place,
         yaw,

@@ -14,17 +14,17 @@ from cablewright.analyses.interference import (
     Contact,
     Free,
     Interference,
-    Settings,
+    InterferenceSettings,
     free_region,
     interference,
     too_near,
 )
-from cablewright.models.solids import Part, of_beads, of_mesh
+from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.stl import Mesh
+from cablewright.printing.stl import StlMesh
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import silent
 from cablewright.solvers.inverse import solve_inverse
@@ -47,9 +47,9 @@ class JobInterference:
     robot: Robot
     job: Job
     samples: Samples
-    settings: Settings
+    settings: InterferenceSettings
     clearance: float
-    part: Part
+    part: Obstacle
     margins: Array  # (k, 4) as `Interference.margins`
     bound: float  # m, how far any line may be from what stood for it
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
@@ -92,9 +92,9 @@ def interference_over_job(
     model: Model,
     job: Job,
     *,
-    mesh: Mesh | None = None,
+    mesh: StlMesh | None = None,
     clearance: float = 0.0,
-    settings: Settings = DEFAULT,
+    settings: InterferenceSettings = DEFAULT,
     progress: Progress | None = None,
 ) -> JobInterference:
     """Hold the lines against everything at each sample of *job*, the part as far as it is printed by then.
@@ -172,7 +172,7 @@ def _grown(samples: Samples) -> Array:
     return np.asarray(np.maximum.accumulate(laid))
 
 
-def _around(part: Part, robot: Robot) -> tuple[Array, Array]:
+def _around(part: Obstacle, robot: Robot) -> tuple[Array, Array]:
     """The box in which the free region is looked for: the part's and some room, as far as the frame goes."""
     scene = robot.scene
     middle, half = part.solid.boxes[0, :3], part.solid.boxes[0, 3:]

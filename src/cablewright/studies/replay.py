@@ -22,7 +22,7 @@ from cablewright.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
 
-__all__ = ["SLACK", "WITHIN", "Replay", "Spread", "bound", "replay", "spread"]
+__all__ = ["SLACK", "WITHIN", "ErrorStatistics", "Replay", "bound", "replay", "spread"]
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ _MOST_TRACE: Final = 100_000
 
 
 @dataclass(frozen=True)
-class Spread:
+class ErrorStatistics:
     """Of some errors: how many, and their root mean square, middle, 95 and 99 in a hundred, and most."""
 
     count: int
@@ -51,13 +51,13 @@ class Spread:
     most: float
 
 
-def spread(values: Array) -> Spread:
+def spread(values: Array) -> ErrorStatistics:
     """Return the spread of the sizes of *values* (k,); NaN of none."""
     size = np.abs(values[np.isfinite(values)])
     if not len(size):
-        return Spread(0, *(math.nan,) * 5)
+        return ErrorStatistics(0, *(math.nan,) * 5)
     middle, p95, p99 = np.percentile(size, (50.0, 95.0, 99.0)).tolist()
-    return Spread(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
+    return ErrorStatistics(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
 
 
 def bound(covariance: Array) -> float:

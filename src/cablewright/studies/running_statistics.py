@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MOST_ROWS", "Histogram", "Moments", "Thinned", "Told"]
+__all__ = ["MOST_ROWS", "Histogram", "Moments", "Summary", "Thinned"]
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ MOST_ROWS: Final = 20_000
 
 
 @dataclass(frozen=True)
-class Told:
+class Summary:
     """Of some numbers: how many, their mean, their variance about it, the least and the most; NaN of none."""
 
     count: int
@@ -86,10 +86,10 @@ class Moments:
         """(w,); NaN of none."""
         return np.where(self.count > 0, self._least, np.nan)
 
-    def told(self, column: int = 0) -> Told:
+    def told(self, column: int = 0) -> Summary:
         """All of one column."""
         columns = (self.mean, self.variance, self.least, self.most)
-        return Told(int(self.count[column]), *(float(each[column]) for each in columns))
+        return Summary(int(self.count[column]), *(float(each[column]) for each in columns))
 
 
 class Histogram:

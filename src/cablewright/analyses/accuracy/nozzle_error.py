@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.accuracy.spread import Method, Problem, Spread, Vertices
+from cablewright.analyses.accuracy.spread import Method, Spread, SpreadProblem, Vertices
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
@@ -187,7 +187,7 @@ def around(
     if not ok.any():
         raise AnswerError(_refusal(held, codes))
     report = progress or silent
-    problem = Problem(
+    problem = SpreadProblem(
         solved[solved.ok], lengths[ok], held.pose[ok], ranges, lambda done, total: report("solving", done, total)
     )
     spread = _scattered(method(problem), ok)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.accuracy.spread import Problem, sampled, settled
+from cablewright.analyses.accuracy.spread import SpreadProblem, sampled, settled
 from cablewright.solvers.parameters import nozzle_response
 
 __all__ = ["Hull", "Interior", "Region", "area", "hull_of", "region"]
@@ -54,7 +54,7 @@ class Region:
     interior: Interior | None  # None where it was not looked at
 
 
-def region(problem: Problem, values: Array, *, inner: int = 0, seed: int = 0) -> Region:
+def region(problem: SpreadProblem, values: Array, *, inner: int = 0, seed: int = 0) -> Region:
     """The region of the *values* (S, k) of a problem of one place; *inner* random points are tried against it."""
     points, _, ok = sampled(problem, values)
     kept = points[0][ok[0]]
@@ -102,7 +102,7 @@ def area(outline: Array) -> float:
     return 0.5 * float(abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in pairwise(closed))))
 
 
-def interior(problem: Problem, corners: Array, samples: int, seed: int) -> Interior:
+def interior(problem: SpreadProblem, corners: Array, samples: int, seed: int) -> Interior:
     """Try to beat the *corners* (S, 3), the nozzle at the corners of the box: random points, then climbs from the best.
 
     The problem is of one place. A climb goes up the gradient of the error, or of the offset from the nominal point,
@@ -121,7 +121,7 @@ def interior(problem: Problem, corners: Array, samples: int, seed: int) -> Inter
     return Interior(samples, min(CLIMBERS, samples), largest[0], largest[1], corner_is_worst=not beaten)
 
 
-def _climbed(problem: Problem, scaled: Array, goal: Array) -> float:
+def _climbed(problem: SpreadProblem, scaled: Array, goal: Array) -> float:
     """Largest distance (m) from *goal* that climbs from *scaled* points (C, k) reach; steps that lose are halved."""
     steps = np.full(len(scaled), FIRST_STEP)
     here, trial = scaled, scaled

@@ -1,7 +1,7 @@
 """Where uncertain numbers can take the nozzle: three methods, one signature.
 
 `Vertices` solves the corners of the box of ranges, `FirstOrder` reads the one linearisation, `MonteCarlo` draws
-samples. Each takes a `Problem` and returns a `Spread`; whatever else has that signature will do as well.
+samples. Each takes a `SpreadProblem` and returns a `Spread`; whatever else has that signature will do as well.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ __all__ = [
     "FirstOrder",
     "Method",
     "MonteCarlo",
-    "Problem",
     "Spread",
+    "SpreadProblem",
     "Vertices",
     "corner_values",
     "sampled",
@@ -51,7 +51,7 @@ def _silent(_done: int, _total: int) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class SpreadProblem:
     """N places with what is uncertain there.
 
     `commanded` (N, m) are the lengths that the machine believes it pays out, m; `nominal` is where they take the
@@ -64,9 +64,9 @@ class Problem:
     ranges: tuple[Range, ...]
     progress: Progress = field(default=_silent)
 
-    def rows(self, index: slice) -> Problem:
+    def rows(self, index: slice) -> SpreadProblem:
         """Some of its places."""
-        return Problem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
+        return SpreadProblem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
 
     @property
     def nominal_values(self) -> Array:
@@ -117,7 +117,7 @@ class Method(Protocol):
         """What it is called on the command line and in reports."""
         ...
 
-    def __call__(self, problem: Problem) -> Spread:
+    def __call__(self, problem: SpreadProblem) -> Spread:
         """The spread at each place of *problem*."""
         ...
 
@@ -128,13 +128,13 @@ class Vertices:
 
     name = "vertices"
 
-    def __call__(self, problem: Problem) -> Spread:
+    def __call__(self, problem: SpreadProblem) -> Spread:
         """The spread over the corners."""
         count = vertex_count(len(problem.ranges))
         return _by_blocks(problem, count, self._block)
 
     @staticmethod
-    def _block(problem: Problem) -> Spread:
+    def _block(problem: SpreadProblem) -> Spread:
         linear = _Linear.of(problem)
         signs = _corners(linear)
         values = problem.middle + signs * problem.half_widths
@@ -149,13 +149,13 @@ class FirstOrder:
 
     name = "first-order"
 
-    def __call__(self, problem: Problem) -> Spread:
+    def __call__(self, problem: SpreadProblem) -> Spread:
         """The spread over the corners, as first order has them."""
         count = vertex_count(len(problem.ranges))
         return _by_blocks(problem, count, self._block)
 
     @staticmethod
-    def _block(problem: Problem) -> Spread:
+    def _block(problem: SpreadProblem) -> Spread:
         linear = _Linear.of(problem)
         signs = _corners(linear)
         offsets = linear.offsets(signs)
@@ -187,13 +187,13 @@ class MonteCarlo:
         if self.seed < 0:
             raise InputError(f"seed = {self.seed}: at least 0 is wanted")
 
-    def __call__(self, problem: Problem) -> Spread:
+    def __call__(self, problem: SpreadProblem) -> Spread:
         """The spread of the samples."""
         drawn = _drawn(problem.ranges, self.samples, self.seed)
         return _by_blocks(problem, self.samples, lambda rows: self._block(rows, drawn))
 
     @staticmethod
-    def _block(problem: Problem, drawn: Array) -> Spread:
+    def _block(problem: SpreadProblem, drawn: Array) -> Spread:
         linear = _Linear.of(problem)
         points, turns, ok = sampled(problem, drawn)
         deviation = _deviation(points, ok)
@@ -207,7 +207,7 @@ class MonteCarlo:
         return replace(found, deviation=deviation, likely_error=errors[np.arange(len(errors)), likely])
 
 
-def sampled(problem: Problem, values: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+def sampled(problem: SpreadProblem, values: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The nozzle (N, S, 3), its turn from what is wanted (N, S) and whether there is an answer, for *values*.
 
     *values*: (S, k), the same at each place, or (N, S, k). In blocks, however many there are.
@@ -239,7 +239,7 @@ def _pieces(places: int, count: int) -> list[tuple[slice, int]]:
     return [(slice(row, row + rows), first) for row in range(0, places, rows) for first in range(0, count, SOLVES)]
 
 
-def settled(problem: Problem, values: Array) -> Equilibrium:
+def settled(problem: SpreadProblem, values: Array) -> Equilibrium:
     """The equilibria (N * S) of *values* (N, S, k), row by row."""
     places, each, k = values.shape
     base = problem.nominal
@@ -265,7 +265,7 @@ class _Linear:
     rotation_shifted: Array  # (N, 3)
 
     @classmethod
-    def of(cls, problem: Problem) -> _Linear:
+    def of(cls, problem: SpreadProblem) -> _Linear:
         """At the problem's places."""
         nominal = problem.nominal
         motion = response(nominal, [each.parameter for each in problem.ranges])
@@ -288,7 +288,7 @@ class _Linear:
         """Offsets (N, S, 3) of the corners *signs*, (S, k) or (N, S, k)."""
         return self.shifted[:, None] + signs @ np.swapaxes(self.effects, 1, 2)
 
-    def turns(self, problem: Problem, signs: Array) -> Array:
+    def turns(self, problem: SpreadProblem, signs: Array) -> Array:
         """Angles (N, S) of the corners from the wanted rotation, for small ones."""
         if problem.nominal.model.n == 3:
             return np.zeros((len(self.start), signs.shape[-2]))
@@ -297,7 +297,7 @@ class _Linear:
         return np.asarray(np.linalg.norm(turned + away[:, None], axis=2))
 
 
-def corner_values(problem: Problem) -> Array:
+def corner_values(problem: SpreadProblem) -> Array:
     """Values (S, k) of the corners of the box that `Vertices` looks at, of a problem of one place."""
     signs = _corners(_Linear.of(problem))
     if signs.ndim == 3:
@@ -311,7 +311,7 @@ def _corners(linear: _Linear) -> Array:
     return signs_of_box(k) if k <= ALL_VERTICES else np.stack([extreme_signs(one) for one in linear.effects])
 
 
-def _sigmas(problem: Problem) -> Array:
+def _sigmas(problem: SpreadProblem) -> Array:
     """Standard deviations (k,) of the numbers' departures."""
     columns = []
     for each in problem.ranges:
@@ -345,7 +345,7 @@ def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
     return drawn
 
 
-def _by_blocks(problem: Problem, count: int, block: Callable[[Problem], Spread]) -> Spread:
+def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProblem], Spread]) -> Spread:
     """All places, as many at once as SOLVES allows."""
     places, rows = len(problem.commanded), max(1, SOLVES // count)
     found = []
@@ -360,7 +360,7 @@ def _by_blocks(problem: Problem, count: int, block: Callable[[Problem], Spread])
 
 
 def _gathered(
-    problem: Problem,
+    problem: SpreadProblem,
     linear: _Linear,
     values: Array,
     points: Array,

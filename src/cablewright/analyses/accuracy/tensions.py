@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.accuracy.spread import Method, Problem
+from cablewright.analyses.accuracy.spread import Method, SpreadProblem
 from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.models.statics import Equilibrium, Model
@@ -79,9 +79,9 @@ def best_tensions(model: Model, pose: Array, ranges: tuple[Range, ...], method: 
     return BestTensions(chosen.tensions[0], chosen.lengths[0], best, least, tried)
 
 
-def _problem(held: Equilibrium, ranges: tuple[Range, ...]) -> Problem:
+def _problem(held: Equilibrium, ranges: tuple[Range, ...]) -> SpreadProblem:
     """The problem of poses that the full model holds with its own lengths."""
-    return Problem(held, held.lengths, held.pose, ranges)
+    return SpreadProblem(held, held.lengths, held.pose, ranges)
 
 
 def _free_directions(held: Equilibrium) -> Array:

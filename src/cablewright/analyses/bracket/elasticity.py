@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis
 from skfem.element import ElementHex2, ElementHexS2
 
-from cablewright.analyses.bracket.hexahedra import Index, Solid, levels
+from cablewright.analyses.bracket.hexahedra import HexMesh, Index, levels
 from cablewright.analyses.bracket.nested_dissection import dissected
 from cablewright.robot.bracket import Material
 
@@ -44,7 +44,7 @@ class Elastic:
     are (6, ..., k): xx, yy, zz, yz, xz, xy, Pa.
     """
 
-    solid: Solid
+    solid: HexMesh
     material: Material
     fixed: Index
     mirrors: tuple[tuple[int, float], ...] = ()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skfem import Basis, MeshHex, MeshHex2
 from skfem.element import ElementHex2, ElementHexS2
 
-__all__ = ["Bore", "Grid", "Solid", "build", "levels", "ticks"]
+__all__ = ["Bore", "Grid", "HexMesh", "build", "levels", "ticks"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -77,7 +77,7 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class HexMesh:
     """A mesh of hexahedra with 20 nodes, and where its parts are in the logical grid.
 
     `basis` has the N corners and middles of edges, which displacements are of. `points` has these first, and then the
@@ -126,7 +126,7 @@ def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float
     return np.append(np.concatenate(pieces), ends[-1])
 
 
-def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequence[Bore]) -> Solid:
+def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequence[Bore]) -> HexMesh:
     """The cells of a grid whose middles (3, E) are *kept*, less the *bores*."""
     whole = MeshHex.init_tensor(grid.x, grid.y, grid.z)
     middles = whole.p[:, whole.t].mean(axis=1)
@@ -145,7 +145,7 @@ def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequenc
     _serendipity(moved, np.asarray(points.element_dofs))
     mesh = MeshHex2(moved, logical.t)
     shapes = Basis(mesh, ElementHexS2(), intorder=4)
-    return Solid(grid, mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
+    return HexMesh(grid, mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
 
 
 def _serendipity(places: Array, members: Index) -> None:

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.bracket.elasticity import Elastic, von_mises
-from cablewright.analyses.bracket.hexahedra import Bore, Grid, Index, Solid, build, levels, ticks
+from cablewright.analyses.bracket.hexahedra import Bore, Grid, HexMesh, Index, build, levels, ticks
 from cablewright.errors import InputError
 from cablewright.robot.bracket import Bracket
 
-__all__ = ["BASE_CASES", "LEVER_CASES", "Part", "Plate", "base", "base_solid", "cheek"]
+__all__ = ["BASE_CASES", "LEVER_CASES", "BracketPart", "Plate", "base", "base_solid", "cheek"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -62,7 +62,7 @@ class Plate:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class BracketPart:
     """A solid with unit load *cases* (3 N, k) and the plates of it that are judged."""
 
     name: str
@@ -119,7 +119,7 @@ class Part:
         return np.asarray(self.elastic.solid.places[:, node])
 
 
-def base_solid(bracket: Bracket, times: int) -> Solid:
+def base_solid(bracket: Bracket, times: int) -> HexMesh:
     """The baseplate, uprights and block, in the bracket's frame."""
     plate, uprights, bearing = bracket.baseplate, bracket.uprights, bracket.bearing
     inner, t, rise = 0.5 * uprights.gap, uprights.thickness, bracket.rise
@@ -149,7 +149,7 @@ def base_solid(bracket: Bracket, times: int) -> Solid:
 
 
 @lru_cache(maxsize=8)
-def base(bracket: Bracket, times: int) -> Part:
+def base(bracket: Bracket, times: int) -> BracketPart:
     """The base, bolted to the pillar and loaded through its two bearings and the thrust face above the block.
 
     A bearing presses by the cosine over its whole ring: more on one half, less on the other of a ring pressed in. The
@@ -178,7 +178,7 @@ def base(bracket: Bracket, times: int) -> Part:
     heights = rise + tall - 0.5 * width, rise - tall + 0.5 * width
     shares = _bearing_shares(*heights)
     cases = np.column_stack([*pushes, thrust]) @ shares
-    return Part("base", elastic, cases, (_baseplate(bracket, solid), _uprights(bracket, solid)))
+    return BracketPart("base", elastic, cases, (_baseplate(bracket, solid), _uprights(bracket, solid)))
 
 
 def _bearing_shares(upper: float, lower: float) -> Array:
@@ -197,7 +197,7 @@ def _bearing_shares(upper: float, lower: float) -> Array:
     return shares
 
 
-def _baseplate(bracket: Bracket, solid: Solid) -> Plate:
+def _baseplate(bracket: Bracket, solid: HexMesh) -> Plate:
     """The baseplate but for the uprights' feet, the clamped squares, and half a thickness about both."""
     plate, uprights = bracket.baseplate, bracket.uprights
     edge, front = 0.5 * plate.thickness, -bracket.standoff
@@ -213,7 +213,7 @@ def _baseplate(bracket: Bracket, solid: Solid) -> Plate:
     return _plate("baseplate", solid, judged, 0, plate.thickness)
 
 
-def _uprights(bracket: Bracket, solid: Solid) -> Plate:
+def _uprights(bracket: Bracket, solid: HexMesh) -> Plate:
     """Both uprights between baseplate and block, but for half a thickness at either end."""
     t, inner = bracket.uprights.thickness, 0.5 * bracket.uprights.gap
 
@@ -225,7 +225,7 @@ def _uprights(bracket: Bracket, solid: Solid) -> Plate:
 
 
 @lru_cache(maxsize=16)
-def cheek(bracket: Bracket, lever: float, times: int) -> Part:
+def cheek(bracket: Bracket, lever: float, times: int) -> BracketPart:
     """One cheek of a lever of that length (m), held by its pin and loaded by its axle and its own weight.
 
     Its frame: origin in the pin's axis, x along the lever to the axle, y along the pin, z across.
@@ -259,7 +259,7 @@ def cheek(bracket: Bracket, lever: float, times: int) -> Part:
     def judged(p: Array, slack: float) -> Mask:
         return np.asarray(np.minimum(*(near(p, bore) - bore.room for bore in bores)) > -slack)
 
-    return Part("lever", elastic, cases, (_plate("lever", solid, judged, 1, t),))
+    return BracketPart("lever", elastic, cases, (_plate("lever", solid, judged, 1, t),))
 
 
 def _push(elastic: Elastic, facets: Index, axis: int) -> Array:
@@ -296,7 +296,7 @@ def _both(marks: list[float], most: float) -> list[float]:
     return [side * mark for mark in marks if 0.0 <= mark <= most + _SLACK for side in (-1.0, 1.0)]
 
 
-def _plate(name: str, solid: Solid, judged: Callable[[Array, float], Mask], axis: int, thickness: float) -> Plate:
+def _plate(name: str, solid: HexMesh, judged: Callable[[Array, float], Mask], axis: int, thickness: float) -> Plate:
     """A plate where places (3, P) are *judged*, edges included by the slack; *axis* goes through its thickness."""
     chosen = np.flatnonzero(judged(solid.nodes, _SLACK))
     keys = np.stack([levels(places) for places in solid.nodes[:, chosen]])

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, joints, loads_at
-from cablewright.analyses.bracket.parts import Part, base, cheek
+from cablewright.analyses.bracket.parts import BracketPart, base, cheek
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -26,7 +26,7 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
 
-__all__ = ["PLATES", "Comparison", "Design", "Mesh", "Peak", "bracket_at", "bracket_of", "plate_peaks"]
+__all__ = ["PLATES", "BracketMesh", "Comparison", "Design", "Peak", "bracket_at", "bracket_of", "plate_peaks"]
 
 Array = NDArray[np.float64]
 
@@ -40,18 +40,18 @@ _TIMES = (1, 2)  # 3 would take more than 10 GB
 
 
 @dataclass(frozen=True)
-class Mesh:
+class BracketMesh:
     """All parts of a bracket meshed alike: the base, and a cheek for each length of lever (m)."""
 
     bracket: Bracket
     times: int
 
     @property
-    def base(self) -> Part:
+    def base(self) -> BracketPart:
         """Baseplate, uprights and block."""
         return base(self.bracket, self.times)
 
-    def cheek(self, lever: float) -> Part:
+    def cheek(self, lever: float) -> BracketPart:
         """A cheek of a lever."""
         return cheek(self.bracket, lever, self.times)
 
@@ -106,7 +106,7 @@ class Design:
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
         """Of the highest loaded line, by `PLATES`."""
-        i, fine = self.line, Mesh(self.bracket, self.times)
+        i, fine = self.line, BracketMesh(self.bracket, self.times)
         lever = joints(self.loads.held.model.robot)[i].lever
         found = []
         for k, name in enumerate(PLATES):
@@ -161,12 +161,12 @@ class Design:
         return np.asarray(self.loads.on_base(foot(self.bracket))[0, self.line])
 
     @cached_property
-    def fields(self) -> tuple[tuple[Part, Array, Array], ...]:
+    def fields(self) -> tuple[tuple[BracketPart, Array, Array], ...]:
         """Base and cheek of the highest loaded line, each with displacements (N, 3), m, and stresses (6, P), Pa.
 
         Each in its part's frame, with the displacements of the part alone.
         """
-        fine = Mesh(self.bracket, self.times)
+        fine = BracketMesh(self.bracket, self.times)
         lever = joints(self.loads.held.model.robot)[self.line].lever
         found = []
         for part, load in ((fine.base, self.on_base), (fine.cheek(lever), self.on_cheek)):
@@ -200,19 +200,19 @@ class Design:
 
     def _carried(self, places: Array) -> Array:
         """How places (P, 3) of the rigid lever move with the base, bracket's frame."""
-        moved = _head_motion(Mesh(self.bracket, self.times), self.on_base, self.turn, self.loads.design)
+        moved = _head_motion(BracketMesh(self.bracket, self.times), self.on_base, self.turn, self.loads.design)
         return np.asarray(moved[:3] + np.cross(moved[3:], places @ self.turn.T))
 
     @property
     def energy_error(self) -> float:
         """Zienkiewicz and Zhu's relative error of the whole base in the energy norm, singular edges included."""
-        part, load = Mesh(self.bracket, self.times).base, self.on_base[:, None]
+        part, load = BracketMesh(self.bracket, self.times).base, self.on_base[:, None]
         return float(part.elastic.energy_error(part.moved @ load, part.stress @ load)[0])
 
     @property
     def imbalance(self) -> float:
         """How far the bolts' reactions miss the loads of the base, relative to them: force, and moment per standoff."""
-        part, load = Mesh(self.bracket, self.times).base, self.on_base[:, None]
+        part, load = BracketMesh(self.bracket, self.times).base, self.on_base[:, None]
         arm = np.repeat([1.0, self.bracket.standoff], 3)[:, None]
         applied = part.elastic.wrench(part.cases @ load)
         missed = applied + part.elastic.reactions(part.cases @ load, part.moved @ load)
@@ -293,7 +293,7 @@ def bracket_at(
     both = loads_at(model, np.asarray(pose, dtype=np.float64)[None], retraction=retraction)
     for loads in both:
         loads.held[0].checked()
-    fine = Mesh(own, times)
+    fine = BracketMesh(own, times)
     jointed, blocked = (
         Design(own, times, loads, fine.peaks(loads)[:, 0], _coarser(fine, loads), _sheave_motions(fine, loads))
         for loads in both
@@ -306,7 +306,7 @@ def plate_peaks(bracket: Bracket, loads: Loads, times: int = TIMES, near: Loads 
 
     With *near*, only the places where it is largest for any of those loads are looked at: a lower bound, and fast.
     """
-    return Mesh(bracket, times).peaks(loads, near)
+    return BracketMesh(bracket, times).peaks(loads, near)
 
 
 def foot(bracket: Bracket) -> tuple[float, float, float]:
@@ -314,14 +314,14 @@ def foot(bracket: Bracket) -> tuple[float, float, float]:
     return (-bracket.standoff - bracket.baseplate.thickness, 0.0, bracket.rise)
 
 
-def _coarser(mesh: Mesh, loads: Loads) -> Array:
+def _coarser(mesh: BracketMesh, loads: Loads) -> Array:
     """(3, m) the stresses of the next coarser mesh, NaN where there is none."""
     if mesh.times == 1:
         return np.full((len(PLATES), loads.held.model.m), np.nan)
-    return Mesh(mesh.bracket, mesh.times - 1).peaks(loads)[:, 0]
+    return BracketMesh(mesh.bracket, mesh.times - 1).peaks(loads)[:, 0]
 
 
-def _sheave_motions(mesh: Mesh, loads: Loads) -> Array:
+def _sheave_motions(mesh: BracketMesh, loads: Loads) -> Array:
     """(m, 3) see `Design.sheave_motions`."""
     robot = loads.held.model.robot
     faces, axle = facings(robot), _axle_compliance(mesh.bracket)
@@ -341,7 +341,7 @@ def _sheave_motions(mesh: Mesh, loads: Loads) -> Array:
     return moved
 
 
-def _head_motion(mesh: Mesh, load: Array, turn: Array, design: str) -> Array:
+def _head_motion(mesh: BracketMesh, load: Array, turn: Array, design: str) -> Array:
     """(6,) motion of the joint and rotation of what it carries, bracket's frame, m and rad.
 
     The rotation about the vertical axis is free, and with the universal joint the one about the pin.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes_at
 from cablewright.analyses.workspace.criterion import Law, Progress
-from cablewright.analyses.workspace.workspace import Nodes, count_nodes
+from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -32,7 +32,7 @@ class Boundary:
     Rows that do not balance are NaN. Properties that tell a frequency are NaN where none of the rows does.
     """
 
-    nodes: Nodes
+    nodes: NodeCount
     places: Array  # (N / K, 3) m, of the point that the question asks of
     holding: str
     modes: Modes  # of N rows
@@ -127,7 +127,7 @@ def straight(model: Model) -> Model:
     return replace(model, fidelity=Fidelity(CableLaw.RIGID, model.fidelity.sheave))
 
 
-def outermost(nodes: Nodes) -> Array:
+def outermost(nodes: NodeCount) -> Array:
     """Places (N, 3), m, of the nodes that are inside and have one of their six neighbours outside, or none there."""
     beyond = np.pad(nodes.inside, 1)
     inner = nodes.inside.copy()
@@ -138,7 +138,7 @@ def outermost(nodes: Nodes) -> Array:
     return np.asarray(places[nodes.inside & ~inner])
 
 
-def _modes_at(nodes: Nodes, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
+def _modes_at(nodes: NodeCount, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
     asked = nodes.question
     poses = np.concatenate([asked.poses(places, turn) for turn in asked.orientations])
     preferred = _middle(model) if holding == "middle" else None

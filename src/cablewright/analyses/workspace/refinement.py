@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
 from cablewright.analyses.workspace.mesh import Mesh
 
-__all__ = ["Box", "Refined", "refine"]
+__all__ = ["Refined", "SearchBox", "refine"]
 
 Array = NDArray[np.float64]
 Keys = NDArray[np.int64]
@@ -37,7 +37,7 @@ HELD_OFF = 1e-4  # of an edge: no crossing is nearer to a node, so that no two a
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class SearchBox:
     """A box in the world, m."""
 
     low: Array  # (3,)
@@ -66,7 +66,7 @@ class Refined:
 
 
 def refine(
-    margin: Margin, box: Box, *, tolerance: float | None = 2e-3, finest: int | None = None, seed: int = 0
+    margin: Margin, box: SearchBox, *, tolerance: float | None = 2e-3, finest: int | None = None, seed: int = 0
 ) -> Refined:
     """Refine until the error is at most *tolerance* of the volume, or to *finest* cells along the longest side.
 
@@ -105,7 +105,7 @@ def _three(numbers: NDArray[np.int64]) -> tuple[int, int, int]:
     return x, y, z
 
 
-def _first(box: Box, finest: int | None) -> NDArray[np.int64]:
+def _first(box: SearchBox, finest: int | None) -> NDArray[np.int64]:
     """Cells of the first lattice along the sides: even, so that a symmetric box has its middle on it."""
     along = FIRST
     if finest is not None:
@@ -119,7 +119,7 @@ def _first(box: Box, finest: int | None) -> NDArray[np.int64]:
 class _Lattice:
     """Nodes, one layer of cells around the box among them, whose outer nodes are outside whatever the function says."""
 
-    def __init__(self, margin: Margin, box: Box, first: NDArray[np.int64], seed: int) -> None:
+    def __init__(self, margin: Margin, box: SearchBox, first: NDArray[np.int64], seed: int) -> None:
         self.margin, self.box, self.first = margin, box, first
         self.all_cells: Keys
         self.inside: NDArray[np.bool_]  # (K, 8) corners of all cells

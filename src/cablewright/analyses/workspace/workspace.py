@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.workspace.criterion import Law, Progress, Question, ask
 from cablewright.analyses.workspace.mesh import Mesh
-from cablewright.analyses.workspace.refinement import Box, Refined, refine
+from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 
-__all__ = ["Nodes", "Workspace", "count_nodes", "workspace"]
+__all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class Workspace:
     """Where a criterion holds in a box, as a closed surface."""
 
     question: Question
-    box: Box
+    box: SearchBox
     mesh: Mesh  # m
     volume_error: float  # m^3; see `refine`
     unseen: float  # m^3: of the error, parts or holes so small that random places may have missed them
@@ -58,7 +58,7 @@ class Workspace:
 
 
 @dataclass(frozen=True, eq=False)
-class Nodes:
+class NodeCount:
     """Which nodes of a grid are inside; each counts as an equal part of the box, as in Jung 2020.
 
     Nodes on the sides of the box stand for as much as others, so that the volume is off by about one cell's width of
@@ -66,7 +66,7 @@ class Nodes:
     """
 
     question: Question
-    box: Box
+    box: SearchBox
     inside: NDArray[np.bool_]  # (X, Y, Z)
 
     @property
@@ -113,10 +113,10 @@ class Nodes:
         return np.asarray(self.inside.mean(axis=(0, 1)) * sides[0] * sides[1])
 
 
-def box_of(robot: Robot, ends: ArrayLike | None) -> Box:
+def box_of(robot: Robot, ends: ArrayLike | None) -> SearchBox:
     """The box from *ends* (6,) x0, x1, y0, y1, z0, z1, m, or the robot's frame. Raises `InputError`."""
     if ends is None:
-        return Box(np.array(robot.scene.frame_min), np.array(robot.scene.frame_max))
+        return SearchBox(np.array(robot.scene.frame_min), np.array(robot.scene.frame_max))
     numbers = np.asarray(ends, dtype=np.float64)
     if numbers.shape != (6,) or not np.isfinite(numbers).all():
         raise InputError(f"box: 6 finite numbers are wanted, x0,x1,y0,y1,z0,z1 in m; got {numbers.tolist()}")
@@ -124,7 +124,7 @@ def box_of(robot: Robot, ends: ArrayLike | None) -> Box:
     if (low >= high).any():
         axis = int(np.argmax(low >= high))
         raise InputError(f"box: {'xyz'[axis]} from {low[axis]:g} to {high[axis]:g} m: lowest < highest is wanted")
-    return Box(low, high)
+    return SearchBox(low, high)
 
 
 def workspace(
@@ -187,7 +187,7 @@ def count_nodes(
     orientations: ArrayLike | None = None,
     retraction: float | Law | None = None,
     progress: Progress | None = None,
-) -> Nodes:
+) -> NodeCount:
     """Which nodes of *grid* along each side of the box are inside; all else as for `workspace`."""
     where = box_of(model.robot, box)
     given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
@@ -195,10 +195,10 @@ def count_nodes(
     along = np.arange(_checked_grid(grid)) / (grid - 1)
     shares = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)
     inside = asked.margin(where.at(shares), progress, "nodes") >= 0.0
-    return Nodes(asked, where, inside.reshape(grid, grid, grid))
+    return NodeCount(asked, where, inside.reshape(grid, grid, grid))
 
 
-def _heights(box: Box) -> tuple[float, float]:
+def _heights(box: SearchBox) -> tuple[float, float]:
     return float(box.low[2]), float(box.high[2])
 
 
@@ -208,5 +208,5 @@ def _checked_grid(grid: int) -> int:
     return grid
 
 
-def _as_workspace(asked: Question, where: Box, found: Refined) -> Workspace:
+def _as_workspace(asked: Question, where: SearchBox, found: Refined) -> Workspace:
     return Workspace(asked, where, found.mesh, found.error, found.unseen, found.poses, found.cells, found.converged)

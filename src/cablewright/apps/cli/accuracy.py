@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cablewright.robot import Robot
     from cablewright.robot.uncertainty import Range
     from cablewright.studies.accuracy import Study
-    from cablewright.studies.accuracy_at_pose import Place
+    from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 
 __all__ = ["accuracy"]
 
@@ -239,7 +239,7 @@ class _Asked:
         store.write_manifest(part, "accuracy", inputs, self.given)
 
 
-def _write_place(found: Place, folder: Path, given: Mapping[str, Any]) -> None:
+def _write_place(found: AccuracyAtPose, folder: Path, given: Mapping[str, Any]) -> None:
     from cablewright.apps.report import accuracy as report
 
     report.write_place(found.accuracy, found.region, found.summary(), folder, given)

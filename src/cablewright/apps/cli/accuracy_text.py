@@ -11,7 +11,7 @@ from cablewright.apps.cli.output import tell
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import Accuracy
     from cablewright.studies.accuracy import Study
-    from cablewright.studies.accuracy_at_pose import Place
+    from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 
 __all__ = ["print_place", "print_study", "warn"]
 
@@ -30,7 +30,7 @@ LEAVES = {
 }
 
 
-def print_place(found: Place, report: str | None) -> None:
+def print_place(found: AccuracyAtPose, report: str | None) -> None:
     """The figures of one pose."""
     import numpy as np
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from cablewright.calibration.observability import Direction
-    from cablewright.calibration.plan import Plan
+    from cablewright.calibration.plan import CalibrationPlan
     from cablewright.calibration.solve import Calibration
     from cablewright.calibration.unknowns import Unknown
     from cablewright.robot import Robot
@@ -144,15 +144,15 @@ def simulate_calibration(
     return 0
 
 
-def _plan(file: Path | None, data: Path, datum: str | None) -> Plan:
+def _plan(file: Path | None, data: Path, datum: str | None) -> CalibrationPlan:
     """What is asked: of --plan, or of the TOML beside the data; --datum counts instead of theirs."""
-    from cablewright.calibration.plan import Plan, load_plan
+    from cablewright.calibration.plan import CalibrationPlan, load_plan
     from cablewright.toml_input import read_table
 
     beside = data.with_suffix(".toml")
     if file is None and beside != data and beside.is_file() and "lines" not in read_table(beside)[0]:
         file = beside  # not a robot's file of the same name
-    asked = Plan() if file is None else load_plan(file)
+    asked = CalibrationPlan() if file is None else load_plan(file)
     if datum is None:
         return asked
     parts = tuple(part.strip() for part in datum.split(","))

@@ -25,9 +25,9 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, t
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.interference import Contact, Interference, Settings
+    from cablewright.analyses.interference import Contact, Interference, InterferenceSettings
     from cablewright.models.statics import Model
-    from cablewright.printing.stl import Mesh
+    from cablewright.printing.stl import StlMesh
     from cablewright.studies.interference import JobInterference
 
 __all__ = ["interference"]
@@ -66,7 +66,7 @@ def interference(
     as_json: AsJson = False,
 ) -> int:
     """The smallest distances of the lines, sagging, from each other, the platform, the frame and a part."""
-    from cablewright.analyses.interference import Settings
+    from cablewright.analyses.interference import InterferenceSettings
     from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
     from cablewright.printing.stl import read_stl
@@ -78,7 +78,7 @@ def interference(
         raise InputError("--retraction is for --at; along a job its schedule sets it")
     if not (math.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"--clearance = {clearance:g}: a length of 0 or more is wanted, m")
-    settings = Settings(ends, tolerance)
+    settings = InterferenceSettings(ends, tolerance)
     model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave), limits(tension_limits))
     part = None if mesh is None else read_stl(mesh, mesh_scale)
     _notes(model, part)
@@ -99,7 +99,7 @@ def interference(
     return 0 if values["status"] == "free" else NO
 
 
-def _notes(model: Model, part: Mesh | None) -> None:
+def _notes(model: Model, part: StlMesh | None) -> None:
     """What the distances are not, on stderr."""
     thin = [line.name for line in model.robot.lines if line.cable.diameter is None]
     if thin:
@@ -109,7 +109,12 @@ def _notes(model: Model, part: Mesh | None) -> None:
 
 
 def _at(
-    model: Model, at: str, mesh: Mesh | None, retraction: float | None, clearance: float, settings: Settings
+    model: Model,
+    at: str,
+    mesh: StlMesh | None,
+    retraction: float | None,
+    clearance: float,
+    settings: InterferenceSettings,
 ) -> tuple[dict[str, Any], Interference]:
     from cablewright.analyses.interference import KINDS
     from cablewright.analyses.interference import interference as hold
@@ -125,7 +130,7 @@ def _at(
 
 
 def _along(
-    model: Model, job: Path, mesh: Mesh | None, clearance: float, settings: Settings
+    model: Model, job: Path, mesh: StlMesh | None, clearance: float, settings: InterferenceSettings
 ) -> tuple[dict[str, Any], JobInterference]:
     from cablewright.printing.job import load_job
     from cablewright.studies.interference import interference_over_job
@@ -163,7 +168,7 @@ def _status(worst: Contact | None, clearance: float, unsolved: str | None) -> st
 
 
 def _values(
-    status: str, model: Model, contacts: dict[str, Contact | None], clearance: float, settings: Settings
+    status: str, model: Model, contacts: dict[str, Contact | None], clearance: float, settings: InterferenceSettings
 ) -> dict[str, Any]:
     """What the JSON has in either case."""
     known = [contact for contact in contacts.values() if contact is not None]

@@ -16,8 +16,8 @@ from cablewright.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.localisation import WallPose
-    from cablewright.estimation.lidar.room import Laser, Room
-    from cablewright.estimation.lidar.scan import Lidar, Points
+    from cablewright.estimation.lidar.room import Laser, RoomMap
+    from cablewright.estimation.lidar.scan import LidarModel, Points
     from cablewright.estimation.lidar.scan_file import FileScan
     from cablewright.estimation.lidar.wall_lines import WallLine
 
@@ -92,22 +92,24 @@ def walls(
 
 def _searched(
     scan: FileScan, within: str, mask: str | None, noise: float | None
-) -> tuple[Lidar, Points, list[WallLine]]:
+) -> tuple[LidarModel, Points, list[WallLine]]:
     """The points that count and the walls among them."""
-    from cablewright.estimation.lidar.scan import Lidar, noise_of, points_of
+    from cablewright.estimation.lidar.scan import LidarModel, noise_of, points_of
     from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
 
     least, most = _pair(within, "--range")
     masked = _masked(mask)
     if noise is not None and not 0 < noise < 1:
         raise InputError(f"--noise = {noise:g}: must be over 0 and under 1 m")
-    lidar = Lidar(least=least, most=most, masked=masked, bias_sigma=0.0)
+    lidar = LidarModel(least=least, most=most, masked=masked, bias_sigma=0.0)
     points = points_of(lidar, scan.angles, scan.ranges)
-    lidar = Lidar(least=least, most=most, masked=masked, bias_sigma=0.0, sigma=noise or noise_of(points))
+    lidar = LidarModel(least=least, most=most, masked=masked, bias_sigma=0.0, sigma=noise or noise_of(points))
     return lidar, points, lines_of(points, lidar, LineSearch.of_noise(lidar.sigma))
 
 
-def _placed(known: Room, lidar: Lidar, scan: FileScan, yaws: tuple[float, float], lasers: Sequence[Laser]) -> WallPose:
+def _placed(
+    known: RoomMap, lidar: LidarModel, scan: FileScan, yaws: tuple[float, float], lasers: Sequence[Laser]
+) -> WallPose:
     from cablewright.estimation.lidar.localisation import LidarTurn, WallSettings, start, step
     from cablewright.estimation.lidar.wall_lines import LineSearch
 
@@ -148,9 +150,9 @@ def _lasers(text: str) -> tuple[Laser, ...]:
     return tuple(found)
 
 
-def _room(file: Path) -> Room:
+def _room(file: Path) -> RoomMap:
     """The room that `survey --json` found."""
-    from cablewright.estimation.lidar.room import Room, RoomWall
+    from cablewright.estimation.lidar.room import RoomMap, RoomWall
     from cablewright.toml_input import read_bytes
 
     try:
@@ -173,7 +175,7 @@ def _room(file: Path) -> Room:
     except (KeyError, IndexError, TypeError, ValueError, AttributeError):
         wanted = "walls with normal and distance, and their sigma, as `cablewright survey FILE --json` prints them"
         raise InputError(f"{file}: {wanted}, are wanted") from None
-    return Room(tuple(walls_))
+    return RoomMap(tuple(walls_))
 
 
 def _status(lines: Sequence[WallLine], points: Points) -> tuple[str, str]:
@@ -192,8 +194,8 @@ def _values(
     scan: FileScan,
     points: Points,
     lines: Sequence[WallLine],
-    lidar: Lidar,
-    known: Room | None,
+    lidar: LidarModel,
+    known: RoomMap | None,
     pose: WallPose | None,
     plot: Path | None,
 ) -> dict[str, Any]:
@@ -225,7 +227,7 @@ def _values(
     }
 
 
-def _place(pose: WallPose, known: Room) -> dict[str, Any]:
+def _place(pose: WallPose, known: RoomMap) -> dict[str, Any]:
     return {
         "status": pose.status,
         "position": pose.position,
@@ -248,7 +250,12 @@ def _place(pose: WallPose, known: Room) -> dict[str, Any]:
 
 
 def _print(
-    scan: FileScan, points: Points, lines: Sequence[WallLine], lidar: Lidar, known: Room | None, pose: WallPose | None
+    scan: FileScan,
+    points: Points,
+    lines: Sequence[WallLine],
+    lidar: LidarModel,
+    known: RoomMap | None,
+    pose: WallPose | None,
 ) -> None:
     """The figures for people."""
     angles = "" if scan.angle_unit is None else f", angles in {scan.angle_unit}"

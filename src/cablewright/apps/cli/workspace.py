@@ -36,7 +36,7 @@ from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import Question
-    from cablewright.analyses.workspace.workspace import Nodes, Workspace
+    from cablewright.analyses.workspace.workspace import NodeCount, Workspace
 
 __all__ = ["of_question", "workspace"]
 
@@ -165,7 +165,7 @@ def of_question(asked: Question) -> dict[str, Any]:
     }
 
 
-def _figures(found: Workspace | Nodes) -> dict[str, Any]:
+def _figures(found: Workspace | NodeCount) -> dict[str, Any]:
     """What both ways of counting have in the JSON."""
     return {
         "box": [found.box.low, found.box.high],
@@ -176,7 +176,7 @@ def _figures(found: Workspace | Nodes) -> dict[str, Any]:
     }
 
 
-def _tell_nodes(found: Nodes, as_json: bool) -> int:
+def _tell_nodes(found: NodeCount, as_json: bool) -> int:
     status = "ok" if found.counted else "empty"
     heights, areas = found.axes[2], found.slices()
     if as_json:
@@ -211,7 +211,7 @@ def _tell_volume(found: Workspace, written: dict[str, str | None], as_json: bool
     return _verdict(status)
 
 
-def _print_head(found: Workspace | Nodes) -> None:
+def _print_head(found: Workspace | NodeCount) -> None:
     asked = found.question
     typer.echo(f"{asked.model.robot.name}: {asked.criterion}, place of the {asked.point}")
     typer.echo(f"volume    {found.volume:.4g} m^3, give or take {found.volume_error:.2g}")

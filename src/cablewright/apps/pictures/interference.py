@@ -15,7 +15,7 @@ from cablewright.apps.pictures.space_axes import add_faces, add_lines, draw_fram
 from cablewright.apps.report.quantities import quantity
 from cablewright.kernels.collision.clearance import BEADS
 from cablewright.models.rotation import placed
-from cablewright.models.solids import Part
+from cablewright.models.solids import Obstacle
 from cablewright.robot import Robot
 from cablewright.studies.interference import JobInterference
 
@@ -42,7 +42,7 @@ def interference_picture(found: Interference | JobInterference) -> Figure:
     return drawn
 
 
-def _machine(drawn: Figure, where: SubplotSpec, shown: Interference, part: Part, worst: Contact | None) -> None:
+def _machine(drawn: Figure, where: SubplotSpec, shown: Interference, part: Obstacle, worst: Contact | None) -> None:
     """Draw frame, part and lines at one pose."""
     robot = shown.equilibrium.model.robot
     curves = shown.curves()
@@ -69,7 +69,7 @@ def _machine(drawn: Figure, where: SubplotSpec, shown: Interference, part: Part,
     drawn.legend(handles, names, loc="outside lower left", ncols=3)
 
 
-def _room(robot: Robot, part: Part, curves: list[Array]) -> tuple[Array, Array]:
+def _room(robot: Robot, part: Obstacle, curves: list[Array]) -> tuple[Array, Array]:
     """Lowest and highest corner (3,) of all that is shown."""
     ends = [robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)]
     if len(part.order):
@@ -79,7 +79,7 @@ def _room(robot: Robot, part: Part, curves: list[Array]) -> tuple[Array, Array]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def _add_part(axes: Any, part: Part) -> None:
+def _add_part(axes: Any, part: Obstacle) -> None:
     """Draw a thinned part: strands as lines along them, a mesh as faces."""
     count = len(part.order)
     kept = part.solid.pieces[np.linspace(0, count - 1, min(count, _MOST_PIECES)).astype(int)] if count else []

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cablewright.apps.pictures import style
 from cablewright.printing.heightfield import HeightField
 from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.structure import Cut, Structure
+from cablewright.studies.prints.structure import Cut, PrintedStructure
 
 __all__ = ["cuts_picture", "maps_picture"]
 
@@ -67,7 +67,7 @@ def _map(axes: Axes, field: HeightField, values: Array, ends: tuple[float, float
     )
 
 
-def _difference(drawn: Figure, axes: Axes, structure: Structure, seen: HeightField) -> None:
+def _difference(drawn: Figure, axes: Axes, structure: PrintedStructure, seen: HeightField) -> None:
     assert structure.true is not None
     x, y = np.meshgrid(seen.centres(0), seen.centres(1), indexing="ij")
     true = structure.true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(seen.shape)

@@ -12,7 +12,7 @@ from cablewright.apps.report.page import Html, element, short_name, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, duration, quantity
 from cablewright.studies.prints.result import Following, LineUse, PrintRecord
-from cablewright.studies.prints.structure import Structure
+from cablewright.studies.prints.structure import PrintedStructure
 
 __all__ = [
     "faults_table",
@@ -108,7 +108,7 @@ def states_table(found: PrintRecord) -> Html:
     return table(("state", "time", "share", "times", "why"), rows, numbers=(1, 2, 3))
 
 
-def structure_table(structure: Structure) -> Html:
+def structure_table(structure: PrintedStructure) -> Html:
     """Mass and height, and how like the rebuilt one is."""
     like = structure.likeness
     rows = [

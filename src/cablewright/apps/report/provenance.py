@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
-from cablewright.printing.schedule import Height
+from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Line, RigidPlatform, Robot
 
 _MOST_HEIGHTS = 6
@@ -83,7 +83,7 @@ def _platform(robot: Robot) -> str:
     )
 
 
-def _schedule(schedule: tuple[Height, ...]) -> str:
+def _schedule(schedule: tuple[ScheduleStep, ...]) -> str:
     """Say in words what the job sets by height."""
     told = []
     for height in schedule:

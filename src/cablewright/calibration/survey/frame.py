@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.survey.markers import Markers
-from cablewright.calibration.survey.plan import Feature, Plan
+from cablewright.calibration.survey.plan import Feature, SurveyPlan
 from cablewright.calibration.survey.shape_fits import Linear
 from cablewright.errors import InputError
 
@@ -65,7 +65,7 @@ class SurveyFrame:
 
 
 def frame_of(
-    plan: Plan,
+    plan: SurveyPlan,
     walls: Mapping[Feature, Linear],
     levels: Mapping[Feature, Linear],
     places: Mapping[Feature, Linear],
@@ -100,7 +100,7 @@ def frame_of(
 
 
 def _offset(
-    plan: Plan, levels: Mapping[Feature, Linear], places: Mapping[Feature, Linear], markers: Markers, origin: str
+    plan: SurveyPlan, levels: Mapping[Feature, Linear], places: Mapping[Feature, Linear], markers: Markers, origin: str
 ) -> tuple[Linear, str]:
     """Return the origin in the grid, and what z = 0 is."""
     columns = 3 * len(markers.all)

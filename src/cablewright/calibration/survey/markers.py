@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.survey.plan import SCHEME, Feature, Instrument, Plan, feature_of
+from cablewright.calibration.survey.plan import SCHEME, Feature, Instrument, SurveyPlan, feature_of
 from cablewright.calibration.survey.shots import FARTHEST, Shot, Shots
 from cablewright.errors import InputError
 
-__all__ = ["Marker", "Markers", "markers_of"]
+__all__ = ["Markers", "SurveyMarker", "markers_of"]
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ _LEAST_SIGMA: Final = 1e-6  # m: no shot is better, so that no weight is infinit
 
 
 @dataclass(frozen=True, eq=False)
-class Marker:
+class SurveyMarker:
     """One marker, its shots put together."""
 
     point: str
@@ -41,7 +41,7 @@ class Marker:
 class Markers:
     """All markers of a survey that are on something."""
 
-    all: tuple[Marker, ...]
+    all: tuple[SurveyMarker, ...]
     unknown: tuple[str, ...]  # points that neither their names nor the plan explain
     station: Array | None  # (3,) m, the instrument in its grid, where file or plan say it
 
@@ -64,7 +64,7 @@ class Markers:
         return list(dict.fromkeys(marker.feature for marker in self.all))
 
 
-def markers_of(found: Shots, plan: Plan, lines: Sequence[str] | None) -> Markers:
+def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> Markers:
     """Put the shots of each marker together. ``lines`` are the robot's, by name.
 
     Raises `InputError` if none is on anything, a marker's shots are far apart, or places are no machine's.
@@ -100,7 +100,7 @@ def _station(shots: Sequence[Shot], instrument: Instrument) -> Array | None:
     return None if instrument.station is None else np.array(instrument.station)
 
 
-def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instrument, origin: str) -> Marker:
+def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instrument, origin: str) -> SurveyMarker:
     """Weigh the shots of one marker; the error of where it sits is common to them."""
     places = np.array([shot.position for shot in shots])  # (s, 3)
     own = np.stack([_covariance(shot, instrument, origin) for shot in shots])
@@ -119,7 +119,7 @@ def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instr
         )
     repeat = float(np.sqrt(np.mean(off**2))) if len(shots) > 1 else math.nan
     covariance = together + instrument.marker**2 * np.eye(3)
-    return Marker(point, feature, tuple(shot.line for shot in shots), mean, covariance, repeat)
+    return SurveyMarker(point, feature, tuple(shot.line for shot in shots), mean, covariance, repeat)
 
 
 def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
@@ -145,7 +145,7 @@ def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
     )
 
 
-def _check_extent(markers: Sequence[Marker], origin: str) -> None:
+def _check_extent(markers: Sequence[SurveyMarker], origin: str) -> None:
     extent = np.ptp([marker.position for marker in markers], axis=0)
     if extent.max() > _LARGEST_EXTENT:
         axis = "xyz"[int(extent.argmax())]

@@ -19,7 +19,7 @@ from cablewright.robot.description import Description, refusal
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Angle, Length, NonNegative, Positive, Vec3
 
-__all__ = ["SCHEME", "Feature", "Instrument", "Placing", "Plan", "Where", "feature_of", "load_plan"]
+__all__ = ["SCHEME", "Feature", "Instrument", "Placing", "SurveyPlan", "Where", "feature_of", "load_plan"]
 
 NEWEST_SCHEMA: Final = 1
 MOST_POINTS: Final = 5000
@@ -99,7 +99,7 @@ class Frame(Description):
     origin: Literal["station", "exits"] = "station"
 
 
-class Plan(Description):
+class SurveyPlan(Description):
     """A survey's plan. ``points`` says what markers are on whose names do not: ``P17 = "exit south-west"``."""
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
@@ -129,14 +129,14 @@ class Plan(Description):
 Where = Feature | None
 
 
-def load_plan(path: str | Path) -> Plan:
+def load_plan(path: str | Path) -> SurveyPlan:
     """Read a plan from a TOML file. Raises `InputError`."""
     table, _ = read_table(path)
     require_schema(table, NEWEST_SCHEMA, path)
-    return validated(Plan, table, path)
+    return validated(SurveyPlan, table, path)
 
 
-def feature_of(point: str, plan: Plan, lines: Sequence[str] | None) -> Where:
+def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Where:
     """Say what a marker is on; None where neither its name nor the plan says so.
 
     ``lines``: the names of the robot's lines in their order, None where there is no robot: a line is then called by its

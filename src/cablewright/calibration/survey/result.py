@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.survey.frame import SurveyFrame
 
-__all__ = ["Axis", "Exit", "MarkerResidual", "Survey", "Wall"]
+__all__ = ["Axis", "Exit", "MarkerResidual", "Survey", "SurveyedWall"]
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class SurveyedWall:
     """A plane, normal . p = distance: a wall, floor or ceiling; its normal leaves the room."""
 
     name: str
@@ -88,7 +88,7 @@ class Survey:
 
     exits: tuple[Exit, ...]
     axes: tuple[Axis, ...]
-    walls: tuple[Wall, ...]
+    walls: tuple[SurveyedWall, ...]
     residuals: tuple[MarkerResidual, ...]
     rms: float  # m, of all residuals that are checked; NaN if none is
     unit_weight: float  # rms of residuals over their sigmas; about 1 where the instrument is as good as stated

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Fit", "Linear", "circle", "level_circle", "level_plane", "plane", "upright_plane"]
+__all__ = ["Linear", "ShapeFit", "circle", "level_circle", "level_plane", "plane", "upright_plane"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Linear:
         return Linear(self.value[part], self.motion[part])
 
 
-class Fit(NamedTuple):
+class ShapeFit(NamedTuple):
     """What a fit found: unknowns, their motion per marker coordinate, what is left over and how much may be."""
 
     value: Array  # (p,)
@@ -58,16 +58,16 @@ Model = Callable[[Array, Array], tuple[Array, Array, Array]]
 """From unknowns (p,) and markers (k, 3): residuals (k, r), per unknown (k, r, p), per marker coordinate (k, r, 3)."""
 
 
-def _fit(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
+def _fit(model: Model, start: Array, points: Array, covariances: Array) -> ShapeFit:
     """Solve by Gauss-Newton; where the equations are singular, the fit has not converged."""
     try:
         return _solved(model, start, points, covariances)
     except np.linalg.LinAlgError:
         r = model(start, points)[0]
-        return Fit(start, np.zeros((len(start), points.size)), r, np.zeros_like(r), math.nan, 0, converged=False)
+        return ShapeFit(start, np.zeros((len(start), points.size)), r, np.zeros_like(r), math.nan, 0, converged=False)
 
 
-def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Fit:
+def _solved(model: Model, start: Array, points: Array, covariances: Array) -> ShapeFit:
     """Solve; the residuals of one marker do not depend on another's coordinates."""
     q = start
     converged = False
@@ -88,10 +88,10 @@ def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Fi
     surplus = r.size - len(q)
     allowed = np.sqrt(np.maximum(spread, 0.0)) if surplus > 0 else np.zeros_like(r)
     chi_squared = float(np.einsum("kr,krs,ks->", r, weight, r))
-    return Fit(q, gain, r, allowed, chi_squared, surplus, converged)
+    return ShapeFit(q, gain, r, allowed, chi_squared, surplus, converged)
 
 
-def upright_plane(points: Array, covariances: Array) -> Fit:
+def upright_plane(points: Array, covariances: Array) -> ShapeFit:
     """Fit a wall that stands upright, n(a) p = d, to two markers or more: azimuth a of its normal (rad), and d (m)."""
     centre = points.mean(axis=0)
     along = np.linalg.svd((points - centre)[:, :2])[2][0]
@@ -106,7 +106,7 @@ def upright_plane(points: Array, covariances: Array) -> Fit:
     return _fit(model, np.array([azimuth, _directions(azimuth)[0] @ centre]), points, covariances)
 
 
-def plane(points: Array, covariances: Array, azimuth: float) -> Fit:
+def plane(points: Array, covariances: Array, azimuth: float) -> ShapeFit:
     """Fit a wall that may lean: azimuth, lean upwards of its normal (rad) and distance; three markers or more."""
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
@@ -121,7 +121,7 @@ def plane(points: Array, covariances: Array, azimuth: float) -> Fit:
     return _fit(model, start, points, covariances)
 
 
-def level_plane(points: Array, covariances: Array) -> Fit:
+def level_plane(points: Array, covariances: Array) -> ShapeFit:
     """Fit a level floor or ceiling to one marker or more: its height."""
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
@@ -131,7 +131,7 @@ def level_plane(points: Array, covariances: Array) -> Fit:
     return _fit(model, points[:, 2].mean(keepdims=True), points, covariances)
 
 
-def level_circle(points: Array, covariances: Array) -> Fit:
+def level_circle(points: Array, covariances: Array) -> ShapeFit:
     """Fit a circle about an upright axis to three markers or more: x, y of the axis, radius, height."""
     x, y, radius = _algebraic(points[:, :2])
 
@@ -147,7 +147,7 @@ def level_circle(points: Array, covariances: Array) -> Fit:
     return _fit(model, np.array([x, y, radius, points[:, 2].mean()]), points, covariances)
 
 
-def circle(points: Array, covariances: Array) -> tuple[Fit, Array]:
+def circle(points: Array, covariances: Array) -> tuple[ShapeFit, Array]:
     """Fit a circle to three markers or more: centre (3,), radius, and how the axis turns from the (3, 3) returned.
 
     The rows of that matrix are two directions in the plane and the axis; unknowns 4 and 5 tilt the axis towards the

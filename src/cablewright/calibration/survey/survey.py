@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.survey import shape_fits
 from cablewright.calibration.survey.frame import SurveyFrame, frame_of
-from cablewright.calibration.survey.markers import Marker, Markers, markers_of
-from cablewright.calibration.survey.plan import Feature, Placing, Plan, load_plan
-from cablewright.calibration.survey.result import Axis, Exit, MarkerResidual, Survey, Wall
-from cablewright.calibration.survey.shape_fits import Fit, Linear
+from cablewright.calibration.survey.markers import Markers, SurveyMarker, markers_of
+from cablewright.calibration.survey.plan import Feature, Placing, SurveyPlan, load_plan
+from cablewright.calibration.survey.result import Axis, Exit, MarkerResidual, Survey, SurveyedWall
+from cablewright.calibration.survey.shape_fits import Linear, ShapeFit
 from cablewright.calibration.survey.shots import Shots, read_shots
 from cablewright.errors import InputError, UnknownName
 
@@ -33,23 +33,23 @@ _FLAT: Final = 1e-3  # how much flatter than long a set of marks on a circle may
 _LEAST_LEVEL: Final = 0.01  # m: two markers nearer than this in plan give no direction
 
 
-def survey(shots: Shots, plan: Plan | None = None, lines: Sequence[str] | None = None) -> Survey:
+def survey(shots: Shots, plan: SurveyPlan | None = None, lines: Sequence[str] | None = None) -> Survey:
     """Find exits, axes and walls. ``lines``: the names of the robot's lines, None: called by their numbers.
 
     Raises `InputError` for too few markers, markers nearly in one place or on one line, contradictory names.
     """
-    plan = Plan() if plan is None else plan
+    plan = SurveyPlan() if plan is None else plan
     return _Work(shots, plan, lines).done()
 
 
 class _Work:
     """One survey under way."""
 
-    def __init__(self, shots: Shots, plan: Plan, lines: Sequence[str] | None) -> None:
+    def __init__(self, shots: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> None:
         self.shots, self.plan = shots, plan
         self.markers: Markers = markers_of(shots, plan, lines)
         self.covariance = self.markers.covariance
-        self.fits: dict[Feature, Fit] = {}
+        self.fits: dict[Feature, ShapeFit] = {}
         self.notes = list(shots.notes)
         self.residuals: dict[str, tuple[float, float]] = {}
         self.order = list(lines) if lines is not None else []
@@ -136,7 +136,7 @@ class _Work:
             raise self._no_circle(feature, which, "not at all")
         return which
 
-    def _circle(self, feature: Feature, which: list[int], fit: Fit, centre: slice) -> Linear:
+    def _circle(self, feature: Feature, which: list[int], fit: ShapeFit, centre: slice) -> Linear:
         self._keep(feature, which, fit)
         found = self._linear(fit, which)
         sigma = float(found[centre].sigma(self.covariance).max())
@@ -232,19 +232,19 @@ class _Work:
         chosen = [self.markers.all[i] for i in which]
         return np.array([m.position for m in chosen]), np.array([m.covariance for m in chosen])
 
-    def _linear(self, fit: Fit, which: list[int]) -> Linear:
+    def _linear(self, fit: ShapeFit, which: list[int]) -> Linear:
         motion = np.zeros((len(fit.value), len(self.markers.all), 3))
         motion[:, which] = fit.gain.reshape(len(fit.value), len(which), 3)
         return Linear(fit.value, motion.reshape(len(fit.value), -1))
 
-    def _keep(self, feature: Feature, which: list[int], fit: Fit) -> None:
+    def _keep(self, feature: Feature, which: list[int], fit: ShapeFit) -> None:
         self.fits[feature] = fit
         for i, off, allowed in zip(which, fit.residuals, fit.allowed, strict=True):
             checked = fit.surplus > 0 and bool(np.any(allowed > 0))
             size = (float(np.linalg.norm(off)), float(np.linalg.norm(allowed))) if checked else (math.nan, math.nan)
             self.residuals[self.markers.all[i].point] = size
 
-    def _residual_of(self, marker: Marker) -> MarkerResidual:
+    def _residual_of(self, marker: SurveyMarker) -> MarkerResidual:
         size, allowed = self.residuals[marker.point]
         return MarkerResidual(marker.point, marker.feature.words, size, allowed, marker.repeat, len(marker.lines))
 
@@ -297,11 +297,11 @@ class _Work:
 
     def _walls(
         self, walls: Mapping[Feature, Linear], levels: Mapping[Feature, Linear], frame: SurveyFrame
-    ) -> Iterator[Wall]:
+    ) -> Iterator[SurveyedWall]:
         for feature, found in walls.items():
             normal, distance, azimuth = frame.wall(feature, found)
             lean, lean_sigma = self._lean(feature, float(found.value[0]), frame.outward[feature])
-            yield Wall(
+            yield SurveyedWall(
                 feature.name,
                 normal,
                 float(distance.value[0]),
@@ -317,7 +317,7 @@ class _Work:
             sigma = float(height.sigma(self.covariance)[0])
             normal, points = np.array([0.0, 0.0, sign]), len(self.markers.on(feature))
             # + 0.0: no minus zero for the floor that is the origin
-            yield Wall(
+            yield SurveyedWall(
                 feature.kind, normal, sign * float(height.value[0]) + 0.0, 0.0, sigma, math.nan, math.nan,
                 self._rms(feature), points,
             )  # fmt: skip

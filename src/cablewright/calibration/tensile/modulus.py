@@ -152,7 +152,7 @@ def young_modulus(
     if not test.force.max() <= 2 * breaking_load:
         highest = f"the highest load is {test.force.max():.6g} N, over twice the breaking load, {breaking_load:.6g} N"
         raise InputError(f"{test.origin}: {highest}: check the units of both")
-    search = _Search(test, initial_length, section, breaking_load, (low, high))
+    search = _BranchSearch(test, initial_length, section, breaking_load, (low, high))
     branches = search.run()
     nominal = next((branch for branch in reversed(branches) if branch.rising), None)
     if nominal is None:
@@ -183,7 +183,7 @@ def _require(name: str, value: float, origin: str = "") -> None:
         raise InputError(f"{origin}{name} = {value:g} {unit}: {hint}")
 
 
-class _Search:
+class _BranchSearch:
     """The branches of a test that span a band, and why others do not count."""
 
     def __init__(

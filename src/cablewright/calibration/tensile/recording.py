@@ -94,7 +94,7 @@ def read_test(path: str | Path) -> TensileTest:
     return TensileTest(np.array(columns["force"]), np.array(columns["elongation"]), str(path), lines)
 
 
-class _Table(NamedTuple):
+class _RecordingColumns(NamedTuple):
     """How rows are to be read: the cells in a row, and the position and the unit's size of each column."""
 
     separator: str
@@ -102,11 +102,11 @@ class _Table(NamedTuple):
     columns: dict[str, tuple[int, float]]
 
 
-def _header(text: str, place: str) -> _Table:
+def _header(text: str, place: str) -> _RecordingColumns:
     separator = separator_of(text)
     cells = cells_of(text, separator)
     columns = {name: _column(name, cells, place) for name in _COLUMNS}
-    return _Table(separator, len(cells), columns)
+    return _RecordingColumns(separator, len(cells), columns)
 
 
 def _column(name: str, cells: list[str], place: str) -> tuple[int, float]:

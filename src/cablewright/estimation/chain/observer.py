@@ -25,7 +25,7 @@ from cablewright.estimation.reading_checks import KEPT, UNHURRIED, Intake, felt,
 from cablewright.estimation.slackness import taut_at
 from cablewright.estimation.time_buffer import Trail
 from cablewright.signals import (
-    Distance,
+    DistanceReading,
     Encoders,
     Estimate,
     Inertial,
@@ -140,7 +140,7 @@ def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) ->
         _turn(settings, state, reading)
     elif isinstance(reading, Encoders):
         _count(settings, state, reading)
-    elif isinstance(reading, Distance):
+    elif isinstance(reading, DistanceReading):
         state.depth = reading
     elif isinstance(reading, Scan) and seen(state.intake, reading) and reading.source in (*settings.lidars, "vertical"):
         queue(state.pending, reading, settings.walls.keep)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.fault_monitor import Watch
-from cablewright.estimation.height import Height, HeightSettings
+from cablewright.estimation.height import HeightEstimate, HeightSettings
 from cablewright.estimation.lidar.localisation import KeptTurn, LidarTurn, WallPose, WallSettings, WallState
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.reading_checks import Intake
@@ -21,7 +21,7 @@ from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, 
 from cablewright.estimation.tilt import TiltSettings, TiltState
 from cablewright.estimation.time_buffer import Trail
 from cablewright.models.statics import Model
-from cablewright.signals import Distance, Scan
+from cablewright.signals import DistanceReading, Scan
 from cablewright.solvers.continuation import Tracker
 
 __all__ = ["Looked", "ObserverSettings", "ObserverState"]
@@ -117,10 +117,10 @@ class ObserverState:
     whole: float = -math.inf  # ... and when not along one direction only
     settled_at: float = -math.inf  # s: when lengths were made of it last
     pose: WallPose | None = None
-    height: Height | None = None
+    height: HeightEstimate | None = None
     floorless: float = 0.0  # m that B went since the floor was seen
     clearance: float = math.nan  # m: fictive height less height by odometry
-    depth: Distance | None = None
+    depth: DistanceReading | None = None
 
     @property
     def watch(self) -> Watch:

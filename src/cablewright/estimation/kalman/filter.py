@@ -23,7 +23,17 @@ from cablewright.estimation.reading_checks import KEPT, UNHURRIED, felt, line_fa
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import Trail
 from cablewright.kernels import layout
-from cablewright.signals import Distance, Encoders, Estimate, Inertial, LineAngles, Reading, Scan, SensorFrame, frozen
+from cablewright.signals import (
+    DistanceReading,
+    Encoders,
+    Estimate,
+    Inertial,
+    LineAngles,
+    Reading,
+    Scan,
+    SensorFrame,
+    frozen,
+)
 
 __all__ = ["FilterSettings", "FilterState", "start", "step"]
 
@@ -212,7 +222,7 @@ def _take(settings: FilterSettings, state: FilterState, reading: Reading) -> Non
             attitude.feel(settings, state, reading)
     elif isinstance(reading, Encoders):
         _count(settings, state, reading)
-    elif isinstance(reading, Distance):
+    elif isinstance(reading, DistanceReading):
         _sound(settings, state, reading)
     elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and seen(state.intake, reading):
         queue(state.pending, reading, own.walls.keep)
@@ -244,7 +254,7 @@ def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> N
     state.way.add(reading.time, np.concatenate([state.angles, state.drifted]))
 
 
-def _sound(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
+def _sound(settings: FilterSettings, state: FilterState, reading: DistanceReading) -> None:
     """Let the distance sensor tell how high B is over what lies under the valve."""
     valve, lay = settings.chain.valve, state.layout
     if valve is None or not math.isfinite(reading.distance):

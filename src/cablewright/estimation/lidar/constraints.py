@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.lidar.room import Laser, Room
+from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.wall_lines import WallLine
 from cablewright.kernels.fitting.scan_lines import explain
 
@@ -111,7 +111,7 @@ class Candidates(NamedTuple):
         return tuple(map(Candidate, map(tuple, position), yaw, map(tuple, constraints), *rest))
 
 
-def constraints_of(seen: Sequence[SeenLine], sees: Bools, room: Room, yaws: tuple[float, float]) -> list[Constraint]:
+def constraints_of(seen: Sequence[SeenLine], sees: Bools, room: RoomMap, yaws: tuple[float, float]) -> list[Constraint]:
     """Take each line for each wall that it can be with a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
 
     ``sees``: (l, w), which walls each lidar can see.
@@ -132,7 +132,7 @@ def constraints_of(seen: Sequence[SeenLine], sees: Bools, room: Room, yaws: tupl
     return found
 
 
-def candidates_of(constraints: Sequence[Constraint], room: Room, agree: float, outside: float) -> Candidates:
+def candidates_of(constraints: Sequence[Constraint], room: RoomMap, agree: float, outside: float) -> Candidates:
     """Solve each C with each D whose yaws agree within ``agree`` (rad) and three sigma.
 
     Places more than ``outside`` (m) beyond a wall are left out. Of many, those with the least variance are kept.
@@ -162,7 +162,7 @@ def candidates_of(constraints: Sequence[Constraint], room: Room, agree: float, o
 def judged(
     candidates: Candidates,
     points: Sequence[tuple[Array, Bools]],
-    room: Room,
+    room: RoomMap,
     lasers: Sequence[Laser],
     near: float,
     recess: float,

@@ -26,8 +26,8 @@ from cablewright.estimation.lidar.constraints import (
     judged,
     wrapped,
 )
-from cablewright.estimation.lidar.room import Laser, Room
-from cablewright.estimation.lidar.scan import Lidar, level_mount, points_of
+from cablewright.estimation.lidar.room import Laser, RoomMap
+from cablewright.estimation.lidar.scan import LidarModel, level_mount, points_of
 from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
 
 __all__ = [
@@ -73,8 +73,8 @@ class WallSettings:
     long room turned by half, both long walls and one end fit again. ``least``: the share that it must explain itself.
     """
 
-    room: Room
-    lidars: tuple[Lidar, ...] = (Lidar(),)
+    room: RoomMap
+    lidars: tuple[LidarModel, ...] = (LidarModel(),)
     search: LineSearch = field(default_factory=LineSearch)
     yaw_range: tuple[float, float] = (-math.pi / 4, math.pi / 4)
     yaw_step: float = math.radians(15.0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 
-__all__ = ["Laser", "Room", "RoomWall"]
+__all__ = ["Laser", "RoomMap", "RoomWall"]
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class Laser:
 
 
 @dataclass(frozen=True)
-class Room:
+class RoomMap:
     """The upright walls of a room. Raises `InputError` for none, too many, equal names, or a normal that is no unit."""
 
     walls: tuple[RoomWall, ...]
@@ -71,7 +71,7 @@ class Room:
                 )
 
     @classmethod
-    def of(cls, walls: Mapping[str, tuple[Sequence[float], float]]) -> Room:
+    def of(cls, walls: Mapping[str, tuple[Sequence[float], float]]) -> RoomMap:
         """Build a room from normals and distances by name; normals may have a third number, 0 of an upright wall."""
         upright = {name: wall for name, wall in walls.items() if len(wall[0]) < 3 or not wall[0][2]}
         return cls(tuple(RoomWall(name, (n[0], n[1]), float(d)) for name, (n, d) in upright.items()))

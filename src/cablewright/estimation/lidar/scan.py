@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
 
-__all__ = ["Lidar", "Points", "level_mount", "noise_of", "points_of"]
+__all__ = ["LidarModel", "Points", "level_mount", "noise_of", "points_of"]
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ _MEDIAN_OF_NORMAL = 0.6745  # of the size of a normal number, in sigmas
 
 
 @dataclass(frozen=True)
-class Lidar:
+class LidarModel:
     """A planar lidar on the platform; the defaults are an RPLIDAR A1M8's, as Merlet and Papegay 2023 give them.
 
     ``mount``: (3,) m, from the platform point to its centre, platform frame. ``yaw``: rad, where its angle 0 points in
@@ -60,7 +60,11 @@ class Points(NamedTuple):
 
 
 def points_of(
-    lidar: Lidar, angles: ArrayLike, ranges: ArrayLike, tilt: ArrayLike = (0.0, 0.0), drift: ArrayLike | None = None
+    lidar: LidarModel,
+    angles: ArrayLike,
+    ranges: ArrayLike,
+    tilt: ArrayLike = (0.0, 0.0),
+    drift: ArrayLike | None = None,
 ) -> Points:
     """Return the points of a scan that count: finite, within the unit's range, not on the platform.
 
@@ -115,7 +119,7 @@ def _columns(x: Array, y: Array) -> Array:
     return both
 
 
-def _at_the_end(lidar: Lidar, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
+def _at_the_end(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
     """Bring points (n, 2) of the lidar's plane to where its centre is at the end, level, along its level axes."""
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
     turn = np.array([[c, -s], [s, c]])
@@ -140,7 +144,7 @@ def noise_of(points: Points, least: float = 5e-4, most: float = 0.05) -> float:
     return float(np.clip(np.median(jerk) / (_MEDIAN_OF_NORMAL * math.sqrt(20.0)), least, most))
 
 
-def level_mount(lidar: Lidar, tilt: ArrayLike = (0.0, 0.0)) -> Array:
+def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:
     """(2,) m: where the lidar's centre is from the platform point, seen from above, platform frame without its tilt."""
     leaning = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
     there: Array = _tilted(np.array([lidar.mount[:2]]), lidar.mount[2], leaning)[0]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.lidar.clusters import Clustering, clusters_of
-from cablewright.estimation.lidar.scan import Lidar, Points
+from cablewright.estimation.lidar.scan import LidarModel, Points
 from cablewright.kernels.fitting.scan_lines import COLUMNS, draw
 
 __all__ = ["LineSearch", "WallLine", "lines_of"]
@@ -63,7 +63,7 @@ class WallLine(NamedTuple):
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
 
 
-def lines_of(points: Points, lidar: Lidar, search: LineSearch) -> list[WallLine]:
+def lines_of(points: Points, lidar: LidarModel, search: LineSearch) -> list[WallLine]:
     """Find straight lines in a scan, those with most points first."""
     members, first, size, sums = clusters_of(points, lidar.sigma, search.clustering)
     rules = np.array([

@@ -50,7 +50,7 @@ FLOOR = 1e-10  # m, rad: of what a box may be too wide by
 HALF = 3.1  # rad: rotation vectors up to here are no matter of which way round
 
 
-class Nodes(NamedTuple):
+class Leaves(NamedTuple):
     """The parts that are left to do: of each its set, and a solution of the branch that is in it."""
 
     low: NDArray[np.float64]  # (D, m)
@@ -65,7 +65,7 @@ class Nodes(NamedTuple):
     known: NDArray[np.bool_]  # (D,): whether the solution is proved to be of the branch
 
 
-class Search(NamedTuple):
+class HullSearch(NamedTuple):
     """What does not change, and scratch."""
 
     origin: NDArray[np.float64]  # (m,): where slabs are counted from
@@ -87,7 +87,7 @@ class Search(NamedTuple):
 @jit(allocates=True)
 def part_list(deepest, size, m, n, slabs):
     """Room for so many parts of *size* unknowns."""
-    return Nodes(
+    return Leaves(
         np.zeros((deepest, m)),
         np.zeros((deepest, m)),
         np.zeros((deepest, slabs)),
@@ -106,7 +106,7 @@ def search_of(packed, origin, slabs, pads, found):
     """A search by *slabs* (K, m) from *origin* (m,). *found* (4, n): least and largest pose, known and proved."""
     m, n = packed.lines.shape[0], packed.freedoms
     cert, own = unfold(packed, certificate_pool(packed)), unfold(packed, certificate_pool(packed))
-    return Search(
+    return HullSearch(
         origin,
         slabs,
         pads,

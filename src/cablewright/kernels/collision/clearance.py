@@ -22,7 +22,7 @@ STACK = 64
 CHUNK = 32  # rows per task
 
 
-class Solid(NamedTuple):
+class PartTree(NamedTuple):
     """A part as pieces in a tree of boxes, which is complete: node k has the children 2 k + 1 and 2 k + 2.
 
     A bead is a box: centre, the unit vectors along two of its sides, half its three sides. A triangle is its corners.

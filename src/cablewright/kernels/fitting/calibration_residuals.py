@@ -36,7 +36,7 @@ STRAIGHT = 1e-5  # counted build-up under which its series is exact
 LEAST = 1e-9  # m: shorter distances have no direction
 
 
-class Rows(NamedTuple):
+class MeasurementRows(NamedTuple):
     """Measurements, in the order of poses; those of no pose come last. N poses, R rows, k unknowns, m lines."""
 
     freedoms: int  # n: 3 or 6

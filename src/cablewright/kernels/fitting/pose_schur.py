@@ -21,7 +21,7 @@ FLOOR = 1e-30  # added to what is damped, so that a row of zeros has a pivot
 NO_BETTER = 1e-8  # m: a refused step so small that what is left is rounding
 
 
-class Settings(NamedTuple):
+class StopRule(NamedTuple):
     """When a run ends: a step with all parts under `step` (m, rad), or a cost that falls by less than `fall` of it."""
 
     step: float

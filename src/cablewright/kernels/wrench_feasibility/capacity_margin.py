@@ -19,7 +19,7 @@ from cablewright.kernels.wrench_feasibility.distribution import CHUNK, INFEASIBL
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     ASIDE,
     OK,
-    Structure,
+    StructureScratch,
     reduce,
     structure_at,
     structure_scratch,
@@ -30,7 +30,7 @@ from cablewright.kernels.wrench_feasibility.structure_matrix import (
 class Facets(NamedTuple):
     """Scratch of one thread."""
 
-    structure: Structure
+    structure: StructureScratch
     columns: NDArray[np.float64]  # (m, n): A, transposed
     transform: NDArray[np.float64]  # (n, n): what elimination did to the rows of A
     chosen: NDArray[np.int64]  # (m + 1,): the lines that a facet is not parallel to

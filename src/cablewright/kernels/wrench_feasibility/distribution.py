@@ -17,7 +17,7 @@ from cablewright.kernels.layout import TENSION_MAX, TENSION_MIN, Code, Packed
 from cablewright.kernels.statics.tension import SOFT, distribute
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     OK,
-    Structure,
+    StructureScratch,
     reduce,
     structure_at,
     structure_scratch,
@@ -37,7 +37,7 @@ UNBOUNDED = 1e3  # of the mean tension: where closure lets a null vector's entri
 class Distributing(NamedTuple):
     """Scratch of one thread."""
 
-    structure: Structure
+    structure: StructureScratch
     exchange: Exchange
     basis: NDArray[np.float64]  # (m, m): rows of an orthonormal basis of the null space, a line each
     gram: NDArray[np.float64]  # (m, m)

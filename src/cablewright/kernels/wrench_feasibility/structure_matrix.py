@@ -46,7 +46,7 @@ WIDTH = 8  # rows of A, n or n + 1, padded so that all of a column takes whole r
 ASIDE = 1e-9  # of the load: a load that is further than this from what the lines can pull is not balanced
 
 
-class Structure(NamedTuple):
+class StructureScratch(NamedTuple):
     """Scratch of one pose: what stands on either side of A t = -w, a column in each row of `table`.
 
     After `reduce`, t[i] = table[m, i] - sum table[j, i] t[j] over rank <= j < m, for i < rank, lines as in `order`.
@@ -64,7 +64,7 @@ class Structure(NamedTuple):
 @jit(allocates=True)
 def structure_scratch(m):
     """Scratch for *m* lines."""
-    return Structure(
+    return StructureScratch(
         np.zeros((m + 1 + WIDTH, WIDTH)),
         np.ones(WIDTH),
         np.arange(m),

@@ -17,7 +17,7 @@ from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_
 
 from cablewright.errors import InputError
 
-__all__ = ["HEAD", "MOST_RECORD", "LogFile", "Told"]
+__all__ = ["HEAD", "MOST_RECORD", "LogFile", "RawMessage"]
 
 MOST_RECORD: Final = 64 << 20
 """The longest record, the largest chunk once unpacked, and the most that one step may tell, bytes."""
@@ -30,7 +30,7 @@ _MESSAGE: Final = struct.Struct("<HIQQ")  # channel, sequence, log time, publish
 _BROKEN: Final = (McapError, CRCValidationError, zstandard.ZstdError, struct.error, UnicodeDecodeError, MemoryError)
 
 
-class Told(NamedTuple):
+class RawMessage(NamedTuple):
     """A message as a file has it; times in ns."""
 
     topic: str
@@ -70,23 +70,23 @@ class LogFile:
         """Close the file."""
         self._file.close()
 
-    def messages(self, without: Collection[str] = ()) -> Iterator[Told]:
+    def messages(self, without: Collection[str] = ()) -> Iterator[RawMessage]:
         """Yield the messages in order, once, but those of the topics *without*."""
         self._without = without
         for each in self._told:
-            if isinstance(each, Told):
+            if isinstance(each, RawMessage):
                 yield each
 
     def _read_head(self) -> Mapping[str, str]:
         for each in self._told:
-            if isinstance(each, Told):
+            if isinstance(each, RawMessage):
                 break
             if each.name == HEAD:
                 return each.metadata
         why = f"cut or damaged before byte {self.cut}" if self.cut else "it does not begin as one"
         raise InputError(f"{self.path}: no log of a machine: {why}")
 
-    def _read(self) -> Iterator[Told | Metadata]:
+    def _read(self) -> Iterator[RawMessage | Metadata]:
         """Yield messages and metadata, up to where the file is cut or damaged."""
         reader = StreamReader(self._file, emit_chunks=True, record_size_limit=MOST_RECORD)
         try:
@@ -100,7 +100,7 @@ class LogFile:
         except _BROKEN:
             self.cut = self._file.tell()
 
-    def _plain(self, record: McapRecord) -> Iterator[Told | Metadata]:
+    def _plain(self, record: McapRecord) -> Iterator[RawMessage | Metadata]:
         """What a record outside chunks says."""
         if isinstance(record, Channel):
             self._topics[record.id] = record.topic
@@ -109,9 +109,9 @@ class LogFile:
         elif isinstance(record, Message) and record.channel_id in self._topics:
             topic = self._topics[record.channel_id]
             if topic not in self._without:
-                yield Told(topic, record.log_time, record.publish_time, record.data)
+                yield RawMessage(topic, record.log_time, record.publish_time, record.data)
 
-    def _chunk(self, chunk: Chunk) -> Iterator[Told]:
+    def _chunk(self, chunk: Chunk) -> Iterator[RawMessage]:
         """The messages of a chunk: mcap's own reader takes five times as long, and reads what is left out as well."""
         if chunk.uncompressed_size > MOST_RECORD:
             size = chunk.uncompressed_size
@@ -130,5 +130,5 @@ class LogFile:
                 number, _, logged, measured = _MESSAGE.unpack_from(data, at)
                 topic = self._topics.get(number)
                 if topic is not None and topic not in self._without:
-                    yield Told(topic, logged, measured, data[at + _MESSAGE.size : end])
+                    yield RawMessage(topic, logged, measured, data[at + _MESSAGE.size : end])
             at = end

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.errors import InputError
-from cablewright.machine.log.mcap_file import MOST_RECORD, LogFile, Told
+from cablewright.machine.log.mcap_file import MOST_RECORD, LogFile, RawMessage
 
 __all__ = ["CLOSES", "WHOLE", "Segment", "Segments", "log_files", "next_segment"]
 
@@ -103,7 +103,7 @@ class Segments:
         """Close the file that is being read."""
         self.file.close()
 
-    def steps(self, without: Collection[str] = ()) -> Iterator[list[Told]]:
+    def steps(self, without: Collection[str] = ()) -> Iterator[list[RawMessage]]:
         """Yield the messages of each whole step in order, once, but those of the topics *without*.
 
         Raises `InputError` for a step of more than is read.
@@ -113,7 +113,7 @@ class Segments:
                 self._read += self.files[number - 1].size
                 self.file.close()
                 self.file = LogFile(segment.path)
-            told, size, last = list[Told](), 0, 0
+            told, size, last = list[RawMessage](), 0, 0
             for each in self.file.messages(without):
                 size += len(each.data)
                 if size > MOST_RECORD:

@@ -9,7 +9,7 @@ from cablewright.machine.simulated.rig import Moment
 from cablewright.machine.simulated.settings import DistanceSensor
 from cablewright.machine.simulated.snapshot import Book
 from cablewright.machine.simulated.ticks import every
-from cablewright.signals import Distance
+from cablewright.signals import DistanceReading
 
 __all__ = ["Rangefinder"]
 
@@ -22,7 +22,7 @@ class Rangefinder:
         self.settings, self._valve, self._random = settings, valve, random
         self._every, self._step = every(period, 1.0 / settings.rate, f"distance.rate = {settings.rate:g} Hz"), 0
 
-    def read(self, moment: Moment) -> Distance | None:
+    def read(self, moment: Moment) -> DistanceReading | None:
         """Return a reading when one is due; NaN where nothing comes back."""
         self._step += 1
         if self._step % self._every:
@@ -32,14 +32,14 @@ class Rangefinder:
         down = -moment.rotation[:, 2]
         x, y, z = moment.truth.position + self._valve * down
         if down[2] >= 0.0:  # lies on its side: sees no floor
-            return Distance(moment.truth.time, float("nan"))
+            return DistanceReading(moment.truth.time, float("nan"))
         found = ray_to_floor(x, y, z, *down.tolist(), settings.most, ground.grid, ground.heights)
         told = found + settings.deviation * noise
         if not settings.least <= told <= settings.most or chance < settings.dropout:
             told = float("nan")
         elif chance > 1.0 - settings.outliers:
             told = settings.least + anywhere * (settings.most - settings.least)
-        return Distance(moment.truth.time, float(told))
+        return DistanceReading(moment.truth.time, float(told))
 
     def keep(self, book: Book) -> None:
         """Note, or take up again, what decides on the next readings."""

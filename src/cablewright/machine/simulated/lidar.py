@@ -14,12 +14,12 @@ from cablewright.machine.simulated.snapshot import Book
 from cablewright.machine.simulated.ticks import every
 from cablewright.signals import Scan
 
-__all__ = ["Lidar"]
+__all__ = ["SimulatedLidar"]
 
 Array = NDArray[np.float64]
 
 
-class Lidar:
+class SimulatedLidar:
     """One unit: its bias is drawn once."""
 
     def __init__(

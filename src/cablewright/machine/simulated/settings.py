@@ -29,9 +29,9 @@ __all__ = [
     "LineSettings",
     "Link",
     "MachineSettings",
-    "Room",
+    "RoomSettings",
     "Tolerances",
-    "Wall",
+    "WallFace",
     "WinchSettings",
     "check_faults",
     "extruding",
@@ -148,7 +148,7 @@ class ClimateLaw(Description):
     humidity_swing: _Share
 
 
-class Wall(Description):
+class WallFace(Description):
     """A vertical face from the floor to the ceiling, seen from above; m, world."""
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
@@ -162,12 +162,12 @@ class Wall(Description):
         return self
 
 
-class Room(Description):
+class RoomSettings(Description):
     """What lidars see besides the floor and what lies on it, whose height is kept in cells of a side of ``cell``."""
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
     ceiling: Positive[Length]
-    walls: Annotated[tuple[Wall, ...], Field(max_length=MOST_WALLS)]
+    walls: Annotated[tuple[WallFace, ...], Field(max_length=MOST_WALLS)]
 
     @model_validator(mode="after")
     def _walls_have_names(self) -> Self:
@@ -223,7 +223,7 @@ class LidarSettings(Description):
         return self
 
 
-class _Sensor(Description):
+class _TimedSensor(Description):
     """What every timed sensor has: readings lost, and readings that are anything, as shares."""
 
     rate: _Rate
@@ -231,7 +231,7 @@ class _Sensor(Description):
     outliers: _Share = 0.0
 
 
-class InertialSensor(_Sensor):
+class InertialSensor(_TimedSensor):
     """Accelerometer and gyro. Deviations are of one reading, biases of one unit; m/s^2 and rad/s."""
 
     place: Vec3
@@ -241,14 +241,14 @@ class InertialSensor(_Sensor):
     rate_bias: _Size
 
 
-class LineSensor(_Sensor):
+class LineSensor(_TimedSensor):
     """Accelerometers on the lines, ``from_platform`` along the cable before B."""
 
     from_platform: NonNegative[Length]
     deviation: NonNegative[Angle]
 
 
-class DistanceSensor(_Sensor):
+class DistanceSensor(_TimedSensor):
     """From the valve down the drum's axis."""
 
     least: NonNegative[Length]
@@ -256,7 +256,7 @@ class DistanceSensor(_Sensor):
     deviation: NonNegative[Length]
 
 
-class Encoder(_Sensor):
+class Encoder(_TimedSensor):
     """How often the counters are read; an outlier is one counter with one bit turned."""
 
 
@@ -270,7 +270,7 @@ class ClimateSensor(Description):
     outliers: _Share = 0.0
 
 
-class BarrierSensor(_Sensor):
+class BarrierSensor(_TimedSensor):
     """The light barrier. ``intrusions``: from and to when somebody is in its light; an outlier tells the opposite."""
 
     intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MOST_FAULTS)] = ()
@@ -315,7 +315,7 @@ class MachineSettings(Description):
     winch: WinchSettings
     line: LineSettings
     climate: ClimateLaw
-    room: Room
+    room: RoomSettings
     wifi: Link = Link()
     wire: Link = Link()
     lidars: dict[_LidarName, LidarSettings] = Field(default_factory=dict)

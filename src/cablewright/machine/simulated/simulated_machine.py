@@ -16,7 +16,7 @@ from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.distance_sensor import Rangefinder
 from cablewright.machine.simulated.encoders import Counters, Thermometer
 from cablewright.machine.simulated.inertial_unit import InertialUnit
-from cablewright.machine.simulated.lidar import Lidar
+from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.light_barrier import LightBarrier
 from cablewright.machine.simulated.line_angles import LineAccelerometers
 from cablewright.machine.simulated.link import Channel
@@ -47,7 +47,7 @@ _WIRED: Final = ("encoders", "climate")
 _QUIET: Final = 0.5  # s without a message before the wireless link counts as silent
 
 
-class _Sensor(Protocol):
+class _SensorSlot(Protocol):
     def read(self, moment: Moment) -> Reading | None: ...
 
     def keep(self, book: Book) -> None: ...
@@ -91,7 +91,7 @@ class SimulatedMachine:
         self._steps, self._commanded = 0, -np.inf
         self._moment = self.rig.moment(0.0)
         for sensor in self._sensors.values():
-            if isinstance(sensor, Lidar):
+            if isinstance(sensor, SimulatedLidar):
                 sensor.read(self._moment)
 
     @property
@@ -198,13 +198,13 @@ class SimulatedMachine:
         self._commanded = command.time
         return speeds
 
-    def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
+    def _mount(self, seed: int) -> Iterator[tuple[str, _SensorSlot]]:
         """All sensors by source, each with a random generator of its own: one left out changes no other."""
         settings, period = self.settings, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
         walls, ceiling = walls_of(settings.room), settings.room.ceiling
         for source, lidar in settings.lidars.items():
-            yield source, Lidar(source, lidar, walls, ceiling, period, random[source])
+            yield source, SimulatedLidar(source, lidar, walls, ceiling, period, random[source])
         if settings.inertial is not None:
             gravity = self.rig.robot.scene.gravity
             yield "inertial", InertialUnit(settings.inertial, gravity, period, random["inertial"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.machine.simulated.settings import MachineSettings, Room
+from cablewright.machine.simulated.settings import MachineSettings, RoomSettings
 from cablewright.machine.simulated.snapshot import Book
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
@@ -16,7 +16,7 @@ __all__ = ["Ground", "walls_of"]
 Array = NDArray[np.float64]
 
 
-def walls_of(room: Room) -> Array:
+def walls_of(room: RoomSettings) -> Array:
     """Return the walls as a lidar's kernel takes them: (j, 4), x and y of both ends, m, world."""
     return np.array([(*wall.start, *wall.end) for wall in room.walls], dtype=np.float64).reshape(-1, 4)
 

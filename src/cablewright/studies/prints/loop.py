@@ -20,14 +20,14 @@ from cablewright.machine.simulated.snapshot import Book
 from cablewright.signals import Command, Estimate, PrintState, Progress, SensorFrame, frozen
 from cablewright.studies.estimators import Estimator
 
-__all__ = ["Attendant", "Plan", "Printer", "Step"]
+__all__ = ["Attendant", "PrintPlan", "Printer", "Step"]
 
 Array = NDArray[np.float64]
 MakeEstimator = Callable[[Array, Array], Estimator]
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class PrintPlan:
     """What a printer is to do and how. ``height``: None keeps the path's own heights.
 
     ``flow``: kg/s of powder with the valve open, ``powder``: kg in a full drum; infinite where nothing runs out.
@@ -55,7 +55,7 @@ class Printer:
     """Drives one machine through one plan. `step` never raises for what a machine tells."""
 
     def __init__(
-        self, plan: Plan, machine: Machine, make: MakeEstimator, *, now: float = 0.0, book: Book | None = None
+        self, plan: PrintPlan, machine: Machine, make: MakeEstimator, *, now: float = 0.0, book: Book | None = None
     ) -> None:
         """Begin idle, winches held, at the path's beginning or where *book* has it; *now* is the machine's time, s.
 

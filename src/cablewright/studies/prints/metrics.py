@@ -8,8 +8,8 @@ import math
 from typing import Any, Final
 
 from cablewright.studies.prints.result import Following, PrintRecord, Spot
-from cablewright.studies.prints.structure import Likeness, Structure
-from cablewright.studies.running_statistics import Told
+from cablewright.studies.prints.structure import Likeness, PrintedStructure
+from cablewright.studies.running_statistics import Summary
 
 __all__ = ["metrics", "metrics_text"]
 
@@ -76,11 +76,11 @@ def _spot(worst: Spot | None) -> _Values | None:
     return None if worst is None else dataclasses.asdict(worst)
 
 
-def _range(told: Told) -> _Values:
+def _range(told: Summary) -> _Values:
     return {"mean": told.mean, "min": told.least, "max": told.most}
 
 
-def _structure(found: Structure) -> _Values:
+def _structure(found: PrintedStructure) -> _Values:
     likeness = Likeness(*(math.nan,) * 5) if found.likeness is None else found.likeness
     return {
         "mass": found.mass,

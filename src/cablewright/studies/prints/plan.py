@@ -24,7 +24,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import believed
 from cablewright.studies.estimators import ESTIMATORS
-from cablewright.studies.prints.loop import Plan
+from cablewright.studies.prints.loop import PrintPlan
 
 __all__ = ["HEIGHTS", "Choices", "HeightRule", "MachineTwin", "plan_print", "twin_of"]
 
@@ -116,7 +116,7 @@ def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> M
     return settings.model_copy(update={"barrier": barrier})
 
 
-def plan_print(twin: MachineTwin) -> Plan:
+def plan_print(twin: MachineTwin) -> PrintPlan:
     """Return the plan. Raises `AnswerError` where the path leaves the frame or lines cannot hold the platform."""
     robot, settings, choices, course = twin.robot, twin.settings, twin.choices, twin.course
     model = Model(believed(robot, settings))
@@ -145,7 +145,7 @@ def plan_print(twin: MachineTwin) -> Plan:
         manage_slack=model.m > model.n and settings.line_angles is not None,
     )
     drum = settings.drum
-    return Plan(
+    return PrintPlan(
         course,
         velocity,
         limits,

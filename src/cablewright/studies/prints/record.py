@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from cablewright.machine.log.log import Entry, LogHead
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
-from cablewright.signals import Distance, Inertial, LineAngles, PrintState, Scan
+from cablewright.signals import DistanceReading, Inertial, LineAngles, PrintState, Scan
 from cablewright.studies.fault_count import FaultCount, count_faults
 from cablewright.studies.prints.line_tensions import Believed
 from cablewright.studies.prints.lines import Lines
 from cablewright.studies.prints.path_errors import Follower
 from cablewright.studies.prints.result import PrintRecord, Span
-from cablewright.studies.prints.steps_table import STATES, Columns, Rows
+from cablewright.studies.prints.steps_table import STATES, Columns, StepsTable
 from cablewright.studies.prints.structure import Scans, structure_of
 from cablewright.studies.prints.vibration import Vibration
 from cablewright.studies.running_statistics import Moments, Thinned
@@ -33,7 +33,7 @@ __all__ = ["UNUSED", "Recorder", "record"]
 
 Array = NDArray[np.float64]
 
-UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")
+UNUSED: Final = (Inertial, DistanceReading, "/scan/north", "/scan/south")
 """Signals that are not looked at: ``log.entries(without=UNUSED)`` is faster and gives the same record."""
 
 _PORTION: Final = 2048  # steps that are looked at in one go
@@ -71,7 +71,7 @@ class Recorder:
         """Begin with no step."""
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
-        self._rows = Rows(m, head.settings, head.period, _PORTION)
+        self._rows = StepsTable(m, head.settings, head.period, _PORTION)
         self._true, self._seen = Follower(track, print_speed, "true_"), Follower(track, print_speed, "")
         self._lines = Lines(head)
         self._off, self._turned, self._air = Moments(), Moments(2), Moments(2)

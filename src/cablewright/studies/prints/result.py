@@ -14,9 +14,9 @@ from cablewright.signals import PrintState
 from cablewright.studies.fault_count import FaultCount
 from cablewright.studies.prints.spooling import Coiling
 from cablewright.studies.prints.steps_table import Columns
-from cablewright.studies.prints.structure import Structure
+from cablewright.studies.prints.structure import PrintedStructure
 from cablewright.studies.prints.vibration import Ringing
-from cablewright.studies.running_statistics import Histogram, Told
+from cablewright.studies.running_statistics import Histogram, Summary
 
 __all__ = ["Following", "LayerErrors", "LineUse", "PrintRecord", "Span", "Spot"]
 
@@ -60,9 +60,9 @@ class LayerErrors:
 class Following:
     """How well the path was followed, of all steps that printed. Errors are positive left of the path."""
 
-    error: Told  # m beside the path, seen from above
-    height: Told  # m over what was wanted
-    speed: Told  # m/s along the path
+    error: Summary  # m beside the path, seen from above
+    height: Summary  # m over what was wanted
+    speed: Summary  # m/s along the path
     worst: Spot | None
     by_layer: LayerErrors
     errors: Histogram
@@ -106,11 +106,11 @@ class PrintRecord:
     layers_begun: int
     true: Following
     seen: Following  # as the estimation believed
-    seen_off: Told  # m: believed error less true one
-    yaw: Told  # rad, by the estimation
-    tilt: Told
-    temperature: Told  # degrees Celsius
-    humidity: Told
+    seen_off: Summary  # m: believed error less true one
+    yaw: Summary  # rad, by the estimation
+    tilt: Summary
+    temperature: Summary  # degrees Celsius
+    humidity: Summary
     states: dict[PrintState, float]  # s
     spans: tuple[Span, ...]
     barrier_stops: int
@@ -124,7 +124,7 @@ class PrintRecord:
     lines: tuple[LineUse, ...]
     coiling: tuple[Coiling, ...]
     ringing: Ringing
-    structure: Structure | None
+    structure: PrintedStructure | None
     notes: tuple[str, ...] = ()
 
     @property

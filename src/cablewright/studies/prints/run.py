@@ -29,7 +29,7 @@ from cablewright.machine.simulated.snapshot_writer import Keeper
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.folder_lock import held
-from cablewright.studies.prints.loop import Attendant, Plan, Printer
+from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
 from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
 
@@ -167,7 +167,7 @@ def _save(run: PrintRun, keeper: Keeper) -> None:
     keeper.put({"machine": run.machine.snapshot(), "print": notes.snapshot})
 
 
-def _printer(twin: MachineTwin, plan: Plan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
+def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
     """Machine and print as the checkpoint has them, or at the beginning of the path where there is none."""
     path, choices, begin = folder / CHECKPOINT, twin.choices, twin.course.track.at(0.0).position
     found = read_snapshots(path) if resume and path.exists() else None

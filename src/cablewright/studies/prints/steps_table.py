@@ -12,7 +12,7 @@ from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.signals import Barrier, Climate, Encoders, LineAngles, PrintState
 
-__all__ = ["STATES", "Columns", "Rows"]
+__all__ = ["STATES", "Columns", "StepsTable"]
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def columns_of(m: int) -> dict[str, slice]:
     return places
 
 
-class Rows:
+class StepsTable:
     """Fills rows one by one; what a sensor told last is held."""
 
     def __init__(self, m: int, settings: MachineSettings, period: float, capacity: int) -> None:

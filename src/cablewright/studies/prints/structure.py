@@ -20,7 +20,7 @@ from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, Scan
 
-__all__ = ["CELL", "Cut", "Likeness", "Scans", "Structure", "structure_of"]
+__all__ = ["CELL", "Cut", "Likeness", "PrintedStructure", "Scans", "structure_of"]
 
 Array = NDArray[np.float64]
 
@@ -160,7 +160,7 @@ class Likeness:
 
 
 @dataclass(frozen=True, eq=False)
-class Structure:
+class PrintedStructure:
     """What lies at the end: as rebuilt from scans, and truly. Either may be missing."""
 
     seen: HeightField | None
@@ -195,13 +195,13 @@ class Structure:
 
 def structure_of(
     scans: Scans | None, true: HeightField | None, track: Track, distance: float, density: float
-) -> Structure | None:
+) -> PrintedStructure | None:
     """What is known of the structure after *distance* (m) of *track*; None where nothing is."""
     seen = None if scans is None else scans.field(_cells(track, true))
     if seen is None and true is None:
         return None
     likeness = None if seen is None or true is None else _likeness(seen, true)
-    return Structure(seen, true, density, likeness, _cuts(track, distance, seen, true))
+    return PrintedStructure(seen, true, density, likeness, _cuts(track, distance, seen, true))
 
 
 def _cells(track: Track, true: HeightField | None) -> HeightField:
