@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, Progress, accuracy
 from cablewright.analyses.accuracy.spread import Method
-from cablewright.analyses.workspace.accessible import Accessible, Rule, accessible, sheave_rules
+from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
+from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
+from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -54,8 +56,8 @@ class Study:
 
     places: Places
     accuracy: Accuracy
-    accessible: Accessible | None  # of a workspace
-    rules: tuple[Rule, ...]
+    workspace: BoundaryLimits | None  # where the shape is the workspace
+    rules: tuple[SheaveRule, ...]
 
     def summary(self) -> dict[str, object]:
         """The figures of the command line's JSON, SI."""
@@ -90,8 +92,9 @@ class Study:
             "contributions": self._contributions(),
             "sheave_rules": [rule.__dict__ for rule in self.rules],
         }
-        if self.accessible is not None:
-            values |= {"volume": self.accessible.volume, "ends": [edge.__dict__ for edge in self.accessible.edges]}
+        if self.workspace is not None:
+            ends = [asdict(each) for each in self.workspace.by_limit]
+            values |= {"volume": self.workspace.nodes.trapezoid_volume, "ends": ends}
         return values
 
     def _contributions(self) -> list[dict[str, object]]:
@@ -212,17 +215,16 @@ def accuracy_over_workspace(
     progress: Progress | None = None,
     **options: Any,
 ) -> Study:
-    """`accuracy_over`, with its *options*, of a grid of *step* (m) over all that the machine can reach."""
+    """`accuracy_over`, with its *options*, of the nodes of a grid of *step* (m) that are in the static workspace."""
     model = Model(robot, Fidelity(), options.get("tension_limits"))
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
-    report = progress or silent
-    reach = accessible(model, step, lambda done, total: report("finding the workspace", done, total))
-    if not reach.inside.any():
+    nodes = count_nodes(model, "static", step=step, progress=progress)
+    if not nodes.counted:
         raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
-    places = Places("workspace", reach.nodes[reach.inside.ravel()], axes=reach.axes)
+    places = Places("workspace", nodes.places, axes=nodes.axes)
     found = accuracy_over(robot, places, ranges, poses=None, progress=progress, **options)
-    return replace(found, accessible=reach)
+    return replace(found, workspace=boundary_limits(nodes))
 
 
 def _counted(number: float) -> int:
