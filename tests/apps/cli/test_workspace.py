@@ -146,7 +146,7 @@ def test_a_volume_that_does_not_converge_is_a_no(cli, tmp_path) -> None:
     """One line holds its point straight below: the workspace has no thickness."""
     (tmp_path / "one.toml").write_text(ONE_LINE)
     answer = cli("workspace", tmp_path / "one.toml", "--json")
-    assert "even on the finest lattice" in answer.no
+    assert "give a larger --tolerance, or a smaller --box" in answer.no
     assert answer.json["status"] == "not-converged"
     assert answer.json["volume"] < 1e-6
 

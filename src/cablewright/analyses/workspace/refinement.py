@@ -95,7 +95,7 @@ def refine(
             converged = off + unseen <= goal or (len(volumes) > 2 and not mesh.vertices.size)
             thin = off + unseen > 0.5 * mesh.volume
             too_many = lattice.places + 4 * (lattice.places - before) > (MOST_PLACES_THIN if thin else MOST_PLACES)
-            ended = converged or too_many or lattice.level >= FINEST or off < lattice.least_unseen > goal
+            ended = converged or too_many or lattice.level >= FINEST or 10.0 * off < lattice.least_unseen > goal
         if ended:
             return Refined(mesh, off + unseen, unseen, lattice.places, _three(lattice.cells), converged)
 
