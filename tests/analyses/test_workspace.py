@@ -80,8 +80,7 @@ def test_one_line_holds_its_point_only_straight_below() -> None:
     """A workspace without a volume, which lies on nodes: nothing to converge to, and it says so."""
     robot = point_robot(np.array([[0.0, 0.0, 2.0]]), (0.0, 1e3), [-1, -1, 0], [1, 1, 2])
     found = workspace(Model(robot, RIGID), "exact")
-    assert found.volume < 1e-6
-    assert found.volume <= found.volume_error
+    assert found.volume <= found.volume_error < 1e-4
     assert not found.converged
     aside = workspace(Model(robot, RIGID), "exact", box=[0.1, 1, 0.1, 1, 0, 2])
     assert (aside.volume, len(aside.mesh.triangles)) == (0.0, 0)

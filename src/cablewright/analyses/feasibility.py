@@ -13,10 +13,12 @@ from cablewright.models.statics import Equilibrium
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
-__all__ = ["Finding", "LineQuantities", "broken_limits", "judge", "judge_pose"]
+__all__ = ["Finding", "LineQuantities", "SheaveRule", "broken_limits", "judge", "judge_pose", "sheave_rules"]
 
 Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
+
+SHEAVE_RATIO = 20.0  # least radius of a sheave over that of its cable, Paty 2021, section 3.1.1
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,16 @@ class Finding:
         if not np.isfinite(high):
             return f"at least {low:g} {self.unit}"
         return f"{low:g} to {high:g} {self.unit}"
+
+
+@dataclass(frozen=True)
+class SheaveRule:
+    """Whether the sheave of a line is large enough to spare its cable, wherever the platform is."""
+
+    line: str
+    value: float  # radius of the sheave over radius of the cable
+    wanted: float
+    holds: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,3 +216,14 @@ def _statics(codes: NDArray[np.int64], violations: Array) -> list[Finding]:
         sentence = Status.of(int(code)).value
         found.append(Finding(sentence, "N", -beyond, beyond, (-np.inf, 0.0), None, worst, len(at)))
     return found
+
+
+def sheave_rules(robot: Robot) -> tuple[SheaveRule, ...]:
+    """Ratio of each sheave's radius to its cable's, which should be over 20; lines without either are left out."""
+    found = []
+    for line in robot.lines:
+        radius = getattr(line.sheave, "radius", None)
+        if radius is not None and line.cable.diameter is not None:
+            ratio = 2.0 * radius / line.cable.diameter
+            found.append(SheaveRule(line.name, ratio, SHEAVE_RATIO, ratio > SHEAVE_RATIO))
+    return tuple(found)

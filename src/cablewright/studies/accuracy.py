@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, Progress, accuracy
 from cablewright.analyses.accuracy.spread import Method
-from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
+from cablewright.analyses.feasibility import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError, Status

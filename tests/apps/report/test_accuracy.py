@@ -13,7 +13,7 @@ from matplotlib.image import imread
 from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
-from cablewright.analyses.sheave_ratio import SheaveRule
+from cablewright.analyses.feasibility import SheaveRule
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.analyses.workspace.criterion import box_of
 from cablewright.analyses.workspace.workspace import count_nodes
