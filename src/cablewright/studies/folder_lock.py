@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from cablewright.errors import EnvironmentFault
-from cablewright.machine.files import refused
+from cablewright.file_output import cannot_write
 
 if sys.platform == "win32":
     import msvcrt
@@ -32,7 +32,7 @@ def held(path: Path) -> Iterator[None]:
     try:
         file = path.open("wb")
     except OSError as reason:
-        raise refused(path, reason) from None
+        raise cannot_write(path, reason) from None
     with file:
         try:
             _lock(file.fileno())

@@ -22,11 +22,11 @@ from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, 
 from cablewright.analyses.workspace.criterion import Law
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
+from cablewright.file_output import write_whole
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
 from cablewright.solvers.arguments import silent
-from cablewright.studies.store import write_stream
 
 __all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]
 
@@ -302,5 +302,5 @@ class _Done:
             return
         held = _Stored(self.question, list(self.known.values()))
         content = (json.dumps(asdict(held), indent=1) + "\n").encode()
-        write_stream(self.file, lambda stream: stream.write(content))
+        write_whole(self.file, content, parents=True)
         self.written = time.monotonic()

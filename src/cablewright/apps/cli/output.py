@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.errors import InputError
+from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_picture", "write_whole"]
+__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_picture"]
 
 SCHEMA = 1
 """Version of the JSON that commands print."""
@@ -82,22 +81,6 @@ def limits(text: str | None) -> tuple[float, float] | None:
     if len(values) != 2:
         raise InputError(f"--tension-limits = {text!r}: two numbers are wanted, lowest,highest in N")
     return values[0], values[1]
-
-
-def write_whole(file: Path, content: bytes) -> None:
-    """Write a file beside its place and rename it, so that it is there whole or not at all.
-
-    Raises `EnvironmentFault` where it cannot be written.
-    """
-    try:
-        aside = Path(mkdtemp(prefix=f".{file.name}-", dir=file.absolute().parent))
-        try:
-            (aside / "content").write_bytes(content)
-            (aside / "content").replace(file)
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
-    except OSError as reason:
-        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror or reason}") from None
 
 
 def write_picture(file: Path, draw: Callable[..., Figure], *found: object) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.machine.files import appearing
+from cablewright.file_output import write_whole
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import read_log
 from cablewright.printing.heightfield import HeightField
@@ -48,8 +48,7 @@ def finish(
 def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> dict[str, Any]:
     """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
     text = metrics_text(found, {"step_time": step_times(timing), **more})
-    with appearing(folder / METRICS) as file:
-        file.write(text.encode())
+    write_whole(folder / METRICS, text.encode())
     told: dict[str, Any] = json.loads(text)
     return told
 

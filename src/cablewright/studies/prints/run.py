@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.machine.files import appearing, refused
+from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -198,9 +198,8 @@ def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as reason:
-            raise refused(folder, reason) from None
-        with appearing(folder / MANIFEST) as file:
-            file.write(json.dumps(manifest, indent=2).encode() + b"\n")
+            raise cannot_write(folder, reason) from None
+        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         return
     try:
         text = (folder / MANIFEST).read_bytes()[:MANIFEST_BYTES]
