@@ -11,15 +11,17 @@ import gc
 import json
 import time
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
-from cablewright.errors import InputError
+from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, write_log
 from cablewright.machine.log.segments import next_segment
@@ -28,12 +30,11 @@ from cablewright.machine.simulated.snapshot import Notes, Recall, read_snapshots
 from cablewright.machine.simulated.snapshot_writer import Keeper
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
-from cablewright.studies.folder_lock import held
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
 from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
 
-__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "run_print"]
+__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "alone_in", "run_print"]
 
 Array = NDArray[np.float64]
 
@@ -105,7 +106,7 @@ def run_print(
     """
     plan = plan_print(twin)
     _prepare(folder, manifest_of("print", inputs, options), resume)
-    with held(folder / LOCK):
+    with alone_in(folder):
         machine, printer = _printer(twin, plan, folder, resume)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
@@ -124,6 +125,25 @@ def run_print(
                     gc.enable()
                     gc.unfreeze()
         return run
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Hold the lock of *folder*, which the system lets go of when the program ends, however it ends.
+
+    Raises `EnvironmentFault` where another program holds it, or where it cannot be made: a link is not followed.
+    """
+    lock = FileLock(folder / LOCK, blocking=False, fallback_to_soft=False)  # a soft lock outlives a killed program
+    try:
+        lock.acquire()
+    except Timeout:
+        raise EnvironmentFault(f"{folder}: another program works in this folder") from None
+    except OSError as reason:
+        raise cannot_write(folder / LOCK, reason) from None
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def _go_on(
