@@ -24,6 +24,7 @@ from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
 from cablewright.file_output import write_whole
 from cablewright.models.statics import Model
+from cablewright.results import plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
 from cablewright.solvers.arguments import silent
@@ -223,7 +224,7 @@ def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combi
         holding=asked.holding,
         **asked.of_workspace,
     )
-    least, median, greatest = (None if math.isnan(value) else value for value in held.spread)
+    least, median, greatest = plain(held.spread)
     exits = nearest_exits(model.robot)
     return Combination(
         values=values,

@@ -15,6 +15,7 @@ import typer
 
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
+from cablewright.results import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,32 +31,7 @@ FREE = "free"
 
 def print_json(values: dict[str, Any]) -> None:
     """Print one JSON object: numbers that are not finite as null."""
-    typer.echo(json.dumps({"schema": SCHEMA} | values, default=_plain) if _finite(values) else _nulled(values))
-
-
-def _nulled(values: dict[str, Any]) -> str:
-    return json.dumps({"schema": SCHEMA} | _without_nan(json.loads(json.dumps(values, default=_plain))))
-
-
-def _finite(values: dict[str, Any]) -> bool:
-    try:
-        json.dumps(values, default=_plain, allow_nan=False)
-    except ValueError:
-        return False
-    return True
-
-
-def _plain(value: Any) -> Any:
-    """Arrays and NumPy scalars as lists and numbers."""
-    return value.tolist()
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    typer.echo(json.dumps({"schema": SCHEMA} | plain(values)))
 
 
 def tell(line: str) -> None:
