@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import numpy as np
 from cablewright.errors import InputError
 from cablewright.file_output import whole_file
 from cablewright.kernels.layout import Packed
+from cablewright.progress import Progress
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 
@@ -28,7 +28,7 @@ def search_all(
     file: Path,
     *,
     time_limit: float,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Equilibria, bool]:
     """Search for what *found* may have missed, going on with *file* if it holds a part of the same search.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,15 +24,14 @@ from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.stl import StlMesh
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import silent
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
 
 __all__ = ["JobInterference", "interference_over_job"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")
@@ -103,7 +101,7 @@ def interference_over_job(
     Raises `InputError` where the robot cannot follow the job's schedule or the G-code cannot be used.
     """
     report = progress or silent
-    toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
+    toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     poses, retraction = along(model.robot, job, samples)
     if mesh is None:

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -24,14 +24,13 @@ from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
 from cablewright.file_output import write_whole
 from cablewright.models.statics import Model
+from cablewright.progress import Progress, silent
 from cablewright.results import plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
-from cablewright.solvers.arguments import silent
 
 __all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]
 
-Progress = Callable[[str, int, int], None]
 
 COUNTS = ("volume", "nodes")
 INERTIAS = ("given", "box")

@@ -15,6 +15,7 @@ import typer
 
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
+from cablewright.progress import Progress
 from cablewright.results import plain
 
 if TYPE_CHECKING:
@@ -91,17 +92,17 @@ class _Bar:
     """Progress for a terminal."""
 
     def __init__(self) -> None:
+        from rich import progress as shown
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
         columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(),
+            shown.TextColumn("{task.description}"),
+            shown.BarColumn(),
+            shown.MofNCompleteColumn(),
+            shown.TextColumn("{task.fields[rate]}"),
+            shown.TimeRemainingColumn(),
         )
-        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.bar = shown.Progress(*columns, console=Console(stderr=True), transient=True)
         self.tasks: dict[str, Any] = {}
 
     def __call__(self, stage: str, done: int, total: int) -> None:
@@ -113,8 +114,8 @@ class _Bar:
 
 
 @contextmanager
-def progress() -> Iterator[Any]:
-    """A callback (stage, done, total) that shows rate and time left: a bar in a terminal, lines in a log."""
+def progress() -> Iterator[Progress]:
+    """A callback that shows rate and time left: a bar in a terminal, lines in a log."""
     if not sys.stderr.isatty():
         yield _Plain()
         return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
+from cablewright.progress import Progress
 from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.record import UNUSED, Recorder
 from cablewright.studies.prints.result import PrintRecord
@@ -29,7 +29,7 @@ def finish(
     track: Track,
     print_speed: float,
     true_structure: HeightField | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[PrintRecord, Path]:
     """Join the log of the print in *folder* and make its record; return both. May be done again.
 

@@ -11,7 +11,7 @@ import gc
 import json
 import time
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +28,7 @@ from cablewright.machine.log.segments import next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Notes, Recall, read_snapshots
 from cablewright.machine.simulated.snapshot_writer import Keeper
+from cablewright.progress import Progress
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
@@ -94,7 +95,7 @@ def run_print(
     *,
     resume: bool = False,
     real_time: bool = False,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> PrintRun:
     """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
 
@@ -146,9 +147,7 @@ def alone_in(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def _go_on(
-    run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progress: Callable[[str, int, int], None] | None
-) -> None:
+def _go_on(run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progress: Progress | None) -> None:
     """Step until it is over."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
