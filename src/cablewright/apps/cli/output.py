@@ -62,7 +62,7 @@ def limits(text: str | None) -> tuple[float, float] | None:
 
 def write_picture(file: Path, draw: Callable[..., Figure], *found: object) -> None:
     """Write what *draw* makes of *found* as a PNG. Raises `EnvironmentFault` where it cannot be written."""
-    from cablewright.apps.pictures import style
+    from cablewright.apps import style
 
     with style.drawing():
         picture = style.png(draw(*found))

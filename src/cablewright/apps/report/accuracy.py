@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.analyses.accuracy.region import Interior, Region
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.accessible import workspace
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
 from cablewright.apps.pictures.region import region as region_picture

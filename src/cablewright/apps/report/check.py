@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MOST_LINES, limits, tensions
 from cablewright.apps.pictures.path import MOST_NAMES, plan, side_view

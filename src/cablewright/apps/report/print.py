@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.mesh import Mesh
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.print import (
     drum_picture,
     errors_picture,
