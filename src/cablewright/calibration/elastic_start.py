@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from cablewright.calibration.checks import spare
 from cablewright.calibration.elastic_lines import FREED, Hanging
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.pose_fit import NEAR, PoseFit, Progress, best_fit, first_start, fit, poses_alone, quick_fit
+from cablewright.calibration.pose_fit import NEAR, PoseFit, best_fit, first_start, fit, poses_alone, quick_fit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import with_values
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.solvers.arguments import silent
+from cablewright.progress import Progress, silent
 from cablewright.solvers.inverse import solve_inverse
 
 __all__ = ["hanging_fit"]
