@@ -107,7 +107,7 @@ class Hanging(CalibrationProblem):
     def _hardware(self) -> list[tuple[int, Parameter]]:
         """Which of the unknowns that are not held are numbers of the equilibrium."""
         free = (each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
-        return [(at, each.parameter) for at, each in enumerate(free) if each.of_equilibrium]
+        return [(at, each) for at, each in enumerate(free) if each.of_equilibrium]
 
     def equilibria(self, theta: Array, own: Array) -> Equilibrium:
         """Where the platform hangs with these numbers; rows that have no answer say so."""
@@ -115,7 +115,7 @@ class Hanging(CalibrationProblem):
         lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m : m + n])
         states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, layout.STATE)
         named = zip(self.unknowns, self.whole(theta), strict=True)
-        given = [(each.parameter, value) for each, value in named if each.of_equilibrium]
+        given = [(each, value) for each, value in named if each.of_equilibrium]
         possible = (lengths > 0.0).all() and all(parameter.entry.allows(value) for parameter, value in given)
         packed = self.model.rows()
         if possible:

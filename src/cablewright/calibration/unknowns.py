@@ -38,49 +38,38 @@ _DIGITS: Final = 12  # after the point, m, of what is written to a robot file
 
 
 @dataclass(frozen=True)
-class Unknown:
+class Unknown(Parameter):
     """One parameter that is looked for.
 
     ``size`` is what one unit of the number that is solved for stands for: a drum's nominal radius, else 1.
     """
 
-    parameter: Parameter
     size: float = 1.0
 
     @property
     def name(self) -> str:
-        """The kind of number, without an axis: exit_point."""
-        return self.parameter.entry.base
-
-    @property
-    def line(self) -> str | None:
-        """The line it is of; None: all lines have it in common."""
-        return self.parameter.line
+        """The name without an axis: exit_point."""
+        return self.entry.base
 
     @property
     def axis(self) -> int | None:
         """0 to 2 of a coordinate."""
-        return self.parameter.entry.axis
+        return self.entry.axis
 
     @property
     def label(self) -> str:
         """What people read: "exit point x of south-west", "sheave radius of all lines"."""
-        return self.parameter.label.replace("length offset", "home length")
+        return super().label.replace("length offset", "home length")
 
     @property
     def of_equilibrium(self) -> bool:
         """Whether equilibria depend on it: it speaks of the line, and not of the winch."""
-        return self.parameter.entry.role == "hardware"
+        return self.entry.role == "hardware"
 
     @property
     def column(self) -> int:
         """Its column among the numbers of a line, or -1."""
         return _COLUMNS[self.name] + (self.axis or 0)
-
-    @property
-    def unit(self) -> str:
-        """The SI unit."""
-        return self.parameter.unit
 
 
 def unknowns_of(
@@ -120,7 +109,8 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
     found = [parameters_of(robot, kind.name, lines, shared) for kind in kinds]
     for of_line in zip(*found, strict=True):
         for parameter in of_line:
-            yield Unknown(parameter, nominal(robot, parameter) if name == "drum_radius" else 1.0)
+            size = nominal(robot, parameter) if name == "drum_radius" else 1.0
+            yield Unknown(parameter.kind, parameter.line, size)
 
 
 def numbers_of_lines(robot: Robot) -> Array:
@@ -156,8 +146,8 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
     """
     changed = robot
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
-        if unknown.parameter.entry.described:
-            changed = with_value(changed, unknown.parameter, round(value, _DIGITS))
+        if unknown.entry.described:
+            changed = with_value(changed, unknown, round(value, _DIGITS))
     lines = [_winch_placed(*pair, raised) for pair in zip(robot.lines, changed.lines, strict=True)]
     return Robot.model_validate(changed.model_dump() | {"lines": [line.model_dump() for line in lines]})
 

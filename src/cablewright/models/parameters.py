@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class OfLine:
-    """A number of a line: its parameter of the ``linear``isation, and ``per``, how many of that one of it is.
+    """A number of a line: ``linear`` is its parameter of the linearisation, one of it is ``per`` of that parameter.
 
-    Values (S, 1) stand in *columns* of the line's rows, or ``become`` what stands there, from what did (S, c). Numbers
-    of lengths give the ``factor`` on commanded ones, or are ``added`` to them. Statics is nearly linear in the number,
-    or ``by_inverse`` in its inverse.
+    In ``columns`` of `Packed.lines` (S, c) its values (S, 1) ``become`` what is to stand there. One that acts on
+    lengths gives the ``factor`` on the commanded ones, or is ``added`` to them. Statics is nearly linear in the number,
+    or ``by_inverse`` in 1 over it.
     """
 
     linear: int
@@ -54,11 +54,6 @@ def _point(axis: int) -> OfLine:
     return OfLine(POINT + axis, (layout.POINT_X + axis,), lambda old, to, line: old + (to - line.platform_point[axis]))
 
 
-def _expansion(line: Line) -> float:
-    assert line.cable.thermal_expansion is not None  # there is no such parameter of a robot that does not say it
-    return line.cable.thermal_expansion
-
-
 OF_LINES: Final[Mapping[str, OfLine]] = {
     "modulus": OfLine(MODULUS, layout.COMPLIANCES, lambda old, factors, _: old / factors, by_inverse=True),
     "exit_point.x": OfLine(EXIT, (layout.EXIT_X,)),
@@ -76,8 +71,8 @@ OF_LINES: Final[Mapping[str, OfLine]] = {
     "length_scale": OfLine(LENGTH, per=lambda _, lengths: lengths, factor=lambda _, scales: scales),
     "temperature": OfLine(
         LENGTH,
-        per=lambda line, lengths: lengths * _expansion(line),
-        factor=lambda line, warmer: 1.0 + _expansion(line) * warmer,
+        per=lambda line, lengths: lengths * (line.cable.thermal_expansion or 0.0),
+        factor=lambda line, warmer: 1.0 + (line.cable.thermal_expansion or 0.0) * warmer,
     ),
 }
 """Numbers of lines by their name in the registry."""

@@ -8,37 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 from typing import Any, Final
 
 from cablewright.errors import InputError, UnknownName, suggestion
-from cablewright.robot.parameter_values import (
-    AXES,
-    Kind,
-    Owner,
-    above_winch,
-    up_to_lever,
-    with_exit_coordinate,
-    with_modulus,
-    with_value_at,
-)
+from cablewright.robot.parameter_values import AXES, Kind, Owner, above_winch, up_to_lever, with_exit, with_modulus
 from cablewright.robot.platform import PointPlatform
 from cablewright.robot.robot import Robot
 from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
-__all__ = [
-    "AXES",
-    "KINDS",
-    "KINDS_OF",
-    "Kind",
-    "Parameter",
-    "misuse",
-    "nominal",
-    "parameters_of",
-    "why_not",
-    "with_value",
-]
+__all__ = ["AXES", "KINDS", "KINDS_OF", "Parameter", "misuse", "nominal", "parameters_of", "why_not", "with_value"]
 
 
 def _of_line(name: str, dimension: Dimension | None, meaning: str, **more: Any) -> Kind:
@@ -49,15 +28,10 @@ def _vector(name: str, dimension: Dimension, of: Owner, meaning: str, **more: An
     return tuple(Kind(f"{name}.{axis}", dimension, of, meaning, **more) for axis in AXES)
 
 
-def _exit_point(axis: str) -> Kind:
-    meaning = "exit point, world; a modelled winch exit follows sideways, not in height"
-    room = above_winch if axis == "z" else None
-    return Kind(f"exit_point.{axis}", LENGTH, "line", meaning, setter=partial(with_exit_coordinate, axis), room=room)
-
-
 _ALL: Final = (
     _of_line("modulus", None, "factor on EA", nominal=1.0, least=0.0, setter=with_modulus),
-    *map(_exit_point, AXES),
+    *_vector("exit_point", LENGTH, "line", "exit point, world; a modelled winch exit follows sideways, not in height",
+             room=above_winch, setter=with_exit),
     *_vector("platform_point", LENGTH, "line", "where the line is tied to a rigid platform, platform frame", body=True),
     _of_line("sheave_radius", LENGTH, "radius of the sheave", path="sheave.radius", least=0.0, room=up_to_lever,
              absent="line {!r} has an eyelet, which has no radius"),
@@ -166,7 +140,7 @@ def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
     if not kind.allows(value):
         raise InputError(f"it must be above {kind.least:g}")
     if kind.of == "platform":
-        return robot.model_copy(update={"platform": with_value_at(robot.platform, kind.name, value)})
+        return robot.model_copy(update={"platform": kind.put(robot.platform, value)})
     lines = (kind.put(line, value) if parameter.line in (None, line.name) else line for line in robot.lines)
     return robot.model_copy(update={"lines": tuple(lines)})
 

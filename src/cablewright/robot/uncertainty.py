@@ -243,21 +243,19 @@ def _unphysical(robot: Robot, parameter: Parameter, low: float, high: float) -> 
     """Return why a robot cannot have every value from ``low`` to ``high``, or None if it can."""
     if not parameter.entry.allows(low):
         return f"it must {_bound(parameter.entry)}"
-    return next((room.why for room in _rooms(robot, parameter) if low <= room.least or high >= room.most), None)
+    return next((why for least, most, why in _rooms(robot, parameter) if low <= least or high >= most), None)
 
 
 def _rooms(robot: Robot, parameter: Parameter) -> list[Room]:
     """Return what its lines leave a parameter."""
-    room = parameter.entry.room
     lines = (line for line in robot.lines if parameter.line in (None, line.name))
-    return [left for line in lines if room and (left := room(line))]
+    return [room for line in lines if (room := parameter.entry.room(line, parameter.kind))]
 
 
 def _bounds(robot: Robot, parameter: Parameter) -> tuple[float, float]:
     """Return what no robot's value is at or below, and at or above: what `_unphysical` refuses."""
     rooms = _rooms(robot, parameter)
-    least = max([parameter.entry.least, *(room.least for room in rooms)])
-    return least, min([math.inf, *(room.most for room in rooms)])
+    return max([parameter.entry.least, *(room[0] for room in rooms)]), min([math.inf, *(room[1] for room in rooms)])
 
 
 def _bound(kind: Kind) -> str:
