@@ -66,7 +66,11 @@ class Change:
             raise InputError(f"{self.name} = {value}: a finite number is wanted")
         try:
             for kind, line in self.parts:
-                robot = NAMED[kind](robot, value) if kind in NAMED else _with_number(robot, kind, line, value)
+                if kind in NAMED:
+                    robot = NAMED[kind](robot, value)
+                    continue
+                for parameter in parameters_of(robot, kind, line and (line,)):
+                    robot = with_value(robot, parameter, value)
         except InputError as reason:
             raise InputError(f"{self.name} = {value:g}: {reason}") from None
         data = robot.model_dump()
@@ -103,13 +107,6 @@ def nearest_exits(robot: Robot) -> tuple[float, tuple[str, str]] | None:
     """Return the smallest distance of two exit points, m, and the lines whose they are; None for a single line."""
     pairs = [(math.dist(a.exit_point, b.exit_point), (a.name, b.name)) for a, b in combinations(robot.lines, 2)]
     return min(pairs, default=None)
-
-
-def _with_number(robot: Robot, kind: str, line: str | None, value: float) -> Robot:
-    """The robot with another number of the platform, or of one line or each."""
-    for parameter in parameters_of(robot, kind, None if line is None else (line,)):
-        robot = with_value(robot, parameter, value)
-    return robot
 
 
 def _apart(robot: Robot, value: float) -> Robot:

@@ -87,6 +87,11 @@ class Kind:
         """Whether a robot's description has it, and so can be given another value."""
         return self.nominal is None or self.setter is not None
 
+    @property
+    def bound(self) -> str:
+        """Which values have a physical meaning, as the end of a sentence."""
+        return f"must be above {self.least:g}"
+
     def allows(self, value: float) -> bool:
         """Whether a ``value`` (SI) has a physical meaning."""
         return value > self.least

@@ -138,7 +138,7 @@ def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
     if not kind.described:
         raise InputError(f"{kind.name}: no robot file has it")
     if not kind.allows(value):
-        raise InputError(f"it must be above {kind.least:g}")
+        raise InputError(f"it {kind.bound}")
     if kind.of == "platform":
         return robot.model_copy(update={"platform": kind.put(robot.platform, value)})
     lines = (kind.put(line, value) if parameter.line in (None, line.name) else line for line in robot.lines)

@@ -116,7 +116,7 @@ class Uncertain(Description):
         if not low < high:
             raise refusal(key, "must rise: the lowest, then the highest")
         if not kind.allows(low):  # a factor too: what has a bound has it at 0, and a nominal value that is not below
-            raise refusal(key, f"must {_bound(kind)}")
+            raise refusal(key, kind.bound)
 
     @property
     def way(self) -> str:
@@ -147,10 +147,12 @@ class Uncertain(Description):
             raise self._refused(way, f"the {parameter.label} would not be finite")
         if not 0.5 * (high - low) > 0.0:
             raise self._refused(way, f"too narrow: rounding leaves one number, {value:g} {parameter.unit}")
-        why_wrong = _unphysical(robot, parameter, low, high)
-        if why_wrong is not None:
-            raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why_wrong}")
-        return Range(parameter, value, low, high, deviation, *_bounds(robot, parameter))
+        limits = _limits(robot, parameter)
+        for least, most, why in limits:
+            if low <= least or high >= most:
+                raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why}")
+        least, most = max(limit[0] for limit in limits), min(limit[1] for limit in limits)
+        return Range(parameter, value, low, high, deviation, least, most)
 
     def _refused(self, key: str, why: str) -> InputError:
         value = getattr(self, key)
@@ -239,27 +241,11 @@ def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, f
             return value - coverage * deviation, value + coverage * deviation, deviation
 
 
-def _unphysical(robot: Robot, parameter: Parameter, low: float, high: float) -> str | None:
-    """Return why a robot cannot have every value from ``low`` to ``high``, or None if it can."""
-    if not parameter.entry.allows(low):
-        return f"it must {_bound(parameter.entry)}"
-    return next((why for least, most, why in _rooms(robot, parameter) if low <= least or high >= most), None)
-
-
-def _rooms(robot: Robot, parameter: Parameter) -> list[Room]:
-    """Return what its lines leave a parameter."""
-    lines = (line for line in robot.lines if parameter.line in (None, line.name))
-    return [room for line in lines if (room := parameter.entry.room(line, parameter.kind))]
-
-
-def _bounds(robot: Robot, parameter: Parameter) -> tuple[float, float]:
-    """Return what no robot's value is at or below, and at or above: what `_unphysical` refuses."""
-    rooms = _rooms(robot, parameter)
-    return max([parameter.entry.least, *(room[0] for room in rooms)]), min([math.inf, *(room[1] for room in rooms)])
-
-
-def _bound(kind: Kind) -> str:
-    return f"be above {kind.least:g}"
+def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
+    """Return what no robot's value is at or below, and at or above, and why: by itself, and by what its lines leave."""
+    kind, lines = parameter.entry, (line for line in robot.lines if parameter.line in (None, line.name))
+    rooms = (kind.room(line, kind.name) for line in lines)
+    return [(kind.least, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
 
 
 def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:

@@ -85,19 +85,19 @@ def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[i
 def _wrench(equilibrium: Equilibrium, column: int) -> Array:
     """Change (N, n) of the wrench on the platform per a number of it, which stands in a *column* of the arrays."""
     n, rows = equilibrium.model.n, len(equilibrium.pose)
-    wrench = np.zeros((rows, 6))
     if column >= layout.WRENCH:
-        wrench[:, column - layout.WRENCH] = 1.0
-        return wrench[:, :n]
-    if column == layout.PLATFORM_WEIGHT:
-        wrench[:, 2] = -equilibrium.model.robot.scene.gravity
+        return np.tile(np.eye(6)[column - layout.WRENCH, :n], (rows, 1))
+    platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
+    if column == layout.PLATFORM_WEIGHT:  # one more kilogram, where the others are
+        pull, centre = (
+            np.full(rows, equilibrium.model.robot.scene.gravity),
+            platform[:, layout.MASS_X : layout.MASS_Z + 1],
+        )
+    else:  # the weight that there is, elsewhere
+        pull, centre = platform[:, layout.PLATFORM_WEIGHT], np.tile(np.eye(3)[column - layout.MASS_X], (rows, 1))
+    force = np.array([0.0, 0.0, -1.0]) * pull[:, None]
+    wrench: Array = force * float(column == layout.PLATFORM_WEIGHT)
     if n == 6:
-        platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
-        turned = matrices(equilibrium.pose[:, 3:])
-        if column == layout.PLATFORM_WEIGHT:
-            centre = np.einsum("nij,nj->ni", turned, platform[:, layout.MASS_X : layout.MASS_Z + 1])
-            wrench[:, 3:] = np.cross(centre, wrench[:, :3])
-        else:
-            weight = platform[:, layout.PLATFORM_WEIGHT, None] * np.array([0.0, 0.0, -1.0])
-            wrench[:, 3:] = np.cross(turned[:, :, column - layout.MASS_X], weight)
-    return wrench[:, :n]
+        arms = np.einsum("nij,nj->ni", matrices(equilibrium.pose[:, 3:]), centre)
+        wrench = np.hstack([wrench, np.cross(arms, force)])
+    return wrench
