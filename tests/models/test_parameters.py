@@ -60,6 +60,8 @@ def with_number(line: Line, kind: str, axis: str, value: float) -> Line:
         return line.model_copy(update={"cable": line.cable.model_copy(update={kind: value})})
     if kind == "sheave_radius":
         return line.model_copy(update={"sheave": line.sheave.model_copy(update={"radius": value})})
+    if not axis:
+        return line.model_copy(update={kind: value})
     point = with_axis(getattr(line, kind), axis, value)
     if kind == "exit_point" and axis != "z" and line.winch_exit is not None:
         moved = value + (line.winch_exit["xyz".index(axis)] - line.exit_point["xyz".index(axis)])
