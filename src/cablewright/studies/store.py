@@ -214,17 +214,27 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     }
     for prefix, points in (
         ("", samples.positions),
-        ("uncompensated_", check.uncompensated),
-        ("elastic_only_", check.elastic_only),
-        ("compensated_", check.compensated),
+        ("uncompensated_", check.nozzle(check.statics.uncompensated)),
+        ("elastic_only_", check.nozzle(check.statics.elastic_only)),
+        ("compensated_", check.nozzle(check.statics.compensated)),
     ):
         columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
     if check.robot.n == 6:
         columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
-        columns |= {name: getattr(check, name) for name in ("turned_uncompensated", "turned_compensated")}
+        columns |= {
+            "turned_uncompensated": check.turn_uncompensated,
+            "turned_compensated": check.turn_compensated,
+        }
     if check.retraction is not None:
         columns["retraction"] = check.retraction
-    for quantity in ("rigid_lengths", "lengths", "tensions", "cable_speed", "torque", "swing", "lever"):
-        values = getattr(check, quantity)
+    for quantity, values in (
+        ("rigid_lengths", check.statics.rigid_lengths),
+        ("lengths", check.lengths),
+        ("tensions", check.statics.tensions),
+        ("cable_speed", check.statics.lines.speed),
+        ("torque", check.statics.lines.torque),
+        ("swing", check.statics.lines.swing),
+        ("lever", check.statics.lines.lever),
+    ):
         columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}
     return pa.table(columns)

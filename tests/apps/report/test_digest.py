@@ -44,7 +44,7 @@ def layered(tmp_path, count: int, points: int = 3):
         f";LAYER:{i} Z:{i + 1}\nG1 Z{i + 1} X0 Y0\n" + "".join(f"G1 X{10 * (j + 1)} E1\n" for j in range(points))
         for i in range(count)
     )
-    return Digest.of(*make_check(ring_robot(3), small_job(tmp_path, text)))
+    return Digest(*make_check(ring_robot(3), small_job(tmp_path, text)))
 
 
 @pytest.mark.parametrize(("count", "by_layer"), [(3, False), (30, True), (700, False)])
@@ -80,7 +80,7 @@ def test_worst_is_where_material_is_laid(small):
     off = check.uncompensated.copy()
     travel = int(np.flatnonzero(~check.samples.extruding)[-1])
     off[travel] += 5.0
-    digest = Digest.of(dataclasses.replace(check, uncompensated=off), layers)
+    digest = Digest(dataclasses.replace(check, uncompensated=off), layers)
     assert digest.worst != travel
     assert check.samples.extruding[digest.worst]
 
@@ -89,7 +89,7 @@ def test_nearest_lines_are_those_with_least_room(small):
     check, layers = small
     tensions = np.full_like(check.tensions, 2000.0)
     tensions[7, 2], tensions[9, 0] = 21.0, 4990.0
-    digest = Digest.of(dataclasses.replace(check, lowest_tension=tensions, highest_tension=tensions), layers)
+    digest = Digest(dataclasses.replace(check, lowest_tension=tensions, highest_tension=tensions), layers)
     assert digest.nearest_lines(2) == [0, 2]
     assert digest.nearest_lines(1) == [2]
     assert digest.nearest_lines(9) == [0, 1, 2, 3]

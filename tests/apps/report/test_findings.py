@@ -24,7 +24,7 @@ def test_violations_come_first_and_the_worst_of_them_leads():
 
 
 def rows(small, *findings):
-    digest = Digest.of(replace(small[0], findings=findings), small[1])
+    digest = Digest(replace(small[0], findings=findings), small[1])
     table = str(findings_table(digest)).replace("\N{NO-BREAK SPACE}", " ").replace("\N{MINUS SIGN}", "-")
     cells = [re.findall(r"<td.*?</td>", row) for row in re.findall(r"<tr>.*?</tr>", table)]
     return [[re.sub(r"<[^>]+>", " ", cell).strip() for cell in row] for row in cells if row]
@@ -58,4 +58,4 @@ def test_each_kind_in_words(small, finding, words):
 
 
 def test_no_findings(small):
-    assert "nothing was judged" in findings_table(Digest.of(replace(small[0], findings=()), small[1]))
+    assert "nothing was judged" in findings_table(Digest(replace(small[0], findings=()), small[1]))

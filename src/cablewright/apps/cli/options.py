@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 
@@ -18,6 +20,7 @@ __all__ = [
     "AsJson",
     "Box",
     "Cable",
+    "Command",
     "Count",
     "Criterion",
     "Geometric",
@@ -38,6 +41,7 @@ __all__ = [
     "Tolerance",
     "Wrench",
     "check_plot",
+    "command",
     "described",
     "retracting",
     "slack_excess",
@@ -109,6 +113,25 @@ Holding = Annotated[
 ]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")]
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
+
+
+class Command(Protocol):
+    """A command whose arguments and options are the fields of a dataclass; its docstring is the help."""
+
+    def run(self) -> int:
+        """Do it, and return 0 or 1."""
+        ...
+
+
+def command(asked: type[Command]) -> Callable[..., int]:
+    """The function that Typer takes for a command: it has the fields of *asked* as parameters."""
+
+    @wraps(asked)
+    def run(**given: Any) -> int:
+        return asked(**given).run()
+
+    run.__annotations__ = {}  # Typer reads those of the fields, from the signature
+    return run
 
 
 def described(name: str, load: str | None = None, wrench: str | None = None) -> Robot:
