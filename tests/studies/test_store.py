@@ -181,9 +181,9 @@ def test_samples_parquet(earlier: Path, found: Check) -> None:
     for name, expected in {
         "time": found.time,
         "x": found.samples.positions[:, 0],
-        "uncompensated_z": found.uncompensated[:, 2],
+        "uncompensated_z": found.statics.uncompensated[:, 2],
         "lengths north-east": found.lengths[:, 2],
-        "tensions south-west": found.tensions[:, 0],
+        "tensions south-west": found.statics.tensions[:, 0],
         "layer": found.samples.layer,
         "status": found.codes,
     }.items():

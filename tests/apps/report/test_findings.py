@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.analyses.feasibility import Finding
+from cablewright.analyses.feasibility import LIMITS, Finding
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.findings import findings_table, ranked
 
@@ -55,6 +55,12 @@ def test_each_kind_in_words(small, finding, words):
     [row] = rows(small, finding)
     for word in words:
         assert any(word in cell for cell in row), (word, row)
+
+
+@pytest.mark.parametrize("name", [*(limit.name for limit in LIMITS), "frame, x", "frame, y", "frame, z"])
+def test_every_limit_says_what_it_is_for(small, name):
+    [row] = rows(small, replace(HIGH, limit=name))
+    assert len(row[0].removeprefix(name).split()) > 4
 
 
 def test_no_findings(small):
