@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
+    from cablewright.analyses.interference import Interference, InterferenceSettings
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy import Places, accuracy_over, accuracy_over_job, accuracy_over_workspace
     from cablewright.studies.accuracy_at_pose import accuracy_at
     from cablewright.studies.check import Check, check
+    from cablewright.studies.interference import JobInterference, interference
 
 __all__ = [
     "AnswerError",
@@ -39,7 +41,10 @@ __all__ = [
     "Fidelity",
     "FirstOrder",
     "InputError",
+    "Interference",
+    "InterferenceSettings",
     "Job",
+    "JobInterference",
     "Linearisation",
     "Model",
     "MonteCarlo",
@@ -59,6 +64,7 @@ __all__ = [
     "check",
     "equilibria",
     "forward",
+    "interference",
     "inverse",
     "library_names",
     "linearise",
@@ -83,6 +89,8 @@ _HOMES = {
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
     "solvers.continuation": ("Tracker", "TrackerSettings"),
+    "analyses.interference": ("Interference", "InterferenceSettings"),
+    "studies.interference": ("JobInterference", "interference"),
     "studies.accuracy": ("Places", "accuracy_over", "accuracy_over_job", "accuracy_over_workspace"),
     "studies.check": ("Check", "check"),
     "studies.accuracy_at_pose": ("accuracy_at",),
