@@ -19,7 +19,7 @@ from cablewright.studies.check import Check, PathStatics, check
 
 ROUNDING = 1e-9  # N
 POSES = ("uncompensated", "compensated", "elastic_only")
-LENGTHS = ("rigid_lengths", "lengths")
+LENGTHS = ("rigid_lengths", "cable_length")
 
 
 def arrays(found: Check) -> dict[str, np.ndarray]:
@@ -75,16 +75,16 @@ def test_shapes_and_summary(found: Check) -> None:
     assert (summary["layers"], summary["samples"]) == (3, k)
     assert summary["extruded_length"] == pytest.approx(12.0)
     assert summary["travel_length"] == pytest.approx(0.04)
-    assert summary["duration"] == found.time[-1]
+    assert summary["duration"] == found.law.time[-1]
     assert summary["min_tension"] == found.statics.lines.lowest_tension.min()
     assert summary["max_tension"] == found.statics.lines.highest_tension.max()
     assert summary["max_error_uncompensated"] == found.error_uncompensated.max()
 
 
 def test_cable_speed_is_at_least_the_mean_over_each_step(found: Check) -> None:
-    mean = np.abs(np.diff(found.lengths, axis=0)) / np.diff(found.time)[:, None]
-    assert (found.statics.lines.speed[1:] >= mean - 1e-12).all()
-    assert found.statics.lines.speed.max() <= found.samples.speed_limit.max()
+    mean = np.abs(np.diff(found.lengths, axis=0)) / np.diff(found.law.time)[:, None]
+    assert (found.statics.lines.winch_speed[1:] >= mean - 1e-12).all()
+    assert found.statics.lines.winch_speed.max() <= found.samples.speed_limit.max()
 
 
 def test_a_yes_has_findings_without_violations(found: Check) -> None:
@@ -152,7 +152,7 @@ def test_a_winch_too_slow(job_file) -> None:
     no = check(robot.model_copy(update={"lines": slow}), load_job(job_file))
     assert not no.feasible
     assert no.findings[0].limit == "winch speed"
-    assert no.findings[0].margin == pytest.approx(0.05 - no.statics.lines.speed.max())
+    assert no.findings[0].margin == pytest.approx(0.05 - no.statics.lines.winch_speed.max())
 
 
 @pytest.mark.parametrize("origin", [(0.0, 5.5, 1.0), (3.2, 0.0, 1.0)])
@@ -182,7 +182,7 @@ def test_a_sample_inside_a_sheave_is_an_answer(inside_sheave: Check) -> None:
 def test_a_sample_without_a_solution_has_no_numbers(inside_sheave: Check) -> None:
     bad = inside_sheave.codes == list(Status).index(Status.INSIDE_SHEAVE)
     assert np.isnan(inside_sheave.statics.compensated[bad]).all()
-    for name in ("lengths", "tensions", "lowest_tension", "highest_tension", "torque"):
+    for name in ("cable_length", "tensions", "lowest_tension", "highest_tension", "winch_torque"):
         assert np.isnan(arrays(inside_sheave)[name][bad]).all(), name
     assert np.isfinite(inside_sheave.lengths[inside_sheave.codes == 0]).all()
 

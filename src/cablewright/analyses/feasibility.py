@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,16 +55,16 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class LineQuantities:
-    """What the limits speak of, (k, m) each; NaN where a quantity has no value. SI."""
+    """What limits bound, (k, m) each; NaN where a quantity has no value. SI."""
 
-    lowest_tension: Array
-    highest_tension: Array
-    lengths: Array
-    swing: Array
-    lever: Array
-    speed: Array
-    torque: Array
-    clearance: Array
+    lowest_tension: Array  # along the line
+    highest_tension: Array  # along the line
+    cable_length: Array  # unstrained, from winch exit to platform
+    swing: Array  # azimuth of the sheave from where its mounting faces
+    lever: Array  # angle above the horizontal
+    winch_speed: Array  # of the cable
+    winch_torque: Array  # at the drum
+    sheave_clearance: Array
 
     @classmethod
     def of(cls, rows: Equilibrium) -> LineQuantities:
@@ -76,13 +77,16 @@ class LineQuantities:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the hardware: its name, the unit and values (k, m) of what it bounds, and what a line allows of it."""
+    """A limit of the hardware on the quantity of the same name of each line."""
 
     name: str
     unit: str
-    values: Callable[[LineQuantities], Array]
     bounds: Callable[[Line], Bounds]  # lowest and highest, or None where the line has no such limit
     why: str  # what it is for, in the words of a report
+
+    def values(self, lines: LineQuantities) -> Array:
+        """What is bounded, (k, m)."""
+        return np.asarray(getattr(lines, self.name.replace(" ", "_")))
 
     def allowed(self, lines: Sequence[Line]) -> Array:
         """Lowest and highest value of each line, (m, 2); infinite where it has no such limit."""
@@ -98,63 +102,29 @@ def _swing(line: Line) -> Bounds:
     return None if swing is None else (-swing, swing)
 
 
-LIMITS = (
+def _lever(line: Line) -> Bounds:
+    return getattr(line.sheave, "lever_range", None)
+
+
+LIMITS: Final = (
     Limit(
         "lowest tension",
         "N",
-        lambda lines: lines.lowest_tension,
         lambda line: (line.tension_limits[0], np.inf),
         "below it a line hangs loose and no longer holds the platform",
     ),
     Limit(
         "highest tension",
         "N",
-        lambda lines: lines.highest_tension,
         lambda line: _up_to(line.tension_limits[1]),
         "above it cable, winch or mounting may be overloaded",
     ),
-    Limit(
-        "cable length",
-        "m",
-        lambda lines: lines.lengths,
-        lambda line: _up_to(line.winch.capacity),
-        "more than that the drum does not hold",
-    ),
-    Limit(
-        "swing",
-        "rad",
-        lambda lines: lines.swing,
-        _swing,
-        "beyond it the sheave turns against its stop and the cable may leave the groove",
-    ),
-    Limit(
-        "lever",
-        "rad",
-        lambda lines: lines.lever,
-        lambda line: getattr(line.sheave, "lever_range", None),
-        "beyond it the lever runs against its stop",
-    ),
-    Limit(
-        "winch speed",
-        "m/s",
-        lambda lines: lines.speed,
-        lambda line: _up_to(line.winch.max_speed),
-        "faster than that the winch cannot wind",
-    ),
-    Limit(
-        "winch torque",
-        "N m",
-        lambda lines: lines.torque,
-        lambda line: _up_to(line.winch.max_torque),
-        "more than that the winch cannot hold",
-    ),
-    Limit(
-        "sheave clearance",
-        "m",
-        lambda lines: lines.clearance,
-        lambda _line: (0.0, np.inf),
-        "below it the platform may touch a sheave or its lever",
-    ),
+    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "more than that the drum does not hold"),
+    Limit("swing", "rad", _swing, "beyond it the sheave turns against its stop and the cable may leave the groove"),
+    Limit("lever", "rad", _lever, "beyond it the lever runs against its stop"),
+    Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "faster than that the winch cannot wind"),
+    Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "more than that the winch cannot hold"),
+    Limit("sheave clearance", "m", lambda _line: (0.0, np.inf), "below it the platform may touch sheave or lever"),
 )
 _FRAME = {f"frame, {axis}": "beyond it the platform leaves the space it may be in" for axis in "xyz"}
 _WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME

@@ -96,17 +96,7 @@ class Check:
     @property
     def lengths(self) -> Array:
         """(k, m) m, compensated: what the winches should pay out."""
-        return self.statics.lines.lengths
-
-    @property
-    def time(self) -> Array:
-        """(k,) s, when each sample is reached."""
-        return self.law.time
-
-    @property
-    def speed(self) -> Array:
-        """(k,) m/s, of the platform."""
-        return self.law.speed
+        return self.statics.lines.cable_length
 
     @cached_property
     def error_uncompensated(self) -> Array:
@@ -157,8 +147,8 @@ class Check:
             "max_error_compensated": _extreme(np.nanmax, self.error_compensated),
             "max_turn_uncompensated": _extreme(np.nanmax, self.turn_uncompensated),
             "max_turn_compensated": _extreme(np.nanmax, self.turn_compensated),
-            "max_winch_speed": _extreme(np.nanmax, self.statics.lines.speed),
-            "max_winch_torque": _extreme(np.nanmax, self.statics.lines.torque),
+            "max_winch_speed": _extreme(np.nanmax, self.statics.lines.winch_speed),
+            "max_winch_torque": _extreme(np.nanmax, self.statics.lines.winch_torque),
             "findings": [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings],
             "ignored_words": self.unknown,
         }
@@ -198,7 +188,7 @@ def check(
         robot = robot.limited(full.tension_limits)
     poses, retraction = along(robot, job, samples)
     solved = _solve(full, poses, retraction, report)
-    lines = replace(solved.lines, speed=_cable_speed(solved.lines.lengths, samples, law))
+    lines = replace(solved.lines, winch_speed=_cable_speed(solved.lines.cable_length, samples, law))
     findings = judge(robot, poses[:, :3], solved.codes, solved.violations, lines)
     found = Check(
         robot=robot,

@@ -120,7 +120,7 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     whole = [field.name for field in table.schema if field.name not in floats]
     with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
         pa.parquet.write_table(table, sink, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats)
-    columns = {"time": np.round(check.time, 6)}
+    columns = {"time": np.round(check.law.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
     inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
@@ -204,8 +204,8 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     """One row per sample, one column per quantity and line, SI."""
     samples = check.samples
     columns: dict[str, object] = {
-        "time": check.time,
-        "speed": check.speed,
+        "time": check.law.time,
+        "speed": check.law.speed,
         "distance": samples.distance,
         "layer": samples.layer,
         "gcode_line": samples.line,
@@ -221,20 +221,12 @@ def _table(check: Check, names: list[str]) -> pa.Table:
         columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
     if check.robot.n == 6:
         columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
-        columns |= {
-            "turned_uncompensated": check.turn_uncompensated,
-            "turned_compensated": check.turn_compensated,
-        }
+        columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
     if check.retraction is not None:
         columns["retraction"] = check.retraction
-    for quantity, values in (
-        ("rigid_lengths", check.statics.rigid_lengths),
-        ("lengths", check.lengths),
-        ("tensions", check.statics.tensions),
-        ("cable_speed", check.statics.lines.speed),
-        ("torque", check.statics.lines.torque),
-        ("swing", check.statics.lines.swing),
-        ("lever", check.statics.lines.lever),
-    ):
+    statics, lines = check.statics, check.statics.lines
+    by_line = {"rigid_lengths": statics.rigid_lengths, "lengths": check.lengths, "tensions": statics.tensions}
+    by_line |= {"cable_speed": lines.winch_speed, "torque": lines.winch_torque}
+    for quantity, values in (by_line | {"swing": lines.swing, "lever": lines.lever}).items():
         columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}
     return pa.table(columns)

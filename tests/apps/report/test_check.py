@@ -24,7 +24,8 @@ from apps.report.synthetic import (
 from cablewright.apps.report.check import write
 from cablewright.robot import load
 
-SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension", "lengths")
+SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")
+SOLVED += ("cable_length", "winch_speed")
 PICTURES = {"plan.png", "path-3d.png", "tensions.png", "error-height.png", "limits.png"}
 
 
@@ -149,7 +150,7 @@ def test_known_winches_are_not_said_to_be_unknown(tmp_path, folder):
 
 def test_nothing_solved(small, folder):
     check, layers = small
-    lost = {name: np.full_like(arrays_of(check)[name], np.nan) for name in (*SOLVED, "speed")}
+    lost = {name: np.full_like(arrays_of(check)[name], np.nan) for name in SOLVED}
     check = changed(check, lost | {"codes": np.ones_like(check.codes)}, feasible=False)
     text = told(page_of((check, layers), folder))
     assert "samples: the solver did not converge." in text
@@ -161,7 +162,7 @@ def test_nothing_solved(small, folder):
 def test_half_of_it_solved(small, folder):
     check, layers = small
     gone = np.arange(len(check.samples)) % 2 == 0
-    holed = {name: np.where(gone[:, None], np.nan, arrays_of(check)[name]) for name in (*SOLVED, "speed")}
+    holed = {name: np.where(gone[:, None], np.nan, arrays_of(check)[name]) for name in SOLVED}
     check = changed(check, holed | {"codes": np.where(gone, 7, 0)}, feasible=False)
     text = told(page_of((check, layers), folder))
     assert f"At {gone.sum()} of {len(gone)} samples: no tensions within the limits balance the load." in text

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple, Self, TypedDict
 
 import numpy as np
@@ -153,13 +154,8 @@ class AccuracyQuestion:
         ok = codes == 0
         if not ok.any():
             raise AnswerError(_refusal(held, codes))
-        problem = SpreadProblem(
-            reached.equilibria,
-            lengths[ok],
-            held.pose[ok],
-            self.ranges,
-            lambda done, total: self.progress("solving", done, total),
-        )
+        report = partial(self.progress, "solving")
+        problem = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges, report)
         return Accuracy(
             robot=self.model.robot,
             ranges=self.ranges,

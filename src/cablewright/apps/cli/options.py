@@ -20,7 +20,6 @@ __all__ = [
     "AsJson",
     "Box",
     "Cable",
-    "Command",
     "Count",
     "Criterion",
     "Geometric",
@@ -115,16 +114,12 @@ Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="W
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
 
 
-class Command(Protocol):
-    """A command whose arguments and options are the fields of a dataclass; its docstring is the help."""
-
-    def run(self) -> int:
-        """Do it, and return 0 or 1."""
-        ...
+class _Command(Protocol):
+    def run(self) -> int: ...
 
 
-def command(asked: type[Command]) -> Callable[..., int]:
-    """The function that Typer takes for a command: it has the fields of *asked* as parameters."""
+def command(asked: type[_Command]) -> Callable[..., int]:
+    """The command whose arguments and options are the fields of a dataclass, and whose help is its docstring."""
 
     @wraps(asked)
     def run(**given: Any) -> int:

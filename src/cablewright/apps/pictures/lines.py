@@ -59,7 +59,7 @@ def tensions(digest: Digest) -> Figure | None:
     grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     starts = digest.stretches
     unit, seconds = _time_unit(check.law.duration)
-    time = np.append(check.time[starts], check.law.duration) / seconds
+    time = np.append(check.law.time[starts], check.law.duration) / seconds
     low = np.fmin.reduceat(check.statics.lines.lowest_tension, starts)
     middle = band(check.statics.tensions, starts).middle
     high = np.fmax.reduceat(check.statics.lines.highest_tension, starts)

@@ -90,26 +90,14 @@ def _key_figures(digest: Digest) -> Iterator[tuple[str, str, str]]:
     yield "extruded length", quantity(check.samples.extruded_length, "m"), ""
     yield "duration", duration(check.law.duration), ""
     yield f"error {COMPENSATIONS['none'].words}", largest(check.error_uncompensated), f"largest; median {middle}"
-    yield (
-        f"error {COMPENSATIONS['full'].words}",
-        largest(check.error_compensated),
-        "largest, of the model itself",
-    )
+    yield f"error {COMPENSATIONS['full'].words}", largest(check.error_compensated), "largest, of the model itself"
     yield f"error {COMPENSATIONS['elastic'].words}", largest(check.error_elastic_only), "largest"
     if check.robot.n == 6:
-        yield (
-            "turn without compensation",
-            quantity(extreme(check.turn_uncompensated, highest=True), "rad"),
-            "largest",
-        )
+        yield "turn without compensation", quantity(extreme(check.turn_uncompensated, highest=True), "rad"), "largest"
     yield "lowest tension", quantity(extreme(lines.lowest_tension, highest=False), "N"), ""
     yield "highest tension", quantity(extreme(lines.highest_tension, highest=True), "N"), ""
-    yield (
-        "highest winch speed",
-        quantity(extreme(np.abs(lines.speed), highest=True), "m/s"),
-        "of the cable",
-    )
-    torque = extreme(lines.torque, highest=True)
+    yield "highest winch speed", quantity(extreme(lines.winch_speed, highest=True), "m/s"), "of the cable"
+    torque = extreme(lines.winch_torque, highest=True)
     note = "the robot file gives no drum radius" if np.isnan(torque) else "at the drum"
     yield "highest winch torque", quantity(torque, "N m"), note
 

@@ -40,26 +40,12 @@ def _row(digest: Digest, finding: Finding) -> tuple[str, ...]:
     total = len(digest.check.samples)
     share = f" ({_percent(finding.violations / total)})" if finding.violations else ""
     outside = count(finding.violations) + share
+    where = (_place(digest, finding), outside)
     if not finding.unit:  # no number to compare: the statics have no answer there
         words = element("span", "no solution", class_="mark no")
-        return (
-            join([words, element("small", finding.limit)]),
-            _line(finding),
-            "",
-            "",
-            "",
-            _place(digest, finding),
-            outside,
-        )
-    return (
-        _limit(finding),
-        _line(finding),
-        _margin(finding),
-        quantity(finding.value, finding.unit),
-        allowed_range(*finding.allowed, finding.unit),
-        _place(digest, finding),
-        outside,
-    )
+        return (join([words, element("small", finding.limit)]), _line(finding), "", "", "", *where)
+    value, allowed = quantity(finding.value, finding.unit), allowed_range(*finding.allowed, finding.unit)
+    return (_limit(finding), _line(finding), _margin(finding), value, allowed, *where)
 
 
 def _limit(finding: Finding) -> Html:
@@ -89,7 +75,7 @@ def _place(digest: Digest, finding: Finding) -> Html:
     return join(
         [
             element("span", first, class_="keep"),
-            element("small", f"at ({x}, {y}, {z}) m, after {duration(float(digest.check.time[at]))}"),
+            element("small", f"at ({x}, {y}, {z}) m, after {duration(float(digest.check.law.time[at]))}"),
         ]
     )
 

@@ -26,8 +26,8 @@ def line_table(digest: Digest) -> Html:
         ("highest tension", _written(np.fmax.reduce(used.highest_tension, axis=0), "N")),
         ("allowed tension", [allowed_range(*line.tension_limits, "N") for line in lines]),
         ("greatest length", _written(np.fmax.reduce(check.lengths, axis=0), "m")),
-        ("highest speed", _written(np.fmax.reduce(np.abs(used.speed), axis=0), "m/s")),
-        ("highest torque", _written(np.fmax.reduce(used.torque, axis=0), "N m")),
+        ("highest speed", _written(np.fmax.reduce(np.abs(used.winch_speed), axis=0), "m/s")),
+        ("highest torque", _written(np.fmax.reduce(used.winch_torque, axis=0), "N m")),
         ("swing", _ranges(used.swing)),
         ("lever", _ranges(used.lever)),
     ]
@@ -40,7 +40,7 @@ def unknowns(digest: Digest) -> list[str]:
     """Return what could not be judged, and what in the robot file is missing for it."""
     check, robot = digest.check, digest.check.robot
     told = []
-    if np.isnan(check.statics.lines.torque).all():
+    if np.isnan(check.statics.lines.winch_torque).all():
         told.append("Winch torque is not known: the robot file gives no drum radius.")
     elif not _gives(robot, "winch", "max_torque"):
         told.append("Winch torque has no limit to be judged by: the robot file gives no max_torque.")
