@@ -57,7 +57,7 @@ def pack_rows(
         lines[:, :, layout.PREFERRED] = preferred
     if exit_points is not None:
         lines[:, :, layout.EXIT_X : layout.EXIT_Z + 1] = exit_points
-    if retraction is not None:
+    if retraction is not None and len(retraction):
         _retract(robot, lines, retraction)
     return Packed(packed.freedoms, lines, np.repeat(packed.platform[None], rows, axis=0))
 
