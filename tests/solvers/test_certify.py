@@ -104,7 +104,7 @@ class Exact:
 
     def _state(self, i: int) -> LineState:
         phi, tau, free, *rest = self.states[i]
-        upright = -self.row.column(layout.SIDE)[i] * mp.pi / 2
+        upright = -self.row.lines.side[i] * mp.pi / 2
         dead, psi, beta = [*rest, *[mpf(0), upright, mpf(0)][len(rest) :]]
         return LineState(mp.exp(tau), phi, free, psi, dead, beta)
 
@@ -198,7 +198,7 @@ def disturbed(held: Equilibrium, what: str, size: float, rng: np.random.Generato
         pose[each, rng.integers(0, held.model.n, rows)] += by
     else:
         line = rng.integers(0, held.model.m, rows)
-        count = held.column(layout.UNKNOWNS)[0, line].astype(int)
+        count = held.lines.unknowns[0, line].astype(int)
         at = (rng.random(rows) * count).astype(int)
         at[(count == 5) & (at == 4)] = layout.PSI
         states[each, line, at] += by

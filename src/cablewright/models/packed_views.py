@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +30,11 @@ class _Columns:
         self._index = (..., columns)
         self.__doc__ = meaning
 
-    def __get__(self, view: _View | None, owner: type[_View]) -> Any:
+    @overload
+    def __get__(self, view: None, owner: type[_View]) -> Self: ...
+    @overload
+    def __get__(self, view: _View, owner: type[_View]) -> Array: ...
+    def __get__(self, view: _View | None, owner: type[_View]) -> Self | Array:
         return self if view is None else view.array[self._index][()]
 
     def __set__(self, view: _View, value: ArrayLike) -> None:
@@ -66,14 +70,14 @@ class LineNumbers(_View):
     preferred_tension = _Columns(layout.PREFERRED, "Tension that the inverse problem stays near to, N.")
 
     @property
-    def has_dead_span(self) -> Any:
+    def has_dead_span(self) -> NDArray[np.bool_]:
         """(...) bool: whether the span between winch and sheave is modelled."""
         return self.unknowns > 3.0
 
     @property
-    def has_lever(self) -> Any:
+    def has_lever(self) -> NDArray[np.bool_]:
         """(...) bool: whether the sheave hangs on the lever of a universal joint."""
-        return self.unknowns == 6.0
+        return self.unknowns > 5.0
 
 
 class LineStates(_View):
@@ -92,7 +96,7 @@ class LineStates(_View):
     angles = _Columns([layout.PHI, layout.PSI, layout.BETA], "All three angles, (..., 3), rad: a copy when read.")
 
     @property
-    def tension(self) -> Any:
+    def tension(self) -> Array:
         """(...) tension at the sheave, N; tiny, not 0, where a massless line is slack."""
         return np.exp(self.log_tension)
 
@@ -104,7 +108,7 @@ class PlatformNumbers(_View):
     weight = _Columns(layout.PLATFORM_WEIGHT, "(...) N.")
     wrench = _Columns(slice(layout.WRENCH, layout.WRENCH + 6), "(..., 6) external force, N, and moment, N m, world.")
     massless = _Columns(
-        layout.MASSLESS, "(...) 1 where a line has no weight, and may be slack without tension; else 0."
+        layout.MASSLESS, "(...) 1 where any line has no weight, so that slack it has no tension; else 0."
     )
 
 

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.pack import pack, pack_rows
+from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 
@@ -41,6 +42,16 @@ class Model:
     def packed(self) -> Packed:
         """The arrays that kernels take. Kept, for to hash a robot takes longer than many a solve."""
         return _packed(self)
+
+    @cached_property
+    def lines(self) -> LineNumbers:
+        """The numbers of the m lines in `packed`, by name."""
+        return LineNumbers(self.packed.lines)
+
+    @cached_property
+    def massless(self) -> bool:
+        """Whether any line has no weight."""
+        return bool((self.lines.weight == 0.0).any())
 
     def rows(
         self,
@@ -138,39 +149,43 @@ class Equilibrium:
     @property
     def tensions(self) -> Array:
         """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
-        massless = self.column(layout.WEIGHT) == 0.0
-        tensions = np.exp(self.states[..., layout.TAU])
-        return np.where(massless & (tensions < 2.0 * batches.SLACK_TENSION), 0.0, tensions)
+        tensions = self.line_states.tension
+        return np.where((self.lines.weight == 0.0) & (tensions < 2.0 * batches.SLACK_TENSION), 0.0, tensions)
 
     @property
     def platform_tensions(self) -> Array:
         """Tension at the platform's end of each line, N."""
-        tensions, phi = self.tensions, self.states[..., layout.PHI]
-        weight = self.column(layout.WEIGHT) * self.states[..., layout.FREE]
+        tensions, phi = self.tensions, self.line_states.free_angle
+        weight = self.lines.weight * self.line_states.free_length
         return np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + weight)
 
     @property
     def winch_tensions(self) -> Array:
         """Tension at the winch exit of each line, N; that at the sheave where the dead span is not modelled."""
-        tensions, psi = self.tensions, self.states[..., layout.PSI]
-        weight = self.column(layout.WEIGHT) * self.states[..., layout.DEAD]
+        tensions, psi = self.tensions, self.line_states.dead_angle
+        weight = self.lines.weight * self.line_states.dead_length
         at_winch = np.hypot(tensions * np.cos(psi), tensions * np.sin(psi) + weight)
-        return np.where(self.column(layout.UNKNOWNS) > 3, at_winch, tensions)
+        return np.where(self.lines.has_dead_span, at_winch, tensions)
 
     @property
     def platform_points(self) -> Array:
         """Where each line is tied to the platform, world, m: (m, 3), or (N, m, 3) of a batch."""
-        return placed(self.pose, self.column(slice(layout.POINT_X, layout.POINT_Z + 1)))
+        return placed(self.pose, self.lines.platform_point)
 
     @property
     def nozzle(self) -> Array:
         """The point that prints, world, m: (3,), or (N, 3) of a batch."""
         return self.model.nozzle(self.pose)
 
-    def column(self, index: int | slice) -> Array:
-        """A column of the packed lines, (m,) for a single equilibrium, (1, m) or (N, m) for a batch."""
-        lines = self.packed.lines[0] if self.code.ndim == 0 else self.packed.lines
-        return np.asarray(lines[..., index])
+    @property
+    def lines(self) -> LineNumbers:
+        """Numbers of the lines as they were solved, by name: (m,) each, or (1, m) or (N, m) for a batch."""
+        return LineNumbers(self.packed.lines[0] if self.code.ndim == 0 else self.packed.lines)
+
+    @property
+    def line_states(self) -> LineStates:
+        """`states` by name: (m,) each, or (N, m) for a batch."""
+        return LineStates(self.states)
 
     def extremes(self) -> tuple[Array, Array]:
         """Smallest and largest tension along each line, N, each shaped as `tensions`."""
@@ -188,12 +203,12 @@ class Equilibrium:
     def margin(self) -> Array:
         """Smallest distance of any line's tension from its limits, N, per row; negative is a violation."""
         low, high = self.extremes()
-        slack = np.minimum(low - self.column(layout.TENSION_MIN), self.column(layout.TENSION_MAX) - high)
+        slack = np.minimum(low - self.lines.tension_min, self.lines.tension_max - high)
         return np.asarray(slack.min(axis=-1))
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
         """Whether every row is solved and its equations hold to *tolerance* (m, and of the platform's weight)."""
-        weight = self.packed.platform[:, layout.PLATFORM_WEIGHT]
+        weight = PlatformNumbers(self.packed.platform).weight
         fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * weight)
         return bool(np.all(self.ok & fits))
 
@@ -216,20 +231,17 @@ class Equilibrium:
     def _worst_line(self) -> str:
         """Which line breaks its limit most, and by how much."""
         low, high = self.extremes()
-        lines = self.packed.lines[0]
         if self.status is Status.OVERSTRETCHED:
-            over = high - lines[:, layout.BREAKING]
+            over = high - self.lines.breaking_load
             worst = int(np.argmax(over))
-            name = self.model.robot.lines[worst].name
-            return (
-                f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {lines[worst, layout.BREAKING]:g} N"
-            )
+            name, most = self.model.robot.lines[worst].name, self.lines.breaking_load[worst]
+            return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {most:g} N"
         if np.isnan(low).any():
             return f"a line would have to push, {float(self.violation):.4g} N out of its limits"
-        under, over = lines[:, layout.TENSION_MIN] - low, high - lines[:, layout.TENSION_MAX]
+        under, over = self.lines.tension_min - low, high - self.lines.tension_max
         worst = int(np.argmax(np.maximum(under, over)))
         name = self.model.robot.lines[worst].name
-        least, most = lines[worst, layout.TENSION_MIN], lines[worst, layout.TENSION_MAX]
+        least, most = self.lines.tension_limits[worst]
         side = f"under its least, {least:g} N" if under[worst] > over[worst] else f"over its most, {most:g} N"
         return f"at best line {name} is {float(self.violation):.4g} N {side}"
 

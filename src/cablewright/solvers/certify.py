@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.arguments import run
@@ -87,7 +87,7 @@ def is_only_one(equilibrium: Equilibrium) -> bool:
     Theorem 1 of `docs/theory/uniqueness.md`: a point load on eyelets, no dead span modelled, cables that weigh and
     stretch.
     """
-    free = equilibrium.lengths - equilibrium.column(layout.DEAD_LENGTH)
-    plain = (equilibrium.column(layout.UNKNOWNS) == 3) & (equilibrium.column(layout.RADIUS) == 0.0)
-    real = (equilibrium.column(layout.WEIGHT) > 0.0) & (equilibrium.column(layout.FREE_COMPLIANCE) > 0.0)
-    return bool(equilibrium.model.n == 3 and plain.all() and real.all() and (free > 0.0).all())
+    lines = equilibrium.lines
+    plain = ~lines.has_dead_span & (lines.radius == 0.0) & (equilibrium.lengths > lines.dead_length)
+    real = (lines.weight > 0.0) & (lines.free_compliance > 0.0)
+    return bool(equilibrium.model.n == 3 and plain.all() and real.all())

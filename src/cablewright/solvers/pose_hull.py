@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import is_slack
@@ -150,7 +149,7 @@ def _nothing(equilibrium: Equilibrium, leaves: int, tests: int, reason: str) -> 
 def _self_stress(equilibrium: Equilibrium) -> Array:
     """Directions (m - n, m) of lengths in which tensions change and the pose hardly does, orthonormal."""
     points = equilibrium.platform_points
-    chords = points - equilibrium.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    chords = points - equilibrium.lines.exit_point
     ways = chords / np.linalg.norm(chords, axis=1)[:, None]
     if equilibrium.model.n == 6:
         ways = np.concatenate([ways, np.cross(points - equilibrium.pose[:3], ways)], axis=1)

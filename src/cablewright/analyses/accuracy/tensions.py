@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.spread import Method, SpreadProblem
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
@@ -95,5 +94,4 @@ def _free_directions(held: Equilibrium) -> Array:
 
 def _widest(model: Model) -> float:
     """More than tensions within the limits can differ by, N."""
-    lines = model.packed.lines
-    return float(np.linalg.norm(lines[:, layout.TENSION_MAX] - lines[:, layout.TENSION_MIN]))
+    return float(np.linalg.norm(model.lines.tension_max - model.lines.tension_min))

@@ -181,7 +181,6 @@ def forward(
 
 def _certified(found: Equilibrium) -> dict[str, Any]:
     """Whether an equilibrium is certified, and what its certificate says."""
-    from cablewright.kernels.layout import UNKNOWNS
     from cablewright.solvers.certify import certify, is_only_one
 
     proof = certify(found)
@@ -190,7 +189,7 @@ def _certified(found: Equilibrium) -> dict[str, Any]:
     certificate = {
         "bound": proof.bound,
         "box": proof.box,
-        "levers": levers if (found.column(UNKNOWNS) == 6).any() else None,
+        "levers": levers if found.lines.has_lever.any() else None,
         "unique": ("globally" if is_only_one(found) else "locally") if certified else None,
         "reason": proof.reason(),
     }
