@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
-from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack, pack_rows
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.models.rotation import placed
@@ -32,6 +32,35 @@ class Model:
     robot: Robot
     fidelity: Fidelity = FULL
     tension_limits: tuple[float, float] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot | Model,
+        *,
+        cable: CableLaw | str | None = None,
+        sheave: SheaveLaw | str | None = None,
+        tension_limits: tuple[float, float] | None = None,
+        default: CableLaw = CableLaw.CATENARY,
+    ) -> Model:
+        """Return the model that a public function works with: a robot under the laws asked for, or a model as it is.
+
+        Cables follow *default* where no *cable* law is asked for. Raises `UnknownName` for another law, `InputError`
+        for an option that contradicts the model, and for what is neither a robot nor a model.
+        """
+        if isinstance(robot, Robot):
+            return cls(robot, Fidelity.of(default if cable is None else cable, sheave), tension_limits)
+        if not isinstance(robot, Model):
+            raise InputError(
+                f"robot = {robot!r:.60}: a Robot or a Model is wanted, as `load` makes one of a name or file"
+            )
+        has = (robot.fidelity.cable, robot.fidelity.sheave, robot.tension_limits)
+        asked = (cable, sheave, None if tension_limits is None else _limits(tension_limits))
+        Fidelity.of(cable or default, sheave)
+        for name, given, own in zip(("cable", "sheave", "tension_limits"), asked, has, strict=True):
+            if given is not None and given != own:
+                raise InputError(f"{name} = {given}: the model has {own or 'none'}; leave it out, or pass the robot")
+        return robot
 
     def __post_init__(self) -> None:
         """Refuse limits that do not rise."""

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
-from cablewright.models.fidelity import Fidelity
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model, rows_of
 from cablewright.robot import Robot
@@ -18,12 +18,12 @@ __all__ = ["forward", "solve_again", "solve_forward", "solve_from"]
 
 
 def forward(
-    robot: Robot,
+    robot: Robot | Model,
     lengths: ArrayLike,
     *,
     guess: ArrayLike | None = None,
-    cable: str = "catenary",
-    sheave: str | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
     modulus_factors: ArrayLike | None = None,
     retraction: ArrayLike | None = None,
 ) -> Equilibrium:
@@ -36,7 +36,7 @@ def forward(
     breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
     positive, and for rigid cables, whose tensions no lengths decide.
     """
-    model = Model(robot, Fidelity.of(cable, sheave))
+    model = Model.of(robot, cable=cable, sheave=sheave)
     return solve_forward(model, lengths, guess=guess, modulus_factors=modulus_factors, retraction=retraction)
 
 
