@@ -110,7 +110,7 @@ class Interference:
         """One row of a batch, as a batch of one."""
         some = slice(row, row + 1)
         arrays = self.margins[some], self.bounds[some], self.pairs[some], self.places[some]
-        held = self.equilibrium if self.equilibrium.code.ndim == 0 else self.equilibrium[some]
+        held = self.equilibrium if self.equilibrium.single else self.equilibrium[some]
         return Interference(held, self.settings, self.part, *arrays)
 
     def curves(self, row: int = 0) -> list[Array]:

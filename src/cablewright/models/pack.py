@@ -62,7 +62,7 @@ def pack_rows(
         lines.preferred_tension = preferred
     if exit_points is not None:
         lines.exit_point = exit_points
-    if retraction is not None:
+    if retraction is not None and len(retraction):
         _retract(robot, lines, retraction)
     return Packed(packed.freedoms, lines.array, np.repeat(packed.platform[None], rows, axis=0))
 

@@ -17,6 +17,7 @@ Behzadipour and Khajepour 2006 for straight lines. Examples and limits: `docs/mo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.stiffness import stiffness_rows
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
+from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 
 __all__ = ["Stiffness", "balanced", "stiffness"]
@@ -39,14 +41,16 @@ ASUNDER = 1e-6
 """Largest residual of its lines' geometry, m."""
 
 
-@dataclass(frozen=True, eq=False)
-class Stiffness:
-    """The parts of the tangent stiffness with lengths held; a leading axis for a batch.
+@dataclass(frozen=True, eq=False, repr=False)
+class Stiffness(Rows):
+    """The parts of the tangent stiffness with lengths held; a leading axis for a batch, as `Rows` tells.
 
     `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation in space, N/m
     and N m/rad; `elastic` is symmetric and has no negative direction. `axial` (m,): each line's stiffness along its
     chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
     """
+
+    SINGLE: ClassVar = ("elastic", 2)
 
     elastic: Array
     geometric: Array
@@ -66,7 +70,7 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
     balance are NaN; a single one raises `AnswerError`. One that balances and is unstable, or out of its tension limits,
     has a stiffness like any other.
     """
-    single = equilibrium.code.ndim == 0
+    single = equilibrium.single
     good = balanced(equilibrium)
     if single and not good:
         raise AnswerError(equilibrium.sentence())
@@ -90,7 +94,7 @@ def balanced(equilibrium: Equilibrium) -> NDArray[np.bool_]:
     """Which rows are equilibria, stable or not, within their limits or not; () for a single one."""
     finite = np.isfinite(equilibrium.states).all(axis=(-2, -1)) & np.isfinite(equilibrium.pose).all(axis=-1)
     forces = PlatformNumbers(equilibrium.packed.platform).weight + equilibrium.tensions.sum(axis=-1)
-    if equilibrium.code.ndim == 0:
+    if equilibrium.single:
         forces = forces[0]
     fits = (equilibrium.residual_norm() <= ASUNDER) & (equilibrium.unbalanced_force() <= UNBALANCED * forces)
     return np.asarray(finite & fits)

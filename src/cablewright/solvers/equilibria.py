@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
+from operator import attrgetter, methodcaller
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +17,7 @@ from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineStates, blank_states
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.results import Figure, Result
 from cablewright.solvers.arguments import as_rows, run
 from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
@@ -45,9 +49,23 @@ FOUND = tuple(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Equilibria:
-    """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibria(Result):
+    """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows.
+
+    It has K as its length and yields each `Equilibrium`.
+    """
+
+    FIGURES: ClassVar = (
+        Figure("robot", "robot", "", "Name of the robot.", attrgetter("solutions.model.robot.name")),
+        Figure("lengths", "length", "m", "Unstrained lengths that all have.", lambda found: found.solutions.lengths[0]),
+        Figure("solutions", "equilibrium", "", "Each equilibrium.", methodcaller("_rows")),
+        Figure("complete", "complete", "", "Whether it is proved that there are no others."),
+        Figure("why", "because", "", "What proves it, or why nothing does."),
+        Figure("undecided_boxes", "undecided", "m", "Where a search decided nothing.", methodcaller("_undecided")),
+        Figure("starts", "starts", "1", "Solves begun."),
+        Figure("outside", "outside", "1", "Equilibria left out because they are outside the box."),
+    )
 
     solutions: Equilibrium
     certificates: Certificate
@@ -63,6 +81,41 @@ class Equilibria:
     def stable(self) -> NDArray[np.bool_]:
         """(K,) which return when pushed: statuses ok and overstretched."""
         return np.isin(self.solutions.code, [Code.OK, Code.OVERSTRETCHED])
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self.solutions)
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        """Each equilibrium."""
+        return iter(self.solutions)
+
+    def __getitem__(self, index: Any) -> Equilibrium:
+        """One equilibrium, or some as a batch."""
+        return self.solutions[index]
+
+    def __repr__(self) -> str:
+        """Of what, and how many, in one line."""
+        proved = "complete" if self.complete else "not proved complete"
+        counts = f"{len(self)} found, {int(self.stable.sum())} stable, {proved}"
+        return f"Equilibria({self.solutions.model.robot.name!r}, {counts})"
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "status": one.status.word,
+                "stable": bool(stable),
+                "pose": one.pose,
+                "tensions": one.tensions,
+                "slack": slack,
+                "certified": proof.certified,
+                "bound": proof.bound,
+            }
+            for one, stable, slack, proof in zip(self, self.stable, self.slack, self.certificates, strict=True)
+        ]
+
+    def _undecided(self) -> list[dict[str, Any]]:
+        return [{"box": box, "why": why} for box, why in zip(self.undecided, self.undecided_why, strict=True)]
 
 
 def equilibria(
@@ -92,11 +145,11 @@ def equilibria(
     every = distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
     inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
     kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
-    if not len(kept.code):
+    if not len(kept):
         elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
-        raise AnswerError(f"no equilibrium was found for these lengths from {len(found.code)} starts{elsewhere}")
+        raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
     complete, why = _completeness(model, kept)
-    return Equilibria(kept, certify(kept), slack_spans(kept), len(found.code), outside, complete, why)
+    return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, complete, why)
 
 
 def _place(pose: Array) -> str:
@@ -179,8 +232,8 @@ def distinct(found: Equilibrium, known: Equilibrium | None = None) -> Equilibriu
     order = np.lexsort((found.pose[:, 2], ~stable))
     every, kept = found, []
     if known is not None:
-        every, kept = _joined([known, found]), list(range(len(known.code)))
-        order = order + len(known.code)
+        every, kept = _joined([known, found]), list(range(len(known)))
+        order = order + len(known)
     for row in order:
         if not any(_same(every, row, other) for other in kept):
             kept.append(int(row))

@@ -10,7 +10,8 @@ from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
-from cablewright.models.statics import Equilibrium, Model, rows_of
+from cablewright.models.rows import rows_of
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 

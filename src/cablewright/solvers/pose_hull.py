@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -120,8 +120,8 @@ def enclose_poses(
 def _errors(equilibrium: Equilibrium, given: ArrayLike) -> Array:
     """Errors of the lengths (m,), checked."""
     equilibrium.model.refuse_rigid()
-    if equilibrium.code.ndim:
-        raise InputError(f"a single equilibrium is wanted; got {len(equilibrium.code)} rows")
+    if not equilibrium.single:
+        raise InputError(f"a single equilibrium is wanted; got {len(equilibrium)} rows")
     equilibrium.checked()
     m = equilibrium.model.m
     try:
@@ -168,16 +168,7 @@ def _sampled(equilibrium: Equilibrium, low: Array, high: Array) -> Array:
         share = np.concatenate([corners, *edges])
     else:
         share = np.random.default_rng(0).integers(0, 2, (SAMPLES, m)).astype(float)
-    rows = Equilibrium(
-        equilibrium.model,
-        equilibrium.packed,
-        equilibrium.pose[None],
-        equilibrium.lengths[None],
-        equilibrium.states[None],
-        np.zeros(1, dtype=np.int64),
-        np.zeros(1),
-        np.zeros(1, dtype=np.int64),
-    )
+    rows = replace(equilibrium[None], code=np.zeros(1, dtype=np.int64))
     solved = solve_again(rows, equilibrium.packed, low + share * (high - low), len(share))
     poses = np.concatenate([equilibrium.pose[None], solved.pose[solved.code == 0]])
     return np.array([poses.min(axis=0), poses.max(axis=0)])

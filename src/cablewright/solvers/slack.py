@@ -72,13 +72,12 @@ def excess_lengths(equilibrium: Equilibrium) -> Array:
 
     NaN where there is no answer, or no tangent: the platform point is inside the sheave.
     """
-    single = equilibrium.code.ndim == 0
-    rows = equilibrium[None] if single else equilibrium
+    rows = equilibrium[None] if equilibrium.single else equilibrium
     planes, _ = planes_and_arms(rows.packed.lines, rows.pose)
     lines = np.broadcast_to(rows.packed.lines, (len(planes), *rows.packed.lines.shape[1:]))
     taut = np.array([taut_lengths(np.array(row), plane) for row, plane in zip(lines, planes, strict=True)])
     excess = rows.lengths - taut.reshape(rows.lengths.shape)
-    return np.asarray(excess[0] if single else excess)
+    return np.asarray(excess[0] if equilibrium.single else excess)
 
 
 def solve_with_slack(model: Model, poses: ArrayLike, excess: Excess) -> Equilibrium:

@@ -65,9 +65,9 @@ def best_tensions(model: Model, pose: Array, ranges: tuple[Range, ...], method: 
         wanted = start.tensions + (centre + width * grid) @ directions
         found = solve_inverse(model, np.repeat(pose[None], len(grid), axis=0), preferred=wanted)
         found = found[found.ok]
-        if not len(found.code):
+        if not len(found):
             break
-        tried += len(found.code)
+        tried += len(found)
         deviations = method(_problem(found, ranges)).max_deviation
         at = int(np.nanargmin(deviations))
         if deviations[at] < best:
