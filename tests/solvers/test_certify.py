@@ -6,18 +6,14 @@ import dataclasses
 import platform
 import re
 from collections.abc import Iterator
-from importlib import import_module
 from itertools import product
-from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from numba.core.types import unliteral
 
 import cases
-from cablewright import kernels
 from cablewright.errors import InputError
 from cablewright.kernels import batches, layout
 from cablewright.kernels.certificates import krawczyk as kernel
@@ -324,11 +320,7 @@ def test_certificates_leave_one_compiled_signature_per_kernel() -> None:
         held = cases.poses(BUILT[name], 1)
         for rows in (1, 100):
             assert certify(solve_forward(BUILT[name], np.repeat(held.lengths, rows, axis=0))).certified.all()
-    for path in Path(kernels.__file__).parent.glob("[!_]*.py"):
-        for each in vars(import_module(f"cablewright.kernels.{path.stem}")).values():
-            if hasattr(each, "signatures"):
-                kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
-                assert len(kinds) <= 1, f"{each.__name__}: {kinds}"
+    cases.assert_one_signature_per_kernel()
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the mnemonics of x86")
