@@ -33,9 +33,7 @@ class Rows:
     def __len__(self) -> int:
         """How many rows a batch has. Raises `TypeError` for one answer."""
         if self.single:
-            raise TypeError(
-                f"a single {type(self).__name__} has no length and is neither true nor false; a batch has rows"
-            )
+            raise TypeError(f"a single {type(self).__name__} has no length, and is neither true nor false")
         return len(getattr(self, self.SINGLE[0]))
 
     def __iter__(self) -> Iterator[Self]:
