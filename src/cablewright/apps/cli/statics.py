@@ -185,7 +185,8 @@ def _certified(found: Equilibrium) -> dict[str, Any]:
     proof = certify(found)
     only = ("globally" if is_only_one(found) else "locally") if proof.certified else None
     levers = {} if found.lines.has_lever.any() else {"levers": None}
-    return {"certified": proof.certified, "certificate": proof.to_dict() | levers | {"unique": only}}
+    certificate = proof.to_dict() | levers | {"unique": only}
+    return {"certified": certificate.pop("certified"), "certificate": certificate}
 
 
 def _pose_box(found: Equilibrium, length_error: str, budget: int | None) -> dict[str, Any]:
