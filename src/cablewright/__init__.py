@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
+    from cablewright.analyses.interference import Interference, InterferenceSettings
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     )
     from cablewright.studies.accuracy_at_pose import accuracy_at
     from cablewright.studies.check import Check, check
+    from cablewright.studies.interference import JobInterference, interference
 
 __all__ = [
     "AnswerError",
@@ -45,7 +47,10 @@ __all__ = [
     "Fidelity",
     "FirstOrder",
     "InputError",
+    "Interference",
+    "InterferenceSettings",
     "Job",
+    "JobInterference",
     "Linearisation",
     "Model",
     "MonteCarlo",
@@ -65,6 +70,7 @@ __all__ = [
     "check",
     "equilibria",
     "forward",
+    "interference",
     "inverse",
     "library_names",
     "linearise",
@@ -90,6 +96,8 @@ _HOMES = {
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
     "solvers.continuation": ("Tracker", "TrackerSettings"),
+    "analyses.interference": ("Interference", "InterferenceSettings"),
+    "studies.interference": ("JobInterference", "interference"),
     "studies.accuracy": (
         "accuracy_over",
         "accuracy_over_job",

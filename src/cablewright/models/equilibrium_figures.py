@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import attrgetter, methodcaller
 from typing import Any
 
 from cablewright.results import Figure
@@ -16,18 +15,18 @@ def _word(found: Any) -> str | list[str]:
 
 
 FIGURES = (
-    Figure("status", "status", "", "What became of the solve.", _word),
-    Figure("robot", "robot", "", "Name of the robot.", attrgetter("model.robot.name")),
-    Figure("cable", "cable", "", "Cable law.", attrgetter("model.fidelity.cable")),
-    Figure("sheave", "sheave", "", "Sheave law; none where sheaves are as built.", attrgetter("model.fidelity.sheave")),
-    Figure("pose", "pose", "m, rad", "Position and, of a body, rotation vector of the platform."),
-    Figure("nozzle", "nozzle", "m", "Position of the point that prints."),
-    Figure("lengths", "length", "m", "Unstrained lengths from winch exit to platform."),
-    Figure("tensions", "tension", "N", "Tensions at the sheaves."),
-    Figure("platform_tensions", "at platform", "N", "Tensions at the platform."),
-    Figure("winch_tensions", "at winch", "N", "Tensions at the winches."),
-    Figure("residual", "residual", "m", "Largest residual of the geometry.", methodcaller("residual_norm")),
-    Figure("unbalanced_force", "unbalanced", "N", "Largest unbalanced force.", methodcaller("unbalanced_force")),
-    Figure("margin", "margin", "N", "Smallest distance of a tension from its limits.", methodcaller("margin")),
-    Figure("violation", "violation", "N", "How far an inverse solution breaks the limits; 0 of a forward one."),
+    Figure("status", "", "What became of the solve.", _word),
+    Figure("robot", "", "Name of the robot.", "model.robot.name"),
+    Figure("cable", "", "Cable law.", "model.fidelity.cable"),
+    Figure("sheave", "", "Sheave law; none where sheaves are as built.", "model.fidelity.sheave"),
+    Figure("pose", "m, rad", "Position and, of a body, rotation vector of the platform."),
+    Figure("nozzle", "m", "Position of the point that prints."),
+    Figure("lengths", "m", "Unstrained lengths from winch exit to platform."),
+    Figure("tensions", "N", "Tensions at the sheaves."),
+    Figure("platform_tensions", "N", "Tensions at the platform."),
+    Figure("winch_tensions", "N", "Tensions at the winches."),
+    Figure("residual", "m", "Largest residual of the geometry.", "residual_norm"),
+    Figure("unbalanced_force", "N", "Largest unbalanced force on the platform."),
+    Figure("margin", "N", "Smallest distance of a tension from its limits; negative where one is broken."),
+    Figure("violation", "N", "How far an inverse solution breaks the limits; 0 of a forward one."),
 )

@@ -16,7 +16,7 @@ from cablewright.kernels import is_compiled
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
 
-__all__ = ["as_poses", "as_rows", "of_rows", "run", "silent", "to_rows"]
+__all__ = ["as_poses", "as_rows", "of_rows", "run", "to_rows"]
 
 log = logging.getLogger(__name__)
 
@@ -118,10 +118,6 @@ def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> NDArra
     if len(given) not in (1, rows):
         raise InputError(f"{what}: one number, or {rows} as there are rows; got {len(given)}")
     return np.broadcast_to(given[:, 0], rows).copy()
-
-
-def silent(_stage: str, _done: int, _total: int) -> None:
-    """The progress of whoever asked for none."""
 
 
 @cache

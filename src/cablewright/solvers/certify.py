@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from operator import methodcaller
 from typing import Any, ClassVar
 
 import numpy as np
@@ -48,11 +47,11 @@ class Certificate(Rows, Result):
     """
 
     FIGURES: ClassVar = (
-        Figure("certified", "certified", "", "Whether exactly one equilibrium is near, within the tolerance."),
-        Figure("bound", "bound", "m, rad", "How far the equilibrium may be from the pose."),
-        Figure("box", "box", "m, rad", "How far from the pose there is no other."),
-        Figure("levers", "levers", "", "Whether all return when pushed.", lambda own: by_row(LEVERS.get, own.levers)),
-        Figure("reason", "reason", "", "Why it holds, or does not.", methodcaller("reason")),
+        Figure("certified", "", "Whether exactly one equilibrium is near, within the tolerance."),
+        Figure("bound", "m, rad", "How far the equilibrium may be from the pose."),
+        Figure("box", "m, rad", "How far from the pose there is no other."),
+        Figure("levers", "", "Whether every lever returns when pushed.", lambda own: by_row(LEVERS.get, own.levers)),
+        Figure("reason", "", "Why it holds, or does not."),
     )
 
     code: NDArray[np.int64]  # ()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from operator import attrgetter, methodcaller
 from typing import Any, ClassVar
 
 import numpy as np
@@ -57,14 +56,14 @@ class Equilibria(Result):
     """
 
     FIGURES: ClassVar = (
-        Figure("robot", "robot", "", "Name of the robot.", attrgetter("solutions.model.robot.name")),
-        Figure("lengths", "length", "m", "Unstrained lengths that all have.", lambda found: found.solutions.lengths[0]),
-        Figure("solutions", "equilibrium", "", "Each equilibrium.", methodcaller("_rows")),
-        Figure("complete", "complete", "", "Whether it is proved that there are no others."),
-        Figure("why", "because", "", "What proves it, or why nothing does."),
-        Figure("undecided_boxes", "undecided", "m", "Where a search decided nothing.", methodcaller("_undecided")),
-        Figure("starts", "starts", "1", "Solves begun."),
-        Figure("outside", "outside", "1", "Equilibria left out because they are outside the box."),
+        Figure("robot", "", "Name of the robot.", "solutions.model.robot.name"),
+        Figure("lengths", "m", "Unstrained lengths that all have.", lambda found: found.solutions.lengths[0]),
+        Figure("solutions", "", "Each equilibrium.", "_rows"),
+        Figure("complete", "", "Whether it is proved that there are no others."),
+        Figure("why", "", "What proves it, or why nothing does."),
+        Figure("undecided_boxes", "m", "Boxes of which an exhaustive search decided nothing.", "_undecided"),
+        Figure("starts", "1", "Solves begun."),
+        Figure("outside", "1", "Equilibria left out because they are outside the box."),
     )
 
     solutions: Equilibrium

@@ -9,16 +9,16 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.accuracy.nozzle_error import Accuracy, Progress, accuracy
+from cablewright.analyses.accuracy.nozzle_error import Accuracy, accuracy
 from cablewright.analyses.accuracy.spread import Method
 from cablewright.analyses.workspace.accessible import Accessible, Rule, accessible, sheave_rules
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
-from cablewright.solvers.arguments import silent
 from cablewright.studies.job_poses import along
 
 __all__ = [
@@ -198,7 +198,7 @@ def accuracy_over_job(
 ) -> Study:
     """`accuracy_over`, with its *options*, of the samples of a job's path, held as its schedule has it."""
     report = progress or silent
-    samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
+    samples = job.samples(job.toolpath(report))
     poses, retraction = along(robot, job, samples)
     places = Places("path", samples.positions, samples.distance)
     return accuracy_over(robot, places, ranges, poses=poses, retraction=retraction, progress=progress, **options)

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
-from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, Progress, accuracy
+from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, accuracy
 from cablewright.analyses.accuracy.region import Region, region
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, SpreadProblem, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, of_moduli
 from cablewright.solvers.forward import solve_forward

@@ -5,7 +5,7 @@ Paty 2021, section 2.3: the error when cables are taken as rigid, and the uncert
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,17 +17,16 @@ from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, of_moduli
-from cablewright.solvers.arguments import as_poses, of_rows, silent
+from cablewright.solvers.arguments import as_poses, of_rows
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
 __all__ = ["COMPENSATIONS", "Accuracy", "accuracy", "around", "commanded"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, what is done of it and how much it is in all."""
 
 COMPENSATIONS = {
     "none": Fidelity(CableLaw.RIGID),
@@ -186,10 +185,7 @@ def around(
     nominal[ok] = solved.pose[solved.ok]
     if not ok.any():
         raise AnswerError(_refusal(held, codes))
-    report = progress or silent
-    problem = SpreadProblem(
-        solved[solved.ok], lengths[ok], held.pose[ok], ranges, lambda done, total: report("solving", done, total)
-    )
+    problem = SpreadProblem(solved[solved.ok], lengths[ok], held.pose[ok], ranges, progress or silent)
     spread = _scattered(method(problem), ok)
     return Accuracy(robot, ranges, compensation, method.name, held.pose, lengths, codes, nominal, spread)
 

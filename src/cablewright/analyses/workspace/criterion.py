@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +12,7 @@ from cablewright.analyses.feasibility import broken_limits
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, distribute, wrench_closure
@@ -20,7 +20,6 @@ from cablewright.solvers.tension import Capacity, Distribution, capacity, distri
 __all__ = ["CRITERIA", "POINTS", "Law", "Question", "ask"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 CRITERIA = ("closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static")
 POINTS = ("nozzle", "origin")

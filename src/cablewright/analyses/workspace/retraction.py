@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Law, Progress
+from cablewright.analyses.workspace.criterion import Law
 from cablewright.analyses.workspace.workspace import Workspace, box_of, workspace
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 
 __all__ = ["Retracting", "best_retraction"]
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Law, Progress, Question, ask
+from cablewright.analyses.workspace.criterion import Law, Question, ask
 from cablewright.analyses.workspace.mesh import Mesh
 from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.robot import Robot
 
 __all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]

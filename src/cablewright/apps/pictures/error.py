@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.report.digest import Band, Digest
 
 __all__ = ["error_by_height"]
