@@ -25,7 +25,7 @@ from cablewright.apps.report.check import write
 from cablewright.robot import load
 
 SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")
-SOLVED += ("cable_length", "winch_speed")
+SOLVED += ("lengths", "winch_speed")
 PICTURES = {"plan.png", "path-3d.png", "tensions.png", "error-height.png", "limits.png"}
 
 
