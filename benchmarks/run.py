@@ -27,6 +27,7 @@ from benchmarks import (
     walls,
     workspace,
 )
+from cablewright.file_output import write_whole
 
 RESULTS = Path(__file__).with_name("results.json")
 
@@ -68,9 +69,7 @@ def main() -> None:
     host = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
     host |= {name: version(name) for name in ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")}
     table = {"schema": 1, "machine": host, "rows": [row for each in rows.values() for row in each]}
-    part = RESULTS.with_suffix(".part")
-    part.write_text(json.dumps(table, indent=2, default=float) + "\n")
-    part.replace(RESULTS)
+    write_whole(RESULTS, json.dumps(table, indent=2, default=float).encode() + b"\n")
 
 
 def processor() -> str:

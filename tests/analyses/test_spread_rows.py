@@ -132,7 +132,7 @@ def test_progress_is_told_from_nothing_to_all(method: Method, monkeypatch: pytes
     monkeypatch.setattr(module, "SOLVES", 16)
     told: list[tuple[int, int]] = []
     problem = problem_of(Model(HOUSE), modulus_ranges(HOUSE), 3)
-    method(replace(problem, progress=lambda done, total: told.append((done, total))))
+    method(replace(problem, progress=lambda _, done, total: told.append((done, total))))
     assert told[0] == (0, 3)
     assert told[-1] == (3, 3)
     assert sorted(told) == told

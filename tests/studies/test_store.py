@@ -14,6 +14,7 @@ import pyarrow.parquet
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.file_output import write_whole
 from cablewright.printing.job import load_job
 from cablewright.robot import library_text, load
 from cablewright.studies.check import Check, check
@@ -49,6 +50,13 @@ def test_a_run_that_breaks_leaves_nothing(tmp_path: Path, error: type[BaseExcept
 
     with pytest.raises(EnvironmentFault if error is OSError else error):
         broken_run()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_written_is_named_where_it_was_to_be(tmp_path: Path) -> None:
+    with pytest.raises(EnvironmentFault) as caught, run_folder(tmp_path / "a") as part:
+        write_whole(part / "none" / "file", b"text")
+    assert str(caught.value) == f"{tmp_path / 'a/none/file'}: cannot be written: No such file or directory"
     assert not list(tmp_path.iterdir())
 
 

@@ -15,12 +15,13 @@ from annotated_types import Ge, Le
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cablewright.errors import InputError
-from cablewright.printing.gcode import SHORTEST_ARC_STEP, Progress, Toolpath, parse
+from cablewright.printing.gcode import SHORTEST_ARC_STEP, Toolpath, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.numeric_path import Helix, RandomCurve
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.printing.timing import TimeLaw, time_law
+from cablewright.progress import Progress
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Acceleration, Jerk, Length, Speed
 

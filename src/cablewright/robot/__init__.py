@@ -5,7 +5,8 @@ from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
 from cablewright.robot.line import Line
-from cablewright.robot.parameters import KINDS, Kind, Parameter, nominal, parameters_of
+from cablewright.robot.parameter_values import Kind
+from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, with_value
 from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
@@ -49,4 +50,5 @@ __all__ = [
     "nominal",
     "parameters_of",
     "update",
+    "with_value",
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -16,6 +15,7 @@ from cablewright.kernels.certificates import line_cell
 from cablewright.kernels.certificates.exclusion import Atlases
 from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.progress import Progress
 
 __all__ = ["atlases", "known_of", "refuse_unfit"]
 
@@ -55,7 +55,7 @@ def atlases(
     box: Array,
     view: Array,
     level: int,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Atlases:
     """Atlases of the lines of *found*, (K,) equilibria of *lengths* (m,), which are known for certain.
 
@@ -73,7 +73,7 @@ def atlases(
         for part in pool.map(one, range(len(lengths))):
             done.append(part)
             if progress:
-                progress(len(done), len(lengths))
+                progress("shapes of the lines", len(done), len(lengths))
     leaves = np.concatenate([part[0] for part in done])
     offsets = np.array([0, *np.cumsum([len(part[0]) for part in done])])
     free = np.stack([_free_by_label(part[0]) for part in done])

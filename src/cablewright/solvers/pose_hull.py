@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
@@ -15,13 +14,13 @@ from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.models.statics import Equilibrium
+from cablewright.progress import Progress
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 
 __all__ = ["PoseBox", "enclose_poses"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 BUDGET = 20_000
 """Leaves that a box may take unless told otherwise: some seconds."""

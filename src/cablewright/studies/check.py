@@ -17,16 +17,14 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import silent
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
 
 __all__ = ["Check", "PathStatics", "check"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, what is done of it and how much it is in all."""
 
 BLOCK = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 MET = 1e-6
@@ -182,7 +180,7 @@ def check(
     cannot follow or a G-code file that cannot be used; an infeasible job is an answer, not an error.
     """
     report = progress or silent
-    toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
+    toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     law = job.time_law(samples)
     full = Model(robot, tension_limits=tension_limits)

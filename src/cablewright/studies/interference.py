@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import ClassVar
@@ -32,16 +31,15 @@ from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.stl import StlMesh
+from cablewright.progress import Progress, silent
 from cablewright.results import Figure
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import silent
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
 
 __all__ = ["JobInterference", "interference"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")
@@ -182,7 +180,7 @@ def _over_job(
     model: Model, job: Job, mesh: StlMesh | None, clearance: float, settings: InterferenceSettings, report: Progress
 ) -> JobInterference:
     """Hold the lines against everything at each sample of *job*, the part as far as it is printed by then."""
-    toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
+    toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     poses, retraction = along(model.robot, job, samples)
     if mesh is None:

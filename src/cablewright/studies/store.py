@@ -6,12 +6,12 @@ import hashlib
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import IO, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
@@ -19,7 +19,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.files import appearing, refused
+from cablewright.file_output import cannot_write
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import Study
@@ -37,7 +37,6 @@ __all__ = [
     "write_check",
     "write_manifest",
     "write_places",
-    "write_stream",
 ]
 
 MANIFEST: Final = "manifest.json"
@@ -89,7 +88,9 @@ def run_folder(folder: Path) -> Iterator[Path]:
         yield part
         _take_place(part, folder, aside / "old")
     except OSError as reason:
-        raise EnvironmentFault(f"{folder}: cannot be written: {reason.strerror or reason}") from None
+        raise cannot_write(folder, reason) from None
+    except EnvironmentFault as fault:  # it names a file in what is about to be removed
+        raise EnvironmentFault(str(fault).replace(str(part), str(folder))) from None
     finally:
         shutil.rmtree(aside, ignore_errors=True)
         if made:
@@ -172,19 +173,6 @@ def write_places(study: Study, folder: Path) -> None:
     columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
     with pa.OSFile(str(folder / "places.parquet"), "wb") as sink:
         pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
-
-
-def write_stream(file: Path, write: Callable[[IO[bytes]], object]) -> None:
-    """Have *write* fill a file, which appears whole, by rename, in a folder that is made if need be.
-
-    Raises `EnvironmentFault`.
-    """
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as reason:
-        raise refused(file, reason) from reason
-    with appearing(file) as stream:
-        write(stream)
 
 
 def robot_hash(robot: str) -> str:

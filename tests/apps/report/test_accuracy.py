@@ -15,12 +15,13 @@ from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.analyses.workspace.accessible import Rule, accessible
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.accessible import workspace
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report import boundary
 from cablewright.apps.report.accuracy import write, write_place
+from cablewright.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -393,6 +394,6 @@ def test_surfaces_are_drawn_over_holes():
         assert style.png(plane(holed(study, np.arange(len(study.accuracy.codes)) % 3 == 0))).startswith(b"\x89PNG")
 
 
-def test_a_folder_that_is_not_there_is_an_os_error(folder):
-    with pytest.raises(OSError, match="nowhere"):
+def test_a_folder_that_is_not_there_cannot_be_written(folder):
+    with pytest.raises(EnvironmentFault, match=r"nowhere/.*: cannot be written: No such file"):
         write(studied("path"), folder / "nowhere")

@@ -22,6 +22,7 @@ from apps.report.synthetic import (
     small_job,
 )
 from cablewright.apps.report.check import write
+from cablewright.errors import EnvironmentFault
 from cablewright.robot import load
 
 SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")
@@ -203,16 +204,16 @@ def test_settings_of_the_process_stay_as_they_were(small, folder):
         assert dict(mpl.rcParams) == before
 
 
-def test_a_folder_that_is_not_there_is_an_os_error(small, folder):
+def test_a_folder_that_is_not_there_cannot_be_written(small, folder):
     check, layers = small
-    with pytest.raises(OSError, match="nowhere"):
+    with pytest.raises(EnvironmentFault, match=r"nowhere/.*: cannot be written: No such file"):
         write(check, folder / "nowhere", layers)
 
 
 def test_nothing_half_written_is_left(small, folder, monkeypatch):
     (folder / "plan.png").mkdir()  # a folder is not replaced by a file
     check, layers = small
-    with pytest.raises(OSError, match=r"plan\.png"):
+    with pytest.raises(EnvironmentFault, match=r"plan\.png: cannot be written"):
         write(check, folder, layers)
     assert {path.name for path in folder.iterdir()} == {"plan.png"}
 

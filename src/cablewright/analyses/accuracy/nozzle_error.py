@@ -5,7 +5,7 @@ Paty 2021, section 2.3: the error when cables are taken as rigid, and the uncert
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple, Self, TypedDict
@@ -19,16 +19,15 @@ from cablewright.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, modulus_ranges
-from cablewright.solvers.arguments import as_poses, of_rows, silent
+from cablewright.solvers.arguments import as_poses, of_rows
 from cablewright.solvers.inverse import solve_inverse
 
 __all__ = ["Accuracy", "AccuracyOptions", "AccuracyQuestion", "accuracy"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, what is done of it and how much it is in all."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from cablewright.errors import AnswerError, InputError, UnknownName
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import AccuracyOptions
     from cablewright.analyses.accuracy.spread import Method
+    from cablewright.progress import Progress
     from cablewright.robot import Robot
     from cablewright.robot.uncertainty import Range
     from cablewright.studies.accuracy import Study
@@ -185,7 +186,7 @@ class _Accuracy:
         warn(found.accuracy)
         return 0
 
-    def _studied(self, show: Any) -> Study:
+    def _studied(self, show: Progress) -> Study:
         from cablewright.printing.job import load_job
         from cablewright.studies import accuracy as studies
 

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, RobotName
-from cablewright.apps.cli.output import limits, print_json, write_whole
+from cablewright.apps.cli.output import limits, print_json
 from cablewright.errors import InputError
+from cablewright.file_output import write_whole
 
 __all__ = ["poses"]
 

@@ -11,6 +11,7 @@ from cablewright.apps.cli.options import AsJson, RobotName
 from cablewright.apps.cli.output import print_json, progress, tell
 
 if TYPE_CHECKING:
+    from cablewright.progress import Progress
     from cablewright.studies.prints.plan import MachineTwin
     from cablewright.studies.prints.run import PrintRun
 
@@ -85,7 +86,7 @@ def _options(choices: Any) -> dict[str, Any]:
     return {key: value for key, value in dataclasses.asdict(choices).items() if key != "lasers"}
 
 
-def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Any) -> dict[str, Any]:
+def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Progress) -> dict[str, Any]:
     """Make and write all that is known of the print; return what is told of it."""
     import numpy as np
 

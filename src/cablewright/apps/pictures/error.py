@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.report.digest import Band, Digest
 
 __all__ = ["error_by_height"]

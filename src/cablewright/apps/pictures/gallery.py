@@ -8,8 +8,8 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from cablewright.apps.cli.output import write_whole
-from cablewright.apps.pictures import style
+from cablewright.apps import style
+from cablewright.file_output import write_whole
 from cablewright.results import Pictured
 
 __all__ = ["PICTURES", "draw"]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from cablewright.analyses.feasibility import LIMITS
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.report.digest import Digest, band
 from cablewright.apps.report.quantities import quantity
 from cablewright.robot import Line

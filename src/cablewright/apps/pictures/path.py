@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place

@@ -8,18 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MOST_LINES, limits, tensions
 from cablewright.apps.pictures.path import MOST_NAMES, plan, side_view
 from cablewright.apps.report.digest import Digest, extreme, median
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
+from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.per_line import line_table, unknowns
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.quantities import count, duration, quantity
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
+from cablewright.file_output import write_whole
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.check import Check
 
@@ -32,15 +33,15 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     """Write ``report.html`` and its pictures into ``folder``, which exists, and return the path of the report.
 
     The page holds its pictures and asks nothing of any other place. The same check gives the same bytes. Raises
-    `OSError` where the folder cannot be written.
+    `EnvironmentFault` where the folder cannot be written.
     """
     digest = Digest(check, layers)
     pictures = _pictures(digest)
     for name, png in pictures.items():
-        save(folder / f"{name}.png", png)
+        write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
     report = folder / "report.html"
-    save(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
+    write_whole(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
     return report
 
 

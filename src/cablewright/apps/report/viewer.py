@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.path import error_scale
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, bundled, element
