@@ -127,7 +127,7 @@ def _say_compiling() -> None:
 
 
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
-    """Run the serial kernel on few rows, the parallel one on many, none on no rows."""
+    """Run the serial kernel on few rows, the parallel one on many; neither on none."""
     if not rows:
         return
     serial = rows < SERIAL_BELOW
