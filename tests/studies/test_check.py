@@ -19,7 +19,7 @@ from cablewright.studies.check import Check, PathStatics, check
 
 ROUNDING = 1e-9  # N
 POSES = ("uncompensated", "compensated", "elastic_only")
-LENGTHS = ("rigid_lengths", "cable_length")
+LENGTHS = ("rigid_lengths", "lengths", "cable_length")
 
 
 def arrays(found: Check) -> dict[str, np.ndarray]:
@@ -70,7 +70,7 @@ def test_shapes_and_summary(found: Check) -> None:
     assert {shapes.pop(name) for name in POSES} == {(k, 3)}
     assert {shapes.pop(name) for name in ("codes", "violations")} == {(k,)}
     assert set(shapes.values()) == {(k, 4)}
-    assert len(shapes) == 10
+    assert len(shapes) == 11
     summary = found.summary()
     assert (summary["layers"], summary["samples"]) == (3, k)
     assert summary["extruded_length"] == pytest.approx(12.0)
@@ -182,7 +182,7 @@ def test_a_sample_inside_a_sheave_is_an_answer(inside_sheave: Check) -> None:
 def test_a_sample_without_a_solution_has_no_numbers(inside_sheave: Check) -> None:
     bad = inside_sheave.codes == list(Status).index(Status.INSIDE_SHEAVE)
     assert np.isnan(inside_sheave.statics.compensated[bad]).all()
-    for name in ("cable_length", "tensions", "lowest_tension", "highest_tension", "winch_torque"):
+    for name in ("lengths", "tensions", "lowest_tension", "highest_tension", "winch_torque"):
         assert np.isnan(arrays(inside_sheave)[name][bad]).all(), name
     assert np.isfinite(inside_sheave.lengths[inside_sheave.codes == 0]).all()
 

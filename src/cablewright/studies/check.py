@@ -38,11 +38,12 @@ class PathStatics:
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
     violations: Array  # (k,) N, by how much its tensions break their limits
     tensions: Array  # (k, m) N, at the sheave
-    lines: LineQuantities  # (k, m) each: what limits speak of, with the compensated lengths
+    lines: LineQuantities  # (k, m) each: what limits bound
     rigid_lengths: Array  # (k, m) m, what a machine without compensation would pay out
+    lengths: Array  # (k, m) m, compensated: what the winches should pay out
     uncompensated: Array  # (k, n) poses that the platform then takes; NaN where none
     elastic_only: Array  # (k, n) poses if only elasticity, not sag, were compensated
-    compensated: Array  # (k, n) poses with the lengths of `lines`
+    compensated: Array  # (k, n) poses with the compensated lengths
 
     @classmethod
     def of(cls, full: Model, poses: Array, retraction: Array | None) -> Self:
@@ -63,6 +64,7 @@ class PathStatics:
             tensions=held.tensions,
             lines=LineQuantities.of(held),
             rigid_lengths=rigid,
+            lengths=held.lengths,
             uncompensated=uncompensated,
             elastic_only=reached(elastic, poses),
             compensated=reached(held.lengths, start),
@@ -94,7 +96,7 @@ class Check:
     @property
     def lengths(self) -> Array:
         """(k, m) m, compensated: what the winches should pay out."""
-        return self.statics.lines.cable_length
+        return self.statics.lengths
 
     @cached_property
     def error_uncompensated(self) -> Array:
@@ -186,7 +188,8 @@ def check(
         robot = robot.limited(full.tension_limits)
     poses, retraction = along(robot, job, samples)
     solved = _solve(full, poses, retraction, report)
-    lines = replace(solved.lines, winch_speed=_cable_speed(solved.lines.cable_length, samples, law))
+    speed = _cable_speed(solved.lengths, samples, law)
+    lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)  # one array for both
     findings = judge(robot, poses[:, :3], solved.codes, solved.violations, lines)
     found = Check(
         robot=robot,

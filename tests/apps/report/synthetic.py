@@ -115,6 +115,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
                 sheave_clearance=unknown,
             ),
             rigid_lengths=span,
+            lengths=span + 1e-3,
             uncompensated=positions + sag[:, None] * down,
             elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
             compensated=positions + wobble * down,

@@ -26,7 +26,7 @@ from cablewright.errors import EnvironmentFault
 from cablewright.robot import load
 
 SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")
-SOLVED += ("cable_length", "winch_speed")
+SOLVED += ("lengths", "winch_speed")
 PICTURES = {"plan.png", "path-3d.png", "tensions.png", "error-height.png", "limits.png"}
 
 

@@ -144,11 +144,12 @@ class AccuracyQuestion:
 
     def answer(self, there: HeldPoses) -> Accuracy:
         """How far off the machine is at some poses. Raises `AnswerError` where none of them has an answer."""
-        held = there.equilibria
-        lengths = self.compensation.lengths(held, there.wanted, retraction=there.retraction, home=self.home)
-        lengths = np.where(held.ok[:, None], lengths, np.nan)
+        held, some = there.equilibria, there.equilibria.ok
+        drawn = None if there.retraction is None else there.retraction[some]
+        lengths = np.full_like(held.lengths, np.nan)
+        lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=drawn, home=self.home)
         reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
-        codes = np.where(held.ok, reached.codes, held.code)
+        codes = np.where(some, reached.codes, held.code)
         ok = codes == 0
         if not ok.any():
             raise AnswerError(_refusal(held, codes))
