@@ -22,8 +22,8 @@ from cablewright.robot import (
     library_names,
     load,
     load_uncertainty,
+    modulus_ranges,
     nominal,
-    of_moduli,
 )
 
 HOUSE, BEAM = load("house-printer"), load("jung2020")
@@ -351,8 +351,8 @@ def test_different_lines_may_have_entries_of_their_own() -> None:
 
 
 def test_moduli_of_every_line() -> None:
-    assert of_moduli(HOUSE) == entry(name="modulus", factor=[0.7, 1.3])
-    assert of_moduli(BEAM, 0.5, 0.9) == entry(BEAM, name="modulus", factor=[0.5, 0.9])
+    assert modulus_ranges(HOUSE) == entry(name="modulus", factor=[0.7, 1.3])
+    assert modulus_ranges(BEAM, 0.5, 0.9) == entry(BEAM, name="modulus", factor=[0.5, 0.9])
 
 
 @pytest.mark.parametrize(
@@ -361,7 +361,7 @@ def test_moduli_of_every_line() -> None:
 )
 def test_moduli_that_cannot_be(low: float, high: float) -> None:
     with pytest.raises(InputError, match=r"^modulus range \S+ to \S+: two finite factors above 0 that rise"):
-        of_moduli(HOUSE, low, high)
+        modulus_ranges(HOUSE, low, high)
 
 
 # The fuzz: near files, most of which some robot can have, and wild ones.

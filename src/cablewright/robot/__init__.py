@@ -11,7 +11,7 @@ from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retra
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
 from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
-from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, of_moduli
+from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, modulus_ranges
 from cablewright.robot.winch import Winch
 from cablewright.robot.write_back import update
 
@@ -46,8 +46,8 @@ __all__ = [
     "load_bracket",
     "load_uncertainty",
     "loads",
+    "modulus_ranges",
     "nominal",
-    "of_moduli",
     "parameters_of",
     "update",
     "with_value",

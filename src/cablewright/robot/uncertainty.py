@@ -17,7 +17,7 @@ from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, p
 from cablewright.robot.robot import MOST_LINES, Robot
 from cablewright.toml_input import read_table, require_schema
 
-__all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "of_moduli"]
+__all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "modulus_ranges"]
 
 NEWEST_SCHEMA: Final = 1
 MOST_ENTRIES: Final = 200
@@ -207,7 +207,7 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
         raise explain(error, table, str(path)) from None
 
 
-def of_moduli(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
+def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
     """Return the ranges of every line's modulus, on its own, between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
         raise InputError(f"modulus range {low:g} to {high:g}: two finite factors above 0 that rise are wanted")
