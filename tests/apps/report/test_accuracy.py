@@ -8,15 +8,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from cablewright.analyses.workspace.accessible import Rule, accessible
+from cablewright.apps.pictures.accessible import workspace
 from matplotlib.image import imread
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
-from cablewright.analyses.workspace.accessible import Rule, accessible
 from cablewright.apps import style
-from cablewright.apps.pictures.accessible import workspace
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report import boundary
