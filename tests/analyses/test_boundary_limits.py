@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.analyses.feasibility import broken_limits, judge_pose, sheave_rules
+from cablewright.analyses.feasibility import broken_limits, judge_pose
+from cablewright.analyses.sheave_ratio import sheave_rules
 from cablewright.analyses.workspace.boundary_limits import CLOSE, BoundaryLimits, boundary_limits
 from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import InputError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +14,13 @@ from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
+from cablewright.progress import Progress, silent
 from cablewright.robot import Bracket
-from cablewright.solvers.arguments import silent
 from cablewright.studies.job_poses import along
 
 __all__ = ["SIZES", "Highest", "Varied", "highest", "highest_over_job", "highest_over_workspace", "sensitivity"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 SIZES = (
     ("baseplate", "thickness"),
@@ -123,7 +122,7 @@ def highest_over_job(
 ) -> Highest:
     """`highest` of the samples of a job's path. Raises `InputError` where the robot cannot follow it."""
     report = progress or silent
-    samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
+    samples = job.samples(job.toolpath(report))
     poses, retraction = along(model.robot, job, samples)
     return highest(model, poses, bracket=bracket, retraction=retraction, times=times, progress=progress)
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -22,15 +22,15 @@ from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, 
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
+from cablewright.file_output import write_whole
 from cablewright.models.statics import Model
+from cablewright.progress import Progress, silent
+from cablewright.results import plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
-from cablewright.solvers.arguments import silent
-from cablewright.studies.store import write_stream
 
 __all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]
 
-Progress = Callable[[str, int, int], None]
 
 COUNTS = ("volume", "nodes")
 INERTIAS = ("given", "box")
@@ -223,7 +223,7 @@ def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combi
         holding=asked.holding,
         **asked.of_workspace,
     )
-    least, median, greatest = (None if math.isnan(value) else value for value in held.spread)
+    least, median, greatest = plain(held.spread)
     exits = nearest_exits(model.robot)
     return Combination(
         values=values,
@@ -302,5 +302,5 @@ class _Done:
             return
         held = _Stored(self.question, list(self.known.values()))
         content = (json.dumps(asdict(held), indent=1) + "\n").encode()
-        write_stream(self.file, lambda stream: stream.write(content))
+        write_whole(self.file, content, parents=True)
         self.written = time.monotonic()

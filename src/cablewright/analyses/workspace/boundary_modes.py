@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes_at
-from cablewright.analyses.workspace.criterion import Criterion, Options, Progress
+from cablewright.analyses.workspace.criterion import Criterion, Options
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 
 __all__ = ["GRID", "HOLDING", "Boundary", "boundary_modes", "straight"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sized
+from collections.abc import Sized
 from dataclasses import dataclass, replace
 from typing import TypedDict
 
@@ -15,6 +15,7 @@ from cablewright.analyses.workspace.refinement import SearchBox
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
@@ -24,7 +25,6 @@ __all__ = ["CONTINUOUS", "CRITERIA", "POINTS", "Criterion", "Options", "Retracti
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Progress = Callable[[str, int, int], None]
 
 CRITERIA = ("closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static")
 POINTS = ("nozzle", "origin")

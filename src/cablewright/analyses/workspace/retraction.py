@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Progress, RetractionLaw, box_of
+from cablewright.analyses.workspace.criterion import RetractionLaw, box_of
 from cablewright.analyses.workspace.workspace import Workspace, workspace
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 
 __all__ = ["Retracting", "best_retraction"]
 

@@ -8,11 +8,12 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Criterion, Options, Progress, RetractionLaw
+from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw
 from cablewright.analyses.workspace.mesh import Mesh
 from cablewright.analyses.workspace.refinement import SearchBox, refine
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.robot import Robot
 
 __all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]

@@ -32,8 +32,9 @@ from cablewright.apps.cli.options import (
     retracting,
     turns,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
 from cablewright.errors import InputError, UnknownName
+from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
     from cablewright.analyses.workspace import criterion as criteria

@@ -11,8 +11,8 @@ from matplotlib.gridspec import SubplotSpec
 
 from cablewright.analyses.modes import FREEDOMS
 from cablewright.analyses.workspace.boundary_modes import Boundary
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import draw_frame, space
+from cablewright.apps import style
+from cablewright.apps.space_axes import draw_frame, space
 
 __all__ = ["boundary_picture"]
 

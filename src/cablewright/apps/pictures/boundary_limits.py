@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, bar, draw_frame, point, scale_of, space
+from cablewright.apps import style
 from cablewright.apps.report import boundary
 from cablewright.apps.report.quantities import quantity
+from cablewright.apps.space_axes import add_faces, bar, draw_frame, point, scale_of, space
 from cablewright.studies.accuracy import Study
 
 __all__ = ["extremes", "workspace"]

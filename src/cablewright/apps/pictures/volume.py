@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import Workspace
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, draw_frame, space, towards_eye
+from cablewright.apps import style
+from cablewright.apps.space_axes import add_faces, draw_frame, space, towards_eye
 
 __all__ = ["volume_picture"]
 
