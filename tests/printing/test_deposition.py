@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.printing import Bead
-from cablewright.printing.deposition import Powder, lay_bead, pour
+from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField, rebuilt
 
 POWDER = Powder()
@@ -91,7 +91,7 @@ def test_a_heap_against_the_edge_of_the_field_stays_in_it() -> None:
 
 def test_a_bead_is_as_high_and_wide_as_its_section_says() -> None:
     field, bead = flat(0.01), Bead(width=0.1, height=0.02)
-    lay_bead(field, at(-0.5, 0.0), at(0.5, 0.0), bead)
+    extrude(field, at(-0.5, 0.0), at(0.5, 0.0), np.array([bead.section]), bead.width)  # 1 m
     section = 0.1 * 0.02 - (1 - np.pi / 4) * 0.02**2
     assert field.volume == pytest.approx(section, rel=1e-12)
     laid = field.heights[field.heights > 0]
@@ -103,7 +103,7 @@ def test_a_bead_fills_the_groove_between_its_neighbours() -> None:
     field, bead = flat(0.01), Bead(width=0.1, height=0.02)
     y = np.array([-0.1, 0.1, 0.0])
     start, end = np.stack([np.full(3, -0.5), y], axis=1), np.stack([np.full(3, 0.5), y], axis=1)
-    lay_bead(field, start, end, bead)
+    extrude(field, start, end, np.full(3, bead.section), bead.width)  # 1 m each
     middle = field.heights[60:140, 85:115]
     assert middle.min() > 0.0
     assert middle.max() <= 0.03
