@@ -21,10 +21,10 @@ from cablewright.models.solids import of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import load_job
-from cablewright.printing.stl import StlMesh
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference_over_job
+from cablewright.triangle_mesh import TriangleMesh
 
 Array = NDArray[np.float64]
 HOUSE = Path(__file__).parent.parent / "examples" / "house.toml"
@@ -45,9 +45,9 @@ def rows() -> Iterator[Row]:
     interference(held[:100])
     seconds = once(lambda: interference(held, part=triangles, now=grown))
     each = seconds / (len(samples) * model.m)
-    yield Row(f"house: lines from {len(mesh)} triangles", seconds, "s")
+    yield Row(f"house: lines from {len(mesh.triangles)} triangles", seconds, "s")
     yield Row(f"house: lines from {len(beads.order)} beads", once(lambda: along_beads(held, beads)), "s")
-    for name, part in (("beads", None), (f"mesh of {len(mesh)} triangles", mesh)):
+    for name, part in (("beads", None), (f"mesh of {len(mesh.triangles)} triangles", mesh)):
         seconds = once(lambda given=part: interference_over_job(model, job, mesh=given))
         yield Row(f"house: interference of the job, {name}", seconds, "s", f"<= {AIM:.0f} s", seconds <= AIM)
     yield from peer_rows(held, mesh, each)
@@ -58,7 +58,7 @@ def along_beads(held: Equilibrium, beads: object) -> None:
     interference(held, part=beads, now=np.arange(len(held.code), dtype=float))
 
 
-def hills() -> StlMesh:
+def hills() -> TriangleMesh:
     """A hilly sheet under the house's nozzle, of as many triangles as the aim speaks of."""
     u = np.linspace(0.0, 1.0, SIDE)
     x, y = np.meshgrid(8.0 * u - 4.0, 6.0 * u - 3.0, indexing="ij")
@@ -66,7 +66,7 @@ def hills() -> StlMesh:
     i, j = np.meshgrid(np.arange(SIDE - 1), np.arange(SIDE - 1), indexing="ij")
     a = (i * SIDE + j).ravel()
     faces = np.concatenate([np.stack([a, a + SIDE, a + 1], 1), np.stack([a + 1, a + SIDE, a + SIDE + 1], 1)])
-    return StlMesh(corners[faces])
+    return TriangleMesh(corners, faces)
 
 
 def once(function: Callable[[], object]) -> float:
@@ -76,16 +76,16 @@ def once(function: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def peer_rows(held: Equilibrium, mesh: StlMesh, each: float) -> Iterator[Row]:
+def peer_rows(held: Equilibrium, mesh: TriangleMesh, each: float) -> Iterator[Row]:
     """What python-fcl takes for the straight line from platform to exit, as a triangle without an area."""
     if find_spec("fcl") is None:
         print("interference: python-fcl is not installed, nothing to compare with", file=sys.stderr)
         return
     import fcl
 
-    corners = mesh.triangles.reshape(-1, 3)
+    corners = mesh.corners.reshape(-1, 3)
     whole = fcl.BVHModel()
-    whole.beginModel(len(corners), len(mesh))
+    whole.beginModel(len(corners), len(mesh.triangles))
     whole.addSubModel(corners, np.arange(len(corners)).reshape(-1, 3))
     whole.endModel()
     part = fcl.CollisionObject(whole)

@@ -23,11 +23,11 @@ from cablewright.models.statics import Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.stl import StlMesh
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["JobInterference", "interference_over_job"]
 
@@ -90,7 +90,7 @@ def interference_over_job(
     model: Model,
     job: Job,
     *,
-    mesh: StlMesh | None = None,
+    mesh: TriangleMesh | None = None,
     clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
     progress: Progress | None = None,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
-from cablewright.analyses.workspace.mesh import Mesh
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["Refined", "SearchBox", "refine"]
 
@@ -57,7 +57,7 @@ class SearchBox:
 class Refined:
     """What is inside: as a surface, and how well it is known."""
 
-    mesh: Mesh
+    mesh: TriangleMesh
     error: float  # m^3
     unseen: float  # m^3: of `error`, what random places would have missed once in twenty times
     poses: int  # how often the function was asked
@@ -253,7 +253,7 @@ class _Lattice:
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
         return (UNSEEN + against + 2.0 * float(np.sqrt(against))) / len(self.probes) * self.box.volume
 
-    def surface(self) -> Mesh:
+    def surface(self) -> TriangleMesh:
         """The closed surface on this lattice."""
         keys, within, without, triangles = crossings(self.crossed, self.inside[self.mixed])
         shares, _ = self._shares(within)
@@ -266,7 +266,7 @@ class _Lattice:
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         used, numbers = np.unique(triangles, return_inverse=True)
-        return Mesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
+        return TriangleMesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
     def _cross(self, inner: Array, outer: Array, in_box: NDArray[np.bool_], within: Keys, without: Keys) -> Array:
         """Shares (E,) of the ways from inside to outside where the surface is; 0 if the outer node is off the box."""

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.workspace.criterion import Law, Question, ask
-from cablewright.analyses.workspace.mesh import Mesh
 from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.robot import Robot
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]
 
@@ -32,7 +32,7 @@ class Workspace:
 
     question: Question
     box: SearchBox
-    mesh: Mesh  # m
+    mesh: TriangleMesh  # m
     volume_error: float  # m^3; see `refine`
     unseen: float  # m^3: of the error, parts or holes so small that random places may have missed them
     nodes: int  # how many places were tried

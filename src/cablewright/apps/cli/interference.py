@@ -27,8 +27,8 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from cablewright.analyses.interference import Contact, Interference, InterferenceSettings
     from cablewright.models.statics import Model
-    from cablewright.printing.stl import StlMesh
     from cablewright.studies.interference import JobInterference
+    from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["interference"]
 
@@ -99,19 +99,19 @@ def interference(
     return 0 if values["status"] == "free" else NO
 
 
-def _notes(model: Model, part: StlMesh | None) -> None:
+def _notes(model: Model, part: TriangleMesh | None) -> None:
     """What the distances are not, on stderr."""
     thin = [line.name for line in model.robot.lines if line.cable.diameter is None]
     if thin:
         tell(f"the cable has no diameter, and counts as having none: line {', '.join(thin)}")
-    if part is not None and not part.closed:
+    if part is not None and not part.is_closed:
         tell("the mesh is not closed: what is inside is not known; distances are from its faces")
 
 
 def _at(
     model: Model,
     at: str,
-    mesh: StlMesh | None,
+    mesh: TriangleMesh | None,
     retraction: float | None,
     clearance: float,
     settings: InterferenceSettings,
@@ -130,7 +130,7 @@ def _at(
 
 
 def _along(
-    model: Model, job: Path, mesh: StlMesh | None, clearance: float, settings: InterferenceSettings
+    model: Model, job: Path, mesh: TriangleMesh | None, clearance: float, settings: InterferenceSettings
 ) -> tuple[dict[str, Any], JobInterference]:
     from cablewright.printing.job import load_job
     from cablewright.studies.interference import interference_over_job
