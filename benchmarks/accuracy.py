@@ -11,7 +11,7 @@ from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadP
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
-from cablewright.studies.accuracy import Study, accuracy_over, accuracy_over_workspace, on_plane
+from cablewright.studies.accuracy import Places, Study, accuracy_over, accuracy_over_workspace
 
 SAMPLES = 100_000
 STEP = 0.39  # m: 50 000 places of the house printer's workspace
@@ -20,7 +20,7 @@ STEP = 0.39  # m: 50 000 places of the house printer's workspace
 def rows() -> Iterator[Row]:
     """All rows of this file."""
     house = load("house-printer")
-    plane = on_plane(house, 0.0, 6.75, 13.5 / 40)
+    plane = Places.plane(house, 0.0, 6.75, 13.5 / 40)
     count = len(plane.positions)
     seconds = best(lambda: accuracy_over(house, plane), 3)
     beside = _beside(accuracy_over(house, plane), seconds)

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import Row
-from cablewright.analyses.interference import interference
+from cablewright.analyses.interference import distances
 from cablewright.models.solids import of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.interference import interference_over_job
+from cablewright.studies.interference import interference
 from cablewright.triangle_mesh import TriangleMesh
 
 Array = NDArray[np.float64]
@@ -41,21 +41,21 @@ def rows() -> Iterator[Row]:
     mesh = hills()
     beads, triangles = of_beads(deposit(samples, job.bead)), of_mesh(mesh)
     grown = np.maximum.accumulate(samples.positions[:, 2])
-    interference(held[:100], part=beads)  # compiled
-    interference(held[:100])
-    seconds = once(lambda: interference(held, part=triangles, now=grown))
+    distances(held[:100], part=beads)  # compiled
+    distances(held[:100])
+    seconds = once(lambda: distances(held, part=triangles, now=grown))
     each = seconds / (len(samples) * model.m)
     yield Row(f"house: lines from {len(mesh.triangles)} triangles", seconds, "s")
     yield Row(f"house: lines from {len(beads.order)} beads", once(lambda: along_beads(held, beads)), "s")
     for name, part in (("beads", None), (f"mesh of {len(mesh.triangles)} triangles", mesh)):
-        seconds = once(lambda given=part: interference_over_job(model, job, mesh=given))
+        seconds = once(lambda given=part: interference(model, job, mesh=given))
         yield Row(f"house: interference of the job, {name}", seconds, "s", f"<= {AIM:.0f} s", seconds <= AIM)
     yield from peer_rows(held, mesh, each)
 
 
 def along_beads(held: Equilibrium, beads: object) -> None:
     """The strands as they grow."""
-    interference(held, part=beads, now=np.arange(len(held.code), dtype=float))
+    distances(held, part=beads, now=np.arange(len(held.code), dtype=float))
 
 
 def hills() -> TriangleMesh:

@@ -47,5 +47,5 @@ def layer(choices: Choices) -> tuple[PrintRecord, Timing]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "run"
         run = run_print(twin, folder, {}, {})
-        found, _ = finish(folder, twin.course.track, twin.course.print_speed, run.machine.rig.ground.field)
+        found, _ = finish(folder, twin.path.track, twin.path.print_speed, run.machine.rig.ground.field)
     return found, run.timing

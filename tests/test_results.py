@@ -20,20 +20,37 @@ class _Kind(StrEnum):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Sample(Result):
+    HEADLINES = ("name", "length")
     FIGURES = (
-        Figure("name", "sample", "", "What it is called.", headline=True),
-        Figure("length", "length", "m", "How long it is.", headline=True, digits=3),
-        Figure("double", "twice", "m", "Twice as long.", value=lambda found: 2.0 * found.length),
-        Figure("turn", "turn", "rad", "Of a rigid platform alone.", only=lambda found: found.turn is not None),
+        Figure("name", "", "What it is called."),
+        Figure("length", "m", "How long it is.", digits=3),
+        Figure("double", "m", "Twice as long.", lambda found: 2.0 * found.length),
+        Figure("half", "m", "Half as long.", "halved.real", name="half the length"),
+        Figure("gone", "", "What is not known has no parts.", "nothing.real"),
+        Figure("turn", "rad", "Of a rigid platform alone.", only=lambda found: found.turn is not None),
     )
     name: str
     length: float
     turn: float | None = None
+    nothing: None = None
+
+    def halved(self) -> float:
+        return 0.5 * self.length
+
+
+SAMPLE = {"name": "rope", "length": 1.25, "double": 2.5, "half": 0.625, "gone": None}
 
 
 def test_a_result_has_its_figures_in_order() -> None:
-    assert _Sample("rope", 1.25).to_dict() == {"name": "rope", "length": 1.25, "double": 2.5}
-    assert list(_Sample("rope", 1.0, 0.5).to_dict()) == ["name", "length", "double", "turn"]
+    assert _Sample("rope", 1.25).to_dict() == SAMPLE
+    assert list(_Sample("rope", 1.0, 0.5).to_dict()) == [*SAMPLE, "turn"]
+    assert [each.label for each in _Sample("rope", 1.0).figures] == [
+        "name",
+        "length",
+        "double",
+        "half the length",
+        "gone",
+    ]
 
 
 def test_the_repr_is_one_short_line_with_units() -> None:
@@ -51,7 +68,7 @@ def test_the_repr_is_one_short_line_with_units() -> None:
         ({"a": (1, np.int64(2))}, {"a": [1, 2]}),
         (_Kind.SWIVEL, "swivel"),
         (Path("runs") / "a", str(Path("runs") / "a")),
-        ([_Sample("rope", 1.0)], [{"name": "rope", "length": 1.0, "double": 2.0}]),
+        ([_Sample("rope", 1.25)], [SAMPLE]),
     ],
 )
 def test_values_become_what_json_has(value: object, expected: object) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from importlib import import_module
 from pathlib import Path
+from types import MethodType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -20,30 +21,44 @@ __all__ = ["Figure", "Pictured", "Result", "plain"]
 class Figure:
     """One figure of a result.
 
-    ``key`` is its name in JSON; ``label`` what people read; ``unit`` its SI unit, "1" for a share or factor, "" for
-    what is no number; ``meaning`` one sentence. ``value`` reads it off the result, by default the attribute named
-    ``key``. ``digits`` are the significant ones that people see. A ``headline`` stands in the result's `repr`. Where
+    ``key`` is its name in JSON; ``unit`` its SI unit, "1" for a share or factor, "" for what is no quantity;
+    ``meaning`` one sentence. ``value`` says how it is read off the result: attributes joined by dots, methods without
+    arguments among them, None as soon as one of them is; or a function; by default the attribute named ``key``.
+    ``name`` is what people read where it is not the key. ``digits`` are the significant ones that people see. Where
     ``only`` is given, results for which it is false do not have the figure.
     """
 
     key: str
-    label: str
     unit: str
     meaning: str
-    value: Callable[[Any], Any] | None = None
+    value: str | Callable[[Any], Any] = ""
+    name: str = ""
     digits: int = 4
-    headline: bool = False
     only: Callable[[Any], bool] | None = None
+
+    @property
+    def label(self) -> str:
+        """What people read."""
+        return self.name or self.key.replace("_", " ")
 
     def of(self, result: object) -> Any:
         """Return the value that *result* has of this."""
-        return getattr(result, self.key) if self.value is None else self.value(result)
+        if not isinstance(self.value, str):
+            return self.value(result)
+        found: Any = result
+        for part in (self.value or self.key).split("."):
+            if found is None:
+                return None
+            found = getattr(found, part)
+            found = found() if isinstance(found, MethodType) else found
+        return found
 
 
 class Result:
     """A frozen value that declares its figures. A dataclass that is one is made with ``repr=False``."""
 
     FIGURES: ClassVar[tuple[Figure, ...]] = ()
+    HEADLINES: ClassVar[tuple[str, ...]] = ()  # keys of those that stand in its repr
 
     @property
     def figures(self) -> tuple[Figure, ...]:
@@ -56,7 +71,7 @@ class Result:
 
     def __repr__(self) -> str:
         """The headlines in one line."""
-        parts = [f"{each.key}={_brief(each.of(self), each)}" for each in self.figures if each.headline]
+        parts = [f"{each.key}={_brief(each.of(self), each)}" for each in self.figures if each.key in self.HEADLINES]
         return f"{type(self).__name__}({', '.join(parts)})"
 
 

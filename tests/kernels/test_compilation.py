@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.analyses.interference import interference
+from cablewright.analyses.interference import distances
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -34,7 +34,7 @@ def test_every_kernel_has_one_compiled_signature() -> None:
             stiffness(found)
             linearise(solve_forward(model, found.lengths, modulus_factors=np.ones(model.m)).checked())
             assert found.is_valid()
-            interference(found).curves()
+            distances(found).curves()
             for method in METHODS:
                 distribute(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
             capacity(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose)

@@ -178,7 +178,7 @@ def test_lengths_csv(earlier: Path, found: Check) -> None:
     time = table["time"].to_numpy()
     assert time[0] == 0.0
     assert (np.diff(time) > 0).all()
-    np.testing.assert_allclose(time, found.time, atol=1e-6)
+    np.testing.assert_allclose(time, found.law.time, atol=1e-6)
     for i, name in enumerate(table.column_names[1:]):
         np.testing.assert_allclose(table[name].to_numpy(), found.lengths[:, i], atol=1e-9)
 
@@ -187,11 +187,11 @@ def test_samples_parquet(earlier: Path, found: Check) -> None:
     table = pyarrow.parquet.read_table(earlier / "samples.parquet")
     assert table.num_rows == len(found.samples)
     for name, expected in {
-        "time": found.time,
+        "time": found.law.time,
         "x": found.samples.positions[:, 0],
-        "uncompensated_z": found.uncompensated[:, 2],
+        "uncompensated_z": found.statics.uncompensated[:, 2],
         "lengths north-east": found.lengths[:, 2],
-        "tensions south-west": found.tensions[:, 0],
+        "tensions south-west": found.statics.tensions[:, 0],
         "layer": found.samples.layer,
         "status": found.codes,
     }.items():

@@ -37,7 +37,6 @@ Mask = NDArray[np.bool_]
 _STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
 _MOST_STEPS: Final = 200
 _LEAST_DAMPING: Final = 1e-10  # what the data leave open stays where it was
-_POSITIVE: Final = ("modulus", "sheave_radius")
 FREED: Final = (0, 1, 2, 5, 4, 3)
 """Freedoms of a pose in the order in which lines hold them: gravity decides the last ones where lines are few."""
 
@@ -108,18 +107,16 @@ class Hanging(CalibrationProblem):
     def _hardware(self) -> list[tuple[int, Parameter]]:
         """Which of the unknowns that are not held are numbers of the equilibrium."""
         free = (each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
-        return [(at, each.parameter) for at, each in enumerate(free) if each.parameter is not None]
+        return [(at, each) for at, each in enumerate(free) if each.of_equilibrium]
 
     def equilibria(self, theta: Array, own: Array) -> Equilibrium:
         """Where the platform hangs with these numbers; rows that have no answer say so."""
         m, n, count = self.robot.m, self.robot.n, len(own)
         lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m : m + n])
         states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, layout.STATE)
-        named = [(each.parameter, value) for each, value in zip(self.unknowns, self.whole(theta), strict=True)]
-        given = [(parameter, value) for parameter, value in named if parameter is not None]
-        possible = (lengths > 0.0).all() and all(
-            value > 0.0 for parameter, value in given if parameter.kind in _POSITIVE
-        )
+        named = zip(self.unknowns, self.whole(theta), strict=True)
+        given = [(each, value) for each, value in named if each.of_equilibrium]
+        possible = (lengths > 0.0).all() and all(parameter.entry.allows(value) for parameter, value in given)
         packed = self.model.rows()
         if possible:
             values = np.tile([value for _, value in given], (count, 1))

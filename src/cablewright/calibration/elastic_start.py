@@ -78,11 +78,8 @@ def _straight(problem: Hanging) -> CalibrationPlan:
 def _let_go(problem: Hanging, straight: CalibrationProblem, found: PoseFit) -> tuple[Array, Array]:
     """Unknowns and what is kept of each pose, in equilibrium where the straight lines were."""
     values = straight.whole(found.theta)
-    known = {(each.name, each.line, each.axis): value for each, value in zip(straight.unknowns, values, strict=True)}
-    whole = np.array(
-        [known.get((each.name, each.line, each.axis), start)
-         for each, start in zip(problem.unknowns, problem.start, strict=True)]
-    )  # fmt: skip
+    known = dict(zip(straight.unknowns, values, strict=True))
+    whole = np.array([known.get(*each) for each in zip(problem.unknowns, problem.start, strict=True)])
     sizes = np.array([each.size for each in straight.unknowns])
     held = _hung(
         problem, Model(with_values(problem.robot, straight.unknowns, values * sizes, raised=True)), found.poses

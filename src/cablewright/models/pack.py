@@ -40,24 +40,19 @@ def pack_rows(
     robot: Robot,
     packed: Packed,
     *,
-    modulus_factors: Array | None = None,
     retraction: Array | None = None,
     preferred: Array | None = None,
     exit_points: Array | None = None,
 ) -> Packed:
     """*packed*, the arrays of *robot*, as a batch: one row for all, or one for each where something differs by row.
 
-    *modulus_factors* (N, m) multiply each line's modulus; *retraction* (N,) is the platform's retraction length, m;
-    *preferred* (N, m) are the tensions, N, that inverse solutions stay near to; *exit_points* (N, m, 3), m, take the
-    place of the robot's, and winch exits move with them. Raises `InputError` for a retraction that the platform does
-    not have.
+    *retraction* (N,) is the platform's retraction length, m; *preferred* (N, m) are the tensions, N, that inverse
+    solutions stay near to; *exit_points* (N, m, 3), m, take the place of the robot's, and winch exits move with them.
+    Raises `InputError` for a retraction that the platform does not have.
     """
-    differing = (given for given in (modulus_factors, retraction, preferred, exit_points) if given is not None)
+    differing = (given for given in (retraction, preferred, exit_points) if given is not None)
     rows = max((len(given) for given in differing), default=1)
     lines = np.repeat(packed.lines[None], rows, axis=0)
-    if modulus_factors is not None:
-        for column in layout.COMPLIANCES:
-            lines[:, :, column] /= modulus_factors
     if preferred is not None:
         lines[:, :, layout.PREFERRED] = preferred
     if exit_points is not None:

@@ -72,17 +72,10 @@ class Model:
         return _packed(self)
 
     def rows(
-        self,
-        *,
-        modulus_factors: Array | None = None,
-        retraction: Array | None = None,
-        preferred: Array | None = None,
-        exit_points: Array | None = None,
+        self, *, retraction: Array | None = None, preferred: Array | None = None, exit_points: Array | None = None
     ) -> Packed:
         """The arrays that batches take, with what differs by row: see `pack_rows`."""
-        by_row = (modulus_factors, retraction, preferred, exit_points)
-        names = ("modulus_factors", "retraction", "preferred", "exit_points")
-        return pack_rows(self.robot, self.packed, **dict(zip(names, by_row, strict=True)))
+        return pack_rows(self.robot, self.packed, retraction=retraction, preferred=preferred, exit_points=exit_points)
 
     def nozzle(self, poses: Array) -> Array:
         """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""

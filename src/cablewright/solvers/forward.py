@@ -9,8 +9,9 @@ from cablewright.errors import InputError
 from cablewright.kernels import batches, layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.parameters import varied
 from cablewright.models.statics import Equilibrium, Model, rows_of
-from cablewright.robot import Robot
+from cablewright.robot import Robot, parameters_of
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = ["forward", "solve_again", "solve_forward", "solve_from"]
@@ -54,8 +55,10 @@ def solve_forward(
     if not (length > 0.0).all():
         raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
     rows = len(length)
-    factors = _factors(modulus_factors, rows, model.m)
-    packed = model.rows(modulus_factors=factors, retraction=of_rows(retraction, rows, "retraction", "m"))
+    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
+    if modulus_factors is not None:
+        factors = _factors(modulus_factors, rows, model.m)
+        packed, length = varied(model.robot, packed, parameters_of(model.robot, "modulus"), factors, length)
     pose = np.zeros((rows, model.n))
     start = batches.COLD
     if guess is not None:
@@ -113,9 +116,7 @@ def _solve(
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
 
 
-def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64] | None:
-    if values is None:
-        return None
+def _factors(values: ArrayLike, rows: int, m: int) -> NDArray[np.float64]:
     given = to_rows(as_rows(values, m, "modulus factors", "1")[0], rows, "modulus factors")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")

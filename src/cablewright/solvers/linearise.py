@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import batches
+from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.arguments import run
 
@@ -31,32 +32,32 @@ class Linearisation:
     @property
     def per_length(self) -> Array:
         """(n, m) motion of the platform per unstrained length paid out, m/m."""
-        return self.motion[..., 0]
+        return self.motion[..., LENGTH]
 
     @property
     def per_modulus(self) -> Array:
         """(n, m) motion per relative change of each line's Young's modulus, m."""
-        return self.motion[..., 1]
+        return self.motion[..., MODULUS]
 
     @property
     def per_exit_point(self) -> Array:
         """(n, m, 3) motion per exit point coordinate, m/m. A modelled winch exit follows sideways, not in height."""
-        return self.motion[..., 2:5]
+        return self.motion[..., EXIT : EXIT + 3]
 
     @property
     def per_sheave_radius(self) -> Array:
         """(n, m) motion per radius of each sheave, m/m; 0 where there is none. A swivel's centre moves with it."""
-        return self.motion[..., 5]
+        return self.motion[..., SHEAVE]
 
     @property
     def per_weight(self) -> Array:
         """(n, m) motion per relative change of each cable's linear density, m."""
-        return self.motion[..., 6]
+        return self.motion[..., WEIGHT_FACTOR]
 
     @property
     def per_platform_point(self) -> Array:
         """(n, m, 3) motion per platform point coordinate, platform frame, m/m."""
-        return self.motion[..., 7:]
+        return self.motion[..., POINT : POINT + 3]
 
     @property
     def per_wrench(self) -> Array:
@@ -100,7 +101,7 @@ class TensionChanges:
     @property
     def per_length(self) -> Array:
         """(N, m) per unstrained length of the line itself, N/m."""
-        return self.own[..., 0]
+        return self.own[..., LENGTH]
 
     def following(self, motion: Array) -> Array:
         """Change (N, m, k) of tensions with a *motion* (N, n, k) of the platform, m and rad."""

@@ -121,7 +121,7 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     whole = [field.name for field in table.schema if field.name not in floats]
     with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
         pa.parquet.write_table(table, sink, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats)
-    columns = {"time": np.round(check.time, 6)}
+    columns = {"time": np.round(check.law.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
     inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
@@ -192,8 +192,8 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     """One row per sample, one column per quantity and line, SI."""
     samples = check.samples
     columns: dict[str, object] = {
-        "time": check.time,
-        "speed": check.speed,
+        "time": check.law.time,
+        "speed": check.law.speed,
         "distance": samples.distance,
         "layer": samples.layer,
         "gcode_line": samples.line,
@@ -202,17 +202,19 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     }
     for prefix, points in (
         ("", samples.positions),
-        ("uncompensated_", check.uncompensated),
-        ("elastic_only_", check.elastic_only),
-        ("compensated_", check.compensated),
+        ("uncompensated_", check.nozzle(check.statics.uncompensated)),
+        ("elastic_only_", check.nozzle(check.statics.elastic_only)),
+        ("compensated_", check.nozzle(check.statics.compensated)),
     ):
         columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
     if check.robot.n == 6:
         columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
-        columns |= {name: getattr(check, name) for name in ("turned_uncompensated", "turned_compensated")}
+        columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
     if check.retraction is not None:
         columns["retraction"] = check.retraction
-    for quantity in ("rigid_lengths", "lengths", "tensions", "cable_speed", "torque", "swing", "lever"):
-        values = getattr(check, quantity)
+    statics, lines = check.statics, check.statics.lines
+    by_line = {"rigid_lengths": statics.rigid_lengths, "lengths": check.lengths, "tensions": statics.tensions}
+    by_line |= {"cable_speed": lines.winch_speed, "torque": lines.winch_torque}
+    for quantity, values in (by_line | {"swing": lines.swing, "lever": lines.lever}).items():
         columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}
     return pa.table(columns)

@@ -22,17 +22,12 @@ FINEST = 1e-9  # m: below it the solver speaks
 MOST = 8
 """Uncertain numbers that are listed."""
 
-LEAVES = {
-    "none": "no compensation: rigid cables",
-    "elastic": "stretch compensated, sag not",
-    "eyelets": "all but the sheaves compensated",
-    "full": "all compensated",
-}
-
 
 def print_place(found: AccuracyAtPose, report: str | None) -> None:
     """The figures of one pose."""
     import numpy as np
+
+    from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 
     at, spread, corners = found.accuracy, found.accuracy.spread, found.region
     place = ", ".join(f"{x:g}" for x in at.wanted[0])
@@ -52,9 +47,11 @@ def print_place(found: AccuracyAtPose, report: str | None) -> None:
         inner = corners.interior
         verdict = "none is worse than" if inner.corner_is_worst else "SOME ARE WORSE than"
         typer.echo(f"of {inner.samples} inner points, {inner.climbs} of them climbed from, {verdict} the corners")
-    typer.echo("what each controller leaves:      nominal  largest error")
+    typer.echo("what is left of the error:         nominal  largest")
     for name, left in found.remains.items():
-        typer.echo(f"  {LEAVES[name]:<30} {_mm(left.nominal_error[0]):>8}  {_mm(left.spread.max_error[0]):>8} mm")
+        typer.echo(
+            f"  {COMPENSATIONS[name].words:<31} {_mm(left.nominal_error[0]):>8}  {_mm(left.spread.max_error[0]):>8} mm"
+        )
     if found.best is not None:
         best = found.best
         typer.echo(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 
@@ -38,6 +40,7 @@ __all__ = [
     "Tolerance",
     "Wrench",
     "check_plot",
+    "command",
     "described",
     "retracting",
     "slack_excess",
@@ -109,6 +112,21 @@ Holding = Annotated[
 ]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")]
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
+
+
+class _Command(Protocol):
+    def run(self) -> int: ...
+
+
+def command(asked: type[_Command]) -> Callable[..., int]:
+    """The command whose arguments and options are the fields of a dataclass, and whose help is its docstring."""
+
+    @wraps(asked)
+    def run(**given: Any) -> int:
+        return asked(**given).run()
+
+    run.__annotations__ = {}  # Typer reads those of the fields, from the signature
+    return run
 
 
 def described(name: str, load: str | None = None, wrench: str | None = None) -> Robot:

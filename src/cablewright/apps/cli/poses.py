@@ -50,8 +50,7 @@ def poses(
         raise InputError(f"--sigma = {sigma:g}: over 0 and under 1 m is wanted")
     machine, within = load(robot), limits(tension_limits)
     if within is not None:
-        lines = tuple(line.model_copy(update={"tension_limits": within}) for line in machine.lines)
-        machine = machine.model_copy(update={"lines": lines})
+        machine = machine.limited(within)
     found = choose(
         machine,
         count,

@@ -93,8 +93,8 @@ def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Progress) -> di
     from cablewright.apps.report import print as report
     from cablewright.studies.prints.finish import finish, write_metrics
 
-    track, ground = twin.course.track, run.machine.rig.ground.field
-    found, log = finish(run.folder, track, twin.course.print_speed, ground, show)
+    track, ground = twin.path.track, run.machine.rig.ground.field
+    found, log = finish(run.folder, track, twin.path.print_speed, ground, show)
     page = report.write(found, run.folder, name, np.array(run.timing.wall))
     status = "finished" if run.finished else run.state.value
     more: dict[str, object] = {"status": status, "reason": run.reason, "log": str(log), "report": str(page)}

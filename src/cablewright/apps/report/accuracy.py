@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.analyses.accuracy.region import Interior, Region
 from cablewright.apps import style
@@ -115,7 +116,7 @@ def _study_verdict(study: Study) -> Html:
         return _verdict("Nothing can be said", f"At none of {count(len(found.codes))} places is there an answer.", "no")
     nominal, deviation = float(np.nanmax(found.nominal_error)), float(np.nanmax(spread.max_deviation))
     most, least = float(np.nanmax(spread.max_error)), float(np.nanmin(spread.max_error))
-    where = tell.COMMANDED.get(found.compensation, found.compensation).partition(":")[0]
+    where = COMPENSATIONS[found.compensation].words
     told = (
         f"{_SHAPES[study.places.shape].capitalize()}, {where}, {found.robot.name} prints "
         f"{_up_to(nominal)} off with the numbers of its file, and {quantity(least, 'm')} to "
@@ -238,9 +239,9 @@ def _place_verdict(accuracy: Accuracy, tables: Mapping[str, Any]) -> Html:
         return _verdict("Nothing can be said", f"At {where} m there is no answer.", "no")
     most = tell.number(tables, "max_error")
     told = (
-        f"At {where} m, {tell.COMMANDED.get(accuracy.compensation, accuracy.compensation).partition(':')[0]}, "
-        f"{accuracy.robot.name} is {_size(tell.number(tables, 'nominal_error'))} off with the numbers of its "
-        f"file, and up to {quantity(most, 'm')} off while {_numbers(accuracy)}."
+        f"At {where} m, {COMPENSATIONS[accuracy.compensation].words}, {accuracy.robot.name} is "
+        f"{_size(tell.number(tables, 'nominal_error'))} off with the numbers of its file, and up to "
+        f"{quantity(most, 'm')} off while {_numbers(accuracy)}."
     )
     left = next((row for row in tables.get("remains", ()) if row["compensation"] == "full"), None)
     if left is not None and accuracy.compensation != "full":

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MOST_LINES, limits, tensions
@@ -34,7 +35,7 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     The page holds its pictures and asks nothing of any other place. The same check gives the same bytes. Raises
     `EnvironmentFault` where the folder cannot be written.
     """
-    digest = Digest.of(check, layers)
+    digest = Digest(check, layers)
     pictures = _pictures(digest)
     for name, png in pictures.items():
         write_whole(folder / f"{name}.png", png)
@@ -80,24 +81,24 @@ def _verdict(check: Check) -> Html:
 
 def _key_figures(digest: Digest) -> Iterator[tuple[str, str, str]]:
     """Yield what, how much and a note. Errors are those of the whole path, travel moves too."""
-    check = digest.check
+    check, lines = digest.check, digest.check.statics.lines
 
     def largest(error: np.ndarray) -> str:
         return quantity(extreme(error, highest=True), "m")
 
-    middle = quantity(float(median(digest.uncompensated)), "m")
+    middle = quantity(float(median(check.error_uncompensated)), "m")
     yield "layers", count(check.layer_count), ""
     yield "extruded length", quantity(check.samples.extruded_length, "m"), ""
     yield "duration", duration(check.law.duration), ""
-    yield "error without compensation", largest(digest.uncompensated), f"largest; median {middle}"
-    yield "error with compensation", largest(digest.compensated), "largest, of the model itself"
-    yield "error if sag is ignored", largest(digest.elastic_only), "largest, stretch alone compensated"
+    yield f"error {COMPENSATIONS['none'].words}", largest(check.error_uncompensated), f"largest; median {middle}"
+    yield f"error {COMPENSATIONS['full'].words}", largest(check.error_compensated), "largest, of the model itself"
+    yield f"error {COMPENSATIONS['elastic'].words}", largest(check.error_elastic_only), "largest"
     if check.robot.n == 6:
-        yield "turn without compensation", quantity(extreme(check.turned_uncompensated, highest=True), "rad"), "largest"
-    yield "lowest tension", quantity(extreme(check.lowest_tension, highest=False), "N"), ""
-    yield "highest tension", quantity(extreme(check.highest_tension, highest=True), "N"), ""
-    yield "highest winch speed", quantity(extreme(np.abs(check.cable_speed), highest=True), "m/s"), "of the cable"
-    torque = extreme(check.torque, highest=True)
+        yield "turn without compensation", quantity(extreme(check.turn_uncompensated, highest=True), "rad"), "largest"
+    yield "lowest tension", quantity(extreme(lines.lowest_tension, highest=False), "N"), ""
+    yield "highest tension", quantity(extreme(lines.highest_tension, highest=True), "N"), ""
+    yield "highest winch speed", quantity(extreme(lines.winch_speed, highest=True), "m/s"), "of the cable"
+    torque = extreme(lines.winch_torque, highest=True)
     note = "the robot file gives no drum radius" if np.isnan(torque) else "at the drum"
     yield "highest winch torque", quantity(torque, "N m"), note
 
@@ -107,7 +108,7 @@ def _notices(digest: Digest) -> Iterator[Html]:
     total = count(len(digest.check.samples))
     for code, times in digest.unsolved():
         yield element("p", f"At {count(times)} of {total} samples: {Status.of(code).value}.", class_="notice")
-    lost = int(np.isnan(digest.uncompensated).sum())
+    lost = int(np.isnan(digest.check.error_uncompensated).sum())
     if lost:
         told = f"At {count(lost)} of {total} samples nothing tells where the platform hangs without compensation"
         yield element("p", f"{told}; pictures of the error leave them out.", class_="notice")

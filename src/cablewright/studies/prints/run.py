@@ -151,7 +151,7 @@ def _go_on(run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progr
     """Step until it is over."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
-    whole = round(1e3 * printer.plan.course.track.length)
+    whole = round(1e3 * printer.plan.path.track.length)
     saved = begun = time.monotonic()
     for run.steps in range(1, _MOST_STEPS):
         orders = attendant.orders(printer, machine.time)
@@ -188,7 +188,7 @@ def _save(run: PrintRun, keeper: Keeper) -> None:
 
 def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
     """Machine and print as the checkpoint has them, or at the beginning of the path where there is none."""
-    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.course.track.at(0.0).position
+    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.path.track.at(0.0).position
     found = read_snapshots(path) if resume and path.exists() else None
     if found is not None and not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
