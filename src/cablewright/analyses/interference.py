@@ -243,7 +243,7 @@ class Interference(Distances):
         """One row of a batch, as a batch of one."""
         some = slice(row, row + 1)
         arrays = self.margins[some], self.bounds[some], self.pairs[some], self.places[some]
-        held = self.equilibrium if self.equilibrium.code.ndim == 0 else self.equilibrium[some]
+        held = self.equilibrium if self.equilibrium.single else self.equilibrium[some]
         return Interference(held, self.settings, self.part, *arrays, self.clearance)
 
     def curves(self, row: int = 0) -> list[Array]:

@@ -127,7 +127,9 @@ def _say_compiling() -> None:
 
 
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
-    """Run the serial kernel on few rows, the parallel one on many."""
+    """Run the serial kernel on few rows, the parallel one on many; neither on none."""
+    if not rows:
+        return
     serial = rows < SERIAL_BELOW
     if not is_compiled(rows_kernel if serial else sweep_kernel):
         _say_compiling()

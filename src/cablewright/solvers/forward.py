@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.packed_views import blank_states
 from cablewright.models.parameters import varied
-from cablewright.models.statics import Equilibrium, Model, rows_of
+from cablewright.models.rows import rows_of
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
@@ -65,7 +67,7 @@ def solve_forward(
         given, _ = as_poses(model, guess, "guess")
         pose[:] = to_rows(given, rows, "guess")
         start = batches.CHAIN if path else batches.NEAR
-    batch = _solve(model, packed, length, pose, np.zeros((rows, model.m, layout.STATE)), start)
+    batch = _solve(model, packed, length, pose, blank_states(rows, model.m), start)
     return batch[0] if single else batch
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
@@ -62,7 +63,7 @@ def solve_inverse(
         preferred=_preferred(preferred, rows, model.m),
         exit_points=exit_points,
     )
-    states = np.zeros((rows, model.m, layout.STATE))
+    states = blank_states(rows, model.m)
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
+from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.arguments import run
 
@@ -18,13 +20,15 @@ __all__ = ["Linearisation", "TensionChanges", "linearise", "tension_changes"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Linearisation:
-    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch.
+@dataclass(frozen=True, eq=False, repr=False)
+class Linearisation(Rows):
+    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch, as `Rows` tells.
 
     `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised: with a rigid arc over
     the sheaves it is slightly unsymmetric. `motion` (n, m, 10): see the properties.
     """
+
+    SINGLE: ClassVar = ("stiffness", 2)
 
     stiffness: Array
     motion: Array
@@ -72,7 +76,6 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     """
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
-    single = equilibrium.code.ndim == 0
     model, rows = equilibrium.model, equilibrium.code.size
     stiffness = np.zeros((rows, model.n, model.n))
     motion = np.zeros((rows, model.n, model.m, batches.PARAMETERS))
@@ -82,17 +85,20 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     if codes.any():
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
-    return Linearisation(stiffness[0], motion[0]) if single else Linearisation(stiffness, motion)
+    found = Linearisation(stiffness, motion)
+    return found[0] if equilibrium.single else found
 
 
-@dataclass(frozen=True, eq=False)
-class TensionChanges:
+@dataclass(frozen=True, eq=False, repr=False)
+class TensionChanges(Rows):
     """How tensions at the sheaves change, N, at the N solved rows of a batch, to the first order.
 
     `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, while the platform stays. `by_point`
     (N, m, 3): per motion of the point that the line is tied to, N/m. `arms` (N, m, 3): that point from the platform's
     origin, m.
     """
+
+    SINGLE: ClassVar = ("own", 2)
 
     own: Array
     by_point: Array

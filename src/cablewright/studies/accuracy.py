@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Literal, Self, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions, AccuracyQuestion
-from cablewright.analyses.workspace.accessible import Accessible, Rule, accessible, sheave_rules
+from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
+from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
+from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -113,8 +115,8 @@ class Study:
 
     places: Places
     accuracy: Accuracy
-    accessible: Accessible | None  # of a workspace
-    rules: tuple[Rule, ...]
+    workspace: BoundaryLimits | None  # where the shape is the workspace
+    rules: tuple[SheaveRule, ...]
 
     def summary(self) -> dict[str, object]:
         """The figures of the command line's JSON, SI."""
@@ -149,8 +151,9 @@ class Study:
             "contributions": self._contributions(),
             "sheave_rules": [rule.__dict__ for rule in self.rules],
         }
-        if self.accessible is not None:
-            values |= {"volume": self.accessible.volume, "ends": [edge.__dict__ for edge in self.accessible.edges]}
+        if self.workspace is not None:
+            ends = [asdict(each) for each in self.workspace.by_limit]
+            values |= {"volume": self.workspace.nodes.trapezoid_volume, "ends": ends}
         return values
 
     def _contributions(self) -> list[dict[str, object]]:
@@ -184,13 +187,14 @@ def accuracy_over_job(
 def accuracy_over_workspace(
     robot: Robot, step: float, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
 ) -> Study:
-    """`accuracy_over`, with its *options*, a grid of *step* (m) over all that the machine can reach."""
+    """`accuracy_over`, with its *options*, the nodes of a grid of *step* (m) that are in the static workspace."""
     asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
-    reach = accessible(asked.model, step, lambda done, total: asked.progress("finding the workspace", done, total))
-    if not reach.inside.any():
+    nodes = count_nodes(asked.model, "static", step=step, progress=asked.progress)
+    if not nodes.counted:
         raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
-    places = Places("workspace", reach.nodes[reach.inside.ravel()], axes=reach.axes)
-    return replace(_studied(asked, places, asked.model.unrotated_at(places.positions)), accessible=reach)
+    places = Places("workspace", nodes.places, axes=nodes.axes)
+    found = _studied(asked, places, asked.model.unrotated_at(places.positions))
+    return replace(found, workspace=boundary_limits(nodes))
 
 
 def _of_shape(asked: AccuracyQuestion) -> AccuracyQuestion:

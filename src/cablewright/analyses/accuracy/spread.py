@@ -18,7 +18,8 @@ from cablewright.analyses.accuracy.corners import ALL_VERTICES, extreme_signs, s
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
-from cablewright.models.statics import Equilibrium, rows_of
+from cablewright.models.rows import rows_of
+from cablewright.models.statics import Equilibrium
 from cablewright.progress import Progress, silent
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.spread import Method, SpreadProblem
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
@@ -67,9 +66,9 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
         wanted = start.tensions + (centre + width * grid) @ directions
         found = solve_inverse(model, np.repeat(start.pose, len(grid), axis=0), preferred=wanted)
         found = found[found.ok]
-        if not len(found.code):
+        if not len(found):
             break
-        tried += len(found.code)
+        tried += len(found)
         deviations = method(_problem(found, ranges)).max_deviation
         at = int(np.nanargmin(deviations))
         if deviations[at] < best:
@@ -96,5 +95,4 @@ def _free_directions(held: Equilibrium) -> Array:
 
 def _widest(model: Model) -> float:
     """More than tensions within the limits can differ by, N."""
-    lines = model.packed.lines
-    return float(np.linalg.norm(lines[:, layout.TENSION_MAX] - lines[:, layout.TENSION_MIN]))
+    return float(np.linalg.norm(model.lines.tension_max - model.lines.tension_min))

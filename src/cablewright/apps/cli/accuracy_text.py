@@ -80,11 +80,11 @@ def print_study(found: Study, report: str) -> None:
     low_z, high_z = np.nanmin(spread.low[:, 2]), np.nanmax(spread.high[:, 2])
     typer.echo(f"vertical error from {_mm(low_z)} to {_mm(high_z)} mm")
     typer.echo(f"largest deviation from the nominal point {_mm(np.nanmax(spread.max_deviation))} mm")
-    if found.accessible is not None:
-        typer.echo(f"accessible {found.accessible.volume:.1f} m^3, ended by")
-        for edge in found.accessible.edges:
+    if found.workspace is not None:
+        typer.echo(f"accessible {found.workspace.nodes.trapezoid_volume:.1f} m^3, ended by")
+        for each in found.workspace.by_limit:
             typer.echo(
-                f"  {edge.limit:<30} {edge.ends:>7} times, from {edge.lowest[2]:.2f} to {edge.highest[2]:.2f} m high"
+                f"  {each.limit:<30} {each.ends:>7} times, from {each.lowest[2]:.2f} to {each.highest[2]:.2f} m high"
             )
     _print_contributions(at)
     typer.echo(f"report {report}")

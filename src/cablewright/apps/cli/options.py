@@ -13,7 +13,7 @@ from cablewright.apps.cli.output import numbers
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace.criterion import Law
+    from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.robot import Robot
 
 __all__ = [
@@ -159,9 +159,9 @@ def turns(text: str | None) -> list[list[float]] | None:
     return [numbers(part, "--orientations") or [] for part in text.split(";")]
 
 
-def retracting(length: float | None, law: str | None, point: str) -> float | Law | None:
+def retracting(length: float | None, law: str | None, point: str) -> float | RetractionLaw | None:
     """What --retraction and --retraction-law ask for. Raises `InputError`."""
-    from cablewright.analyses.workspace.criterion import Law
+    from cablewright.analyses.workspace.criterion import RetractionLaw
 
     if law is not None and length is not None:
         raise InputError("--retraction and --retraction-law: give one of them")
@@ -172,7 +172,7 @@ def retracting(length: float | None, law: str | None, point: str) -> float | Law
         raise InputError(f"--retraction-law = {law!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps")
     slope, intercept, *clamps = values
     least, most = clamps or (None, None)
-    return Law(slope, intercept, least, most, point)
+    return RetractionLaw(slope, intercept, least, most, point)
 
 
 def slack_excess(robot: Robot, text: str) -> dict[str, float]:

@@ -13,8 +13,8 @@ from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.analyses.accuracy.region import Interior, Region
 from cablewright.apps import style
-from cablewright.apps.pictures.accessible import workspace
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
+from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report import accuracy_tables as tell
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
@@ -103,7 +103,7 @@ def _study_body(study: Study, title: str, pictures: Pictures, options: Mapping[s
     if pictures:
         yield section("How far off", *_study_pictures(study, pictures))
         yield section("Extreme places", tell.extremes_table(study))
-    if study.accessible is not None:
+    if study.workspace is not None:
         yield section("What ends the workspace", tell.ends_table(study))
     if pictures:
         yield section("What each uncertain number does", *_contributions(found, pictures))
@@ -164,8 +164,8 @@ def _study_figures(study: Study) -> Iterator[tuple[str, str, str]]:
     if found.robot.n == 6:
         yield "turn", quantity(float(np.nanmax(spread.max_turn)), "rad"), f"from the wanted rotation, {where}"
     yield "places", count(int(found.ok.sum())), f"with an answer, of {count(len(found.codes))}"
-    if study.accessible is not None:
-        yield "workspace", f"{study.accessible.volume:.4g} m³", "accessible, by its nodes"
+    if study.workspace is not None:
+        yield "workspace", f"{study.workspace.nodes.trapezoid_volume:.4g} m³", "accessible, by its nodes"
 
 
 def _study_pictures(study: Study, pictures: Pictures) -> Iterator[Html]:

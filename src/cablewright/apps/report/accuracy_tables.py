@@ -127,13 +127,13 @@ def contributions_table(accuracy: Accuracy) -> Html:
 
 def ends_table(study: Study) -> Html:
     """Return which limits end the workspace, how often and where."""
-    reach = study.accessible
-    if reach is None or not reach.edges:
+    ending = () if study.workspace is None else study.workspace.by_limit
+    if not ending:
         return element("p", "Nothing is accessible: no limit ends anything.")
-    total = sum(edge.ends for edge in reach.edges)
+    total = sum(each.ends for each in ending)
     rows = [
-        (edge.limit, f"{count(edge.ends)} ({share(edge.ends / total)})", place_of(edge.lowest), place_of(edge.highest))
-        for edge in reach.edges
+        (each.limit, f"{count(each.ends)} ({share(each.ends / total)})", place_of(each.lowest), place_of(each.highest))
+        for each in ending
     ]
     return table(("limit", "ends of grid lines", "lowest, in m", "highest, in m"), rows, numbers=(1,))
 
