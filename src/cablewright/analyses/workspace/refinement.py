@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
-from cablewright.analyses.workspace.mesh import Mesh
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["Refined", "SearchBox", "refine"]
 
@@ -63,7 +63,7 @@ class SearchBox:
 class Refined:
     """The surface of what is inside, and how well its volume is known."""
 
-    mesh: Mesh
+    mesh: TriangleMesh
     error: float  # m^3
     unseen: float  # m^3: of `error`, more than random places would have missed in 19 of 20 runs
     places: int  # at how many the function was evaluated
@@ -269,7 +269,7 @@ class _Lattice:
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
         return self.least_unseen * (1.0 + (against + 2.0 * float(np.sqrt(against))) / UNSEEN)
 
-    def surface(self) -> Mesh:
+    def surface(self) -> TriangleMesh:
         """The closed surface on this lattice."""
         keys, within, without, triangles = crossings(self.crossed, self.inside[self.mixed])
         shares, _ = self._shares(within)
@@ -282,7 +282,7 @@ class _Lattice:
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         used, numbers = np.unique(triangles, return_inverse=True)
-        return Mesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
+        return TriangleMesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
     def _cross(self, inner: Array, outer: Array, in_box: NDArray[np.bool_], within: Keys, without: Keys) -> Array:
         """Where the surface crosses edges: shares (E,) of the way from inside to outside; 0 at a side of the box."""
