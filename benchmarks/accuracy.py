@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from benchmarks.timing import Row, best
 from cablewright.analyses.accuracy.corners import signs_of_box
@@ -11,29 +12,38 @@ from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadP
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
-from cablewright.studies.accuracy import Study, accuracy_over, accuracy_over_workspace, on_plane
-
-SAMPLES = 100_000
-STEP = 0.39  # m: 50 000 places of the house printer's workspace
+from cablewright.studies.accuracy import Places, Study, accuracy_over, accuracy_over_workspace
 
 
-def rows() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Size:
+    """How much is measured."""
+
+    plane_step: float = 13.5 / 40  # m
+    step: float = 0.39  # m: 50 000 places of the house printer's workspace
+    samples: int = 100_000
+
+
+FULL, QUICK = Size(), Size(13.5 / 4, 3.0, 100)
+
+
+def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
     house = load("house-printer")
-    plane = on_plane(house, 0.0, 6.75, 13.5 / 40)
+    plane = Places.plane(house, 0.0, 6.75, size.plane_step)
     count = len(plane.positions)
     seconds = best(lambda: accuracy_over(house, plane), 3)
     beside = _beside(accuracy_over(house, plane), seconds)
     yield Row(f"accuracy of a plane, {count} places x 16", seconds, "s", "<= 1", seconds <= 1, *beside)
-    whole = accuracy_over_workspace(house, STEP)
+    whole = accuracy_over_workspace(house, size.step)
     reached = len(whole.accuracy.codes)
-    seconds = best(lambda: accuracy_over_workspace(house, STEP), 1)
+    seconds = best(lambda: accuracy_over_workspace(house, size.step), 1)
     beside = _beside(whole, seconds)
     name = f"accuracy of the workspace, {reached} places x 16"
     yield Row(name, seconds, "s", "<= 15", seconds <= 15 and reached >= 50_000, *beside)
     pose = [2.0, 1.0, 3.0]
-    seconds = best(lambda: accuracy(house, pose, method=MonteCarlo(SAMPLES)), 3)
-    yield Row(f"Monte Carlo at a place, {SAMPLES} samples", seconds, "s", "<= 2", seconds <= 2)
+    seconds = best(lambda: accuracy(house, pose, method=MonteCarlo(size.samples)), 3)
+    yield Row(f"Monte Carlo at a place, {size.samples} samples", seconds, "s", "<= 2", seconds <= 2)
     first = best(lambda: accuracy_over(house, plane, method=FirstOrder()), 3)
     yield Row(f"first order over a plane, {count} places", first, "s")
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from moorpy.body import Body
-from moorpy.system import System
 from numpy.typing import NDArray
 
 from benchmarks.statics import PLAIN, solver
-from benchmarks.timing import Row, best, medians
+from benchmarks.timing import Row, best, installed, medians
 from cablewright.kernels import batches, layout
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.rotation import angle_between, matrices
@@ -20,19 +20,34 @@ from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
+if TYPE_CHECKING:
+    from moorpy.body import Body
+    from moorpy.system import System
+
 Array = NDArray[np.float64]
-ROWS = 3000
 TURN = 0.05  # rad, standard deviation of each part of the rotation vector
-BESIDE = 50  # poses that MoorPy solves too
+BATCH = 50  # poses
 TIGHT = 1e-10  # m: the tightest tolerance with which MoorPy converges everywhere here; with 1e-11 some poses fail
 OWN = 0.05  # m: MoorPy's default, with which it stays where it starts: the step that it would take is shorter
 
 
-def rows() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Size:
+    """How much is measured."""
+
+    poses: int = 3000  # whole batches
+    beside: int = 50  # poses that MoorPy solves too
+
+
+FULL, QUICK = Size(), Size(BATCH, 1)
+
+
+def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
-    yield from eight_rows()
-    yield from four_rows()
-    yield from moorpy_rows()
+    yield from eight_rows(size)
+    yield from four_rows(size)
+    if installed("moorpy"):
+        yield from moorpy_rows(size)
 
 
 def some_poses(model: Model, count: int) -> tuple[Array, Equilibrium]:
@@ -55,8 +70,8 @@ def off(lengths: Array) -> Array:
 def per_solve(model: Model, lengths: Array, held: Equilibrium, start: int) -> float:
     """Time of one forward solve in a batch on one thread, s."""
     serial = solver(model, lengths, held, start, parallel=False)
-    parts = range(0, len(lengths), 50)
-    return float(np.mean(medians([lambda i=i: serial(slice(i, i + 50)) for i in parts], 5))) / 50  # type: ignore[misc]
+    parts = range(0, len(lengths), BATCH)
+    return float(np.mean(medians([lambda i=i: serial(slice(i, i + BATCH)) for i in parts], 5))) / BATCH  # type: ignore[misc]
 
 
 def single_solves(model: Model, held: Equilibrium) -> float:
@@ -73,10 +88,10 @@ def right(model: Model, held: Equilibrium) -> float:
     return float((near & (angle_between(found[:, 3:], held.pose[:, 3:]) < 1e-9)).mean())
 
 
-def python_call(model: Model, held: Equilibrium, lengths: Array) -> float:
-    """Median time of `Tracker.step` to the neighbouring lengths and back, over the first poses, s."""
+def python_call(model: Model, held: Equilibrium, lengths: Array, count: int) -> float:
+    """Median time of `Tracker.step` to the neighbouring lengths and back, over the first *count* poses, s."""
     steps = []
-    for home, away in zip(held.lengths[:BESIDE], lengths[:BESIDE], strict=True):
+    for home, away in zip(held.lengths[:count], lengths[:count], strict=True):
         steps += there_and_back(Tracker(model, home, PLAIN).step, home, away)
     return float(np.median(medians(steps, 200)))
 
@@ -103,16 +118,16 @@ def inverse(model: Model, poses: Array) -> float:
     return best(solve) / count
 
 
-def eight_rows() -> Iterator[Row]:
+def eight_rows(size: Size) -> Iterator[Row]:
     """Six freedoms on eight sagging lines over swivel sheaves."""
     model = Model(load("cogiro"))
-    poses, held = some_poses(model, ROWS)
+    poses, held = some_poses(model, size.poses)
     lengths = off(held.lengths)
     warm = per_solve(model, lengths, held, batches.WARM)
     yield Row("body on 8 lines: forward, warm (1 mm), in a batch", warm * 1e6, "us", "<= 40", warm <= 40e-6)
-    one = python_call(model, held, lengths)
+    one = python_call(model, held, lengths, size.beside)
     yield Row("  as one Python call", one * 1e6, "us")
-    many = np.tile(np.arange(ROWS), 10)
+    many = np.tile(np.arange(size.poses), 10)
     batch = solver(model, lengths[many], held[many], batches.WARM, parallel=True)
     rate = len(many) / best(lambda: batch(slice(None)))
     yield Row("  batch on all cores", rate, "solves/s")
@@ -123,27 +138,27 @@ def eight_rows() -> Iterator[Row]:
     yield Row("body on 8 lines: inverse, in a batch, one thread", inverse(model, poses) * 1e6, "us")
 
 
-def four_rows() -> Iterator[Row]:
+def four_rows(size: Size) -> Iterator[Row]:
     """Six freedoms on four lines: two of them, here how the platform leans, are gravity's."""
     model = Model(load("grab-four-lines"))
-    poses, held = some_poses(model, ROWS)
+    poses, held = some_poses(model, size.poses)
     yield Row("body on 4 lines: forward, cold: right pose", 100 * right(model, held), "%")
     yield Row("  median of single solves", single_solves(model, held) * 1e6, "us")
     yield Row("body on 4 lines: inverse, in a batch, one thread", inverse(model, poses) * 1e6, "us")
 
 
-def moorpy_rows() -> Iterator[Row]:
+def moorpy_rows(size: Size) -> Iterator[Row]:
     """The same body on the same catenaries from eyelets, from the neighbouring equilibrium; MoorPy has no sheaves.
 
     MoorPy's bodies are solved with its analytical stiffness, each line from its last forces. Its tolerance is one on
     the last step that is taken.
     """
     model = Model(load("cogiro"), Fidelity(sheave=SheaveLaw.EYELET))
-    _, held = some_poses(model, ROWS)
+    _, held = some_poses(model, size.poses)
     lengths = off(held.lengths)
-    ours = solve_forward(model, lengths[:BESIDE], guess=held.pose[:BESIDE]).checked()
+    ours = solve_forward(model, lengths[: size.beside], guess=held.pose[: size.beside]).checked()
     own = per_solve(model, lengths, held, batches.WARM)
-    call = python_call(model, held, lengths)
+    call = python_call(model, held, lengths, size.beside)
     peer, apart = moorpy(model, held, ours, TIGHT)
     beside = f"faster than MoorPy ({peer * 1e3:.1f} ms)"
     ratio = peer / own
@@ -159,8 +174,8 @@ def moorpy_rows() -> Iterator[Row]:
 
 def moorpy(model: Model, held: Equilibrium, ours: Equilibrium, tolerance: float) -> tuple[float, Array]:
     """Median time of MoorPy's solves there and back, s, and how far its platform points are from ours, m."""
-    steps, apart = [], np.zeros(BESIDE)
-    for i in range(BESIDE):
+    steps, apart = [], np.zeros(len(ours.lengths))
+    for i in range(len(apart)):
         system, body = moored(model, held.pose[i], held.lengths[i])
 
         def step(wanted: Array, system: System = system) -> None:
@@ -178,6 +193,8 @@ def moorpy(model: Model, held: Equilibrium, ours: Equilibrium, tolerance: float)
 
 def moored(model: Model, pose: Array, lengths: Array) -> tuple[System, Body]:
     """The robot in MoorPy: no water to weigh less in, and a sea bed out of reach."""
+    from moorpy.system import System
+
     gravity, platform = model.robot.scene.gravity, model.packed.platform
     system = System(depth=100.0, rho=0.0, g=gravity)
     mass, centre = platform[layout.PLATFORM_WEIGHT] / gravity, platform[layout.MASS_X : layout.MASS_Z + 1]

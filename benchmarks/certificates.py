@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -27,23 +28,35 @@ EXCESS = 0.3  # m: how much longer than it should be one line gets on the way
 SAME = 1e-9  # m
 ERROR = 1e-3  # m: of each length
 LETS_OUT = {"taut": (0.0, 0.0), "slack": (0.02, 0.3), "transition": (1e-4, 1e-2)}  # m: by how much one line
-BOXES, SAMPLES, SEED = 5, 300, 3
+SAMPLES, SEED = 300, 3
 
 
-def rows() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Size:
+    """How much is measured."""
+
+    share: float = 1.0  # of the paths' sides, and of how much longer a line gets on them
+    boxes: int = 5
+
+
+FULL, QUICK = Size(), Size(0.01, 1)
+
+
+def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
     for name in SIDES:
-        yield from path_rows(name)
-    yield from body_rows()
+        yield from path_rows(name, size.share)
+    yield from body_rows(size.share)
     for name in SIDES:
         for kind in LETS_OUT:
-            yield from box_rows(name, kind)
+            yield from box_rows(name, kind, size.boxes)
 
 
-def path_rows(name: str) -> Iterator[Row]:
-    """A closed path of 28 m, on which one line is let out until it is slack, and pulled tight again."""
+def path_rows(name: str, part: float) -> Iterator[Row]:
+    """A closed path of 28 m, or *part* of it, on which one line is let out until it is slack, and pulled tight."""
     model = Model(load(name), tension_limits=LIMITS)
-    lengths = slackened(solve_inverse(model, round_trip(*SIDES[name])).checked().lengths)
+    x, y, z = SIDES[name]
+    lengths = slackened(solve_inverse(model, round_trip(part * x, part * y, z)).checked().lengths, part * EXCESS)
     times, found, wrong = followed(model, lengths)
     mean, late = 1e6 * float(times.mean()), 1e6 * float(np.percentile(times, 99))
     share = 100 * float(np.mean(found))
@@ -55,11 +68,11 @@ def path_rows(name: str) -> Iterator[Row]:
     yield Row(f"{name}: the certificate alone, in a batch", alone, "us")
 
 
-def body_rows() -> Iterator[Row]:
-    """Eight lines and a body: there and back on a straight way inside a small frame."""
+def body_rows(part: float) -> Iterator[Row]:
+    """Eight lines and a body: there and back on *part* of a straight way inside a small frame."""
     model = Model(load("jung2020"))
     ends = np.array([[-0.1, 0.0, 0.1, 0.0, 0.0, 0.0], [0.1, 0.05, 0.15, 0.02, -0.02, 0.02]])
-    share = np.arange(0.0, 1.0, PACE / np.linalg.norm(ends[1, :3] - ends[0, :3]))
+    share = np.arange(0.0, part, PACE / np.linalg.norm(ends[1, :3] - ends[0, :3]))
     poses = ends[0] + np.concatenate([share, share[::-1]])[:, None] * (ends[1] - ends[0])
     lengths = solve_inverse(model, poses).checked().lengths
     times, found, _ = followed(model, np.tile(lengths, (3, 1)), compare=False)
@@ -70,12 +83,12 @@ def body_rows() -> Iterator[Row]:
     yield Row("jung2020: the certificate alone, in a batch", alone, "us")
 
 
-def box_rows(name: str, kind: str) -> Iterator[Row]:
-    """Boxes of poses for lengths known to ERROR, of BOXES random poses with one line *kind*."""
+def box_rows(name: str, kind: str, boxes: int) -> Iterator[Row]:
+    """Boxes of poses for lengths known to ERROR, of *boxes* random poses with one line *kind*."""
     rng = np.random.default_rng(SEED)
     model = Model(load(name), tension_limits=LIMITS)
     wider, times, leaves = [], [], []
-    while len(times) < BOXES:
+    while len(times) < boxes:
         place = rng.uniform(model.robot.scene.frame_min, model.robot.scene.frame_max)
         held = solve_inverse(model, place)
         if not held.ok:
@@ -112,11 +125,11 @@ def round_trip(x: float, y: float, z: float) -> Array:
     return np.column_stack([np.interp(along, ends, each) for each in corners.T])
 
 
-def slackened(lengths: Array) -> Array:
-    """The first line goes from taut to slack and back in the middle of the way."""
+def slackened(lengths: Array, excess: float) -> Array:
+    """The first line goes from taut to slack, *excess* (m) too long, and back in the middle of the way."""
     along = np.linspace(0.0, 1.0, len(lengths))
     longer = lengths.copy()
-    longer[:, 0] += EXCESS * np.sin(np.pi * np.clip((along - 0.3) / 0.4, 0.0, 1.0)) ** 2
+    longer[:, 0] += excess * np.sin(np.pi * np.clip((along - 0.3) / 0.4, 0.0, 1.0)) ** 2
     return longer
 
 

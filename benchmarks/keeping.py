@@ -1,14 +1,11 @@
-"""Snapshots and logs of the simulated machine: what it takes not to lose anything; one thread. And machines they serve.
-
-As a command, `python -m benchmarks.keeping`, these rows alone.
-"""
+"""Snapshots and logs of the simulated machine: what it takes not to lose anything; one thread."""
 
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import median, quantiles
@@ -32,19 +29,32 @@ PERIOD = 1.0  # s, of a quasi-static campaign
 WANTED = 880.0  # steps of it a second: 132 000 in 150 s
 
 
-def rows() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Size:
+    """How much is measured."""
+
+    campaign: int = 600  # steps of PERIOD
+    laid: int = 400  # steps of the house printer
+    written: int = 60  # snapshots
+    logged: int = 6000  # steps of 10 ms
+
+
+FULL, QUICK = Size(), Size(5, 5, 3, 50)
+
+
+def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
     full = load_settings("merlet2023")
     slow = full.model_copy(update={"quasi_static_period": PERIOD})
-    rate = speed(slow, "quasi-static", 600.0) / PERIOD
+    rate = speed(slow, "quasi-static", size.campaign * PERIOD) / PERIOD
     name = "merlet2023: quasi-static plant of 1 s, all sensors"
     yield Row(name, rate, "steps/s", f">= {WANTED:.0f}", rate >= WANTED)
-    ratio = house_speed()
+    ratio = house_speed(size.laid)
     yield Row("house-printer: dynamic plant, laying, all sensors", ratio, "x real", ">= 20", ratio >= 20.0)
     with TemporaryDirectory() as folder:
-        yield from snapshots(full, Path(folder))
-        yield from logs("10 ms", full, "dynamic", 6000, Path(folder))
-        yield from logs("1 s", slow, "quasi-static", 600, Path(folder))
+        yield from snapshots(full, size.written, Path(folder))
+        yield from logs("10 ms", full, "dynamic", size.logged, Path(folder))
+        yield from logs("1 s", slow, "quasi-static", size.campaign, Path(folder))
 
 
 def command(machine: SimulatedMachine) -> Command:
@@ -52,18 +62,18 @@ def command(machine: SimulatedMachine) -> Command:
     return Command(machine.time, SWAY * np.cos(0.03 * machine.time), 1.0)
 
 
-def house_speed() -> float:
+def house_speed(steps: int) -> float:
     """Times real time of a printer for houses that lays a strand to and fro."""
     machine = SimulatedMachine(load("house-printer"), load_settings("house-printer"), (0.0, 0.0, 0.5), seed=1)
 
     def go() -> None:
-        for _ in range(400):
+        for _ in range(steps):
             machine.step(Command(machine.time, 5.0 * SWAY * np.cos(0.5 * machine.time), 1.0))
 
-    return 400 * machine.period / best(go)
+    return steps * machine.period / best(go)
 
 
-def snapshots(settings: MachineSettings, folder: Path) -> Iterator[Row]:
+def snapshots(settings: MachineSettings, count: int, folder: Path) -> Iterator[Row]:
     """A snapshot after a layer is on the floor: taken, written, taken up; beside writing the same bytes alone."""
     robot, path = load("merlet2023"), folder / "state"
     machine = SimulatedMachine(robot, settings, START, seed=1)
@@ -89,10 +99,10 @@ def snapshots(settings: MachineSettings, folder: Path) -> Iterator[Row]:
 
     keep()
     data = path.read_bytes()
-    took, alone = medians([keep, write_alone], 60)
+    took, alone = medians([keep, write_alone], count)
     name = f"snapshot of merlet2023, {len(data) / 1e6:.1f} MB: taken and on the disk"
     yield Row(name, 1e3 * took, "ms", "<= 5", took <= 5e-3, "those bytes alone", took / alone)
-    yield Row("snapshot of merlet2023: read and taken up", 1e3 * medians([take_up], 20)[0], "ms")
+    yield Row("snapshot of merlet2023: read and taken up", 1e3 * medians([take_up], count // 3)[0], "ms")
 
 
 def logs(what: str, settings: MachineSettings, plant: PlantName, count: int, folder: Path) -> Iterator[Row]:
@@ -141,13 +151,3 @@ def read(path: Path, without: tuple[type, ...]) -> None:
     with read_log(path) as log:
         for _ in log.entries(without=without):
             pass
-
-
-def main() -> None:
-    """Print the rows."""
-    for row in rows():
-        print(row.text(), flush=True)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -10,12 +10,11 @@ import math
 import sys
 import time
 from collections.abc import Iterator
-from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.timing import Row, best
+from benchmarks.timing import Row, best, installed
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
@@ -34,9 +33,11 @@ SENSORS = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
 DROP = 2e-3  # m
 DROPPED = 0.5  # s that the integrators are compared over
 FINE = 0.125e-3  # s, the step of what they are compared with
+FULL: dict[PlantName, float] = {"dynamic": 10.0, "quasi-static": 60.0}  # s of a drive
+QUICK: dict[PlantName, float] = {"dynamic": 0.1, "quasi-static": 1.0}
 
 
-def rows() -> Iterator[Row]:
+def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
     """All rows of this file."""
     full = load_settings("merlet2023")
     bare = full.model_copy(update={"lidars": {}, **dict.fromkeys(SENSORS)})
@@ -46,25 +47,25 @@ def rows() -> Iterator[Row]:
         ("quasi-static", full, "with all sensors"),
         ("quasi-static", bare, "alone"),
     ):
-        ratio = speed(settings, plant)
+        ratio = speed(settings, plant, seconds[plant])
         aim = AIMS[plant] if what == ("alone" if plant == "quasi-static" else "with all sensors") else None
         told = "" if aim is None else f">= {aim:.0f}"
         yield Row(f"merlet2023: {plant} plant, {what}", ratio, "x real", told, None if aim is None else ratio >= aim)
     each = step_time(full)
     yield Row("merlet2023: a dynamic step of 2 ms", 1e6 * each, "us")
-    if find_spec("mujoco"):
+    if installed("mujoco"):
         theirs = mujoco_time(load("merlet2023"), full.substep)
         name = "merlet2023: MuJoCo's step, tendons without weight"
         yield Row(name, 1e6 * theirs, "us", peer="ours", ratio=theirs / each)
 
 
-def speed(settings: MachineSettings, plant: PlantName, seconds: float | None = None) -> float:
+def speed(settings: MachineSettings, plant: PlantName, seconds: float) -> float:
     """Times real time of a drive round a loop, six times so many *seconds*: what the pilot takes is not counted."""
     robot = load("merlet2023")
     way = random_round(robot, 28.0, seed=1)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=1, plant=plant)
     pilot, spent, ratios = Pilot(machine, way, DriveSettings(), 1), 0.0, []
-    steps = round((seconds or (10.0 if plant == "dynamic" else 60.0)) / machine.period)
+    steps = round(seconds / machine.period)
     for _ in range(6):  # the first compiles
         spent = 0.0
         for _ in range(steps):

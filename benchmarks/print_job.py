@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.timing import Row
-from cablewright.printing.job import load_job
+from cablewright.printing.job import Job, load_job
+from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from cablewright.studies.prints.finish import finish, step_times
 from cablewright.studies.prints.plan import Choices, twin_of
@@ -17,20 +18,22 @@ from cablewright.studies.prints.run import Timing, run_print
 JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
 MOST = {"paper": 4.82, "filter": 1.5, "encoders": None}
 """cm: the most that the path error may be."""
+FULL = load_job(JOB)
+RING = Helix(radius=0.05, layers=1, layer_height=1e-3, first_height=1.0)
+QUICK = FULL.model_copy(update={"curve": None, "helix": RING})
 
 
-def rows() -> Iterator[Row]:
-    """All rows of this file."""
+def rows(job: Job) -> Iterator[Row]:
+    """All rows of this file: the first layer of *job*."""
     for estimator, law in (("paper", "paper"), ("filter", "model"), ("encoders", "model")):
-        found, timing = layer(Choices(estimator, law, layers=1))  # type: ignore[arg-type]
+        found, timing = layer(job, Choices(estimator, law, layers=1))  # type: ignore[arg-type]
         name, aim = f"print, a layer: {estimator} estimation, {law} law", MOST[estimator]
         error, speed = found.true.error, found.true.speed
         most = 100.0 * error.size
-        yield Row(
-            f"{name}: most off", most, "cm", "" if aim is None else f"<= {aim}", None if aim is None else most <= aim
-        )
         if aim is None:
+            yield Row(f"{name}: most off", most, "cm")
             continue
+        yield Row(f"{name}: most off", most, "cm", f"<= {aim}", most <= aim)
         mean, off = 100.0 * error.mean, abs(speed.mean / 0.03 - 1.0)
         yield Row(f"{name}: mean", mean, "cm", "within 0.03", abs(mean) <= 0.03)
         yield Row(f"{name}: speed off by", 100.0 * off, "%", "<= 0.6", off <= 6e-3)
@@ -41,11 +44,11 @@ def rows() -> Iterator[Row]:
         yield Row(f"{name}: 99 of 100 steps", 1e3 * told["p99"], "ms", "<= 5", told["p99"] <= 5e-3)
 
 
-def layer(choices: Choices) -> tuple[PrintRecord, Timing]:
+def layer(job: Job, choices: Choices) -> tuple[PrintRecord, Timing]:
     """Print the first layer; its record and how long its steps took."""
-    twin = twin_of(load("merlet2023"), load_job(JOB), None, choices)
+    twin = twin_of(load("merlet2023"), job, None, choices)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "run"
         run = run_print(twin, folder, {}, {})
-        found, _ = finish(folder, twin.course.track, twin.course.print_speed, run.machine.rig.ground.field)
+        found, _ = finish(folder, twin.path.track, twin.path.print_speed, run.machine.rig.ground.field)
     return found, run.timing

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
-from moorpy.Catenary import catenary
 from numpy.typing import NDArray
 from scipy.optimize import root
 
-from benchmarks.timing import Row, best, medians
+from benchmarks.timing import Row, best, installed, medians
 from cablewright.kernels import batches, jit, layout
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
@@ -22,17 +22,29 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
 Array = NDArray[np.float64]
-ROWS = 3000
+BATCH = 100  # poses
 PLAIN = TrackerSettings(certify=False)
 
 
-def rows() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Size:
+    """How much is measured."""
+
+    poses: int = 3000  # whole batches
+    beside: int = 200  # of them that SciPy solves too
+    spans: int = 200
+
+
+FULL, QUICK = Size(), Size(BATCH, 2, 5)
+
+
+def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
     model = Model(load("paty2021"), tension_limits=(20.0, 5150.0))  # its own limits exclude most of its frame
-    held = some_poses(model, ROWS)
-    yield from forward_rows(model, held)
+    held = some_poses(model, size.poses)
+    yield from forward_rows(model, held, size.beside)
     yield from inverse_rows(model, held)
-    yield from span_rows()
+    yield from span_rows(size.spans)
 
 
 def some_poses(model: Model, count: int) -> Equilibrium:
@@ -43,13 +55,13 @@ def some_poses(model: Model, count: int) -> Equilibrium:
     return found[np.flatnonzero(found.ok)[:count]]
 
 
-def forward_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
+def forward_rows(model: Model, held: Equilibrium, beside: int) -> Iterator[Row]:
     """Warm, cold, single, in batches; and beside scipy's root with the same Jacobian."""
-    rng = np.random.default_rng(1)
+    rng, count = np.random.default_rng(1), len(held.lengths)
     lengths = held.lengths + 1e-3 * rng.standard_normal(held.lengths.shape)
     serial = solver(model, lengths, held, batches.WARM, parallel=False)
-    warm = medians([lambda i=i: serial(slice(i, i + 100)) for i in range(0, ROWS, 100)], 5)
-    per_solve = float(np.median(warm)) / 100
+    warm = medians([lambda i=i: serial(slice(i, i + BATCH)) for i in range(0, count, BATCH)], 5)
+    per_solve = float(np.median(warm)) / BATCH
     yield Row("forward, warm (lengths off by 1 mm), in a batch", per_solve * 1e6, "us", "<= 10", per_solve <= 10e-6)
 
     tracker = Tracker(model, held.lengths[0], PLAIN)
@@ -58,20 +70,19 @@ def forward_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     one = max(medians(calls, 2000))
     yield Row("forward, warm, as one Python call", one * 1e6, "us", "<= 20", one <= 20e-6)
 
-    many = np.tile(np.arange(ROWS), 20)
+    many = np.tile(np.arange(count), 20)
     batch = solver(model, lengths[many], held[many], batches.WARM, parallel=True)
     rate = len(many) / best(lambda: batch(slice(None)))
     yield Row("forward, warm, batch on all cores", rate, "solves/s", ">= 150000", rate >= 150e3)
 
     cold = solver(model, held.lengths, held, batches.COLD, parallel=False)
-    times = medians([lambda i=i: cold(slice(i, i + 1)) for i in range(ROWS)], 3)  # type: ignore[misc]
+    times = medians([lambda i=i: cold(slice(i, i + 1)) for i in range(count)], 3)  # type: ignore[misc]
     found = solve_forward(model, held.lengths)
     right = float((np.linalg.norm(found.pose - held.pose, axis=1) < 1e-9).mean())
     yield Row("forward, cold: right pose", 100 * right, "%", "= 100", right == 1.0)
-    yield Row(
-        "forward, cold, median of single solves", np.median(times) * 1e6, "us", "<= 40", np.median(times) <= 40e-6
-    )
-    yield from scipy_rows(model, held, lengths, per_solve)
+    single = float(np.median(times))
+    yield Row("forward, cold, median of single solves", single * 1e6, "us", "<= 40", single <= 40e-6)
+    yield scipy_row(model, held[:beside], lengths[:beside], per_solve)
 
 
 def solver(model: Model, lengths: Array, held: Equilibrium, start: int, *, parallel: bool) -> Callable[[slice], None]:
@@ -120,7 +131,7 @@ def full_system(packed, lengths, x, work, residual, jacobian):
         jacobian[1, 1] -= ex * ex * across
 
 
-def scipy_rows(model: Model, held: Equilibrium, lengths: Array, ours: float) -> Iterator[Row]:
+def scipy_row(model: Model, held: Equilibrium, lengths: Array, ours: float) -> Row:
     """The same 27 equations with the same Jacobian and start in scipy.optimize.root."""
     packed: Packed = model.packed
     work = workspace(packed)
@@ -135,27 +146,22 @@ def scipy_rows(model: Model, held: Equilibrium, lengths: Array, ours: float) -> 
         start = np.concatenate([held.pose[i], held.states[i].ravel()])
         return np.asarray(root(function, start, args=(lengths[i],), jac=True, method="hybr", tol=1e-13).x[:3])
 
-    some = range(200)
-    exact = solve_forward(model, lengths[:200], guess=held.pose[:200]).pose
+    some = range(len(lengths))
+    exact = solve_forward(model, lengths, guess=held.pose).pose
     agree = float((np.linalg.norm([solve(i) for i in some] - exact, axis=1) < 1e-6).mean())
     theirs = float(np.median(medians([lambda i=i: solve(i) for i in some], 3)))  # type: ignore[misc]
-    yield Row(
-        f"  scipy.optimize.root, same Jacobian ({100 * agree:.0f} % agree)",
-        theirs * 1e6,
-        "us",
-        peer="ours",
-        ratio=theirs / ours,
-    )
+    name = f"  scipy.optimize.root, same Jacobian ({100 * agree:.0f} % agree)"
+    return Row(name, theirs * 1e6, "us", peer="ours", ratio=theirs / ours)
 
 
 def inverse_rows(model: Model, held: Equilibrium) -> Iterator[Row]:
     """Least-norm tensions under limits, all physics."""
-    poses, packed = held.pose, model.rows()
-    arrays = (np.zeros_like(held.states), np.zeros_like(held.lengths), np.zeros(ROWS, np.int64), np.zeros(ROWS))
-    one = best(lambda: batches.inverse_rows(packed, poses, *arrays, False, 0, ROWS)) / ROWS
+    poses, packed, count = held.pose, model.rows(), len(held.pose)
+    arrays = (np.zeros_like(held.states), np.zeros_like(held.lengths), np.zeros(count, np.int64), np.zeros(count))
+    one = best(lambda: batches.inverse_rows(packed, poses, *arrays, False, 0, count)) / count
     yield Row("inverse, in a batch, one thread", one * 1e6, "us")
-    path = np.linspace([-3.0, -2.0, 1.0], [3.0, 2.0, 1.5], ROWS)
-    follow = best(lambda: batches.inverse_rows(packed, path, *arrays, True, 0, ROWS)) / ROWS
+    path = np.linspace([-3.0, -2.0, 1.0], [3.0, 2.0, 1.5], count)
+    follow = best(lambda: batches.inverse_rows(packed, path, *arrays, True, 0, count)) / count
     yield Row("inverse, along a path, one thread", follow * 1e6, "us")
     everywhere = np.tile(poses, (10, 1))
     rate = len(everywhere) / best(lambda: solve_inverse(model, everywhere))
@@ -177,42 +183,49 @@ def spans(row, ends, lengths, states, begin, cold, repeats):
     return settled
 
 
-def span_rows() -> Iterator[Row]:
-    """One hanging span between fixed ends against MoorPy's `catenary`: same spans, same tolerance on the ends."""
+def span_rows(count: int) -> Iterator[Row]:
+    """Hanging spans between fixed ends."""
     model = Model(load("merlet2023"), Fidelity(sheave=SheaveLaw.EYELET))
     row = model.packed.lines[0].copy()
     row[layout.UNKNOWNS] = 3  # the free span alone
-    count = 200
     rng = np.random.default_rng(2)
     ends = np.column_stack([rng.uniform(2, 9, count), rng.uniform(-4, -0.5, count)])
     lengths = np.linalg.norm(ends, axis=1) * (1 + 10 ** rng.uniform(-4, -1, count))  # nearly taut to quite slack
-    stiffness, weight = 1 / row[layout.FREE_COMPLIANCE], row[layout.WEIGHT]
     states = np.zeros((count, 6))
     assert spans(row, ends, lengths, states, states.copy(), True, 1) == count
-    begin = states.copy()
-    begin[:, :2] *= 1.001  # as the neighbour on a path would be
+    near = states.copy()
+    near[:, :2] *= 1.001  # as the neighbour on a path would be
 
-    def theirs(i: int, warm: bool) -> float:  # far above MoorPy's sea bed
-        options = {"HF0": horizontal[i], "VF0": vertical[i]} if warm else {}
-        end = catenary(ends[i, 0], -ends[i, 1], lengths[i], stiffness, weight, CB=-100, Tol=1e-9, **options)
-        return abs(float(end[2]))
+    def time_of(cold: bool) -> float:
+        found = states.copy()
+        return best(lambda: spans(row, ends, lengths, found, near, cold, 100)) / (100 * count)
 
+    if installed("moorpy"):
+        yield from moorpy_rows(row, ends, lengths, states, time_of(False), time_of(True))
+    else:
+        yield Row("one span, warm, in a batch", time_of(False) * 1e6, "us")
+        yield Row("one span, cold, in a batch", time_of(True) * 1e6, "us")
+
+
+def moorpy_rows(row: Array, ends: Array, lengths: Array, states: Array, warm: float, cold: float) -> Iterator[Row]:
+    """Our times of a span, s, against MoorPy's `catenary`: same spans, same tolerance on the ends."""
+    from moorpy.Catenary import catenary
+
+    stiffness, weight, all_spans = 1 / row[layout.FREE_COMPLIANCE], row[layout.WEIGHT], range(len(ends))
     tension = np.exp(states[:, layout.TAU])
     horizontal, upper = tension * np.cos(states[:, layout.PHI]), -tension * np.sin(states[:, layout.PHI])
-    vertical = upper
-    difference = max(abs(theirs(i, False) - horizontal[i]) / horizontal[i] for i in range(count))
-    for name, cold, aim in (("warm", False, 100.0), ("cold", True, None)):
-        own = best(lambda cold=cold: spans(row, ends, lengths, states, begin, cold, 100)) / (100 * count)  # type: ignore[misc]
-        peer = float(np.median(medians([lambda i=i, c=cold: theirs(i, not c) for i in range(count)], 3)))  # type: ignore[misc]
-        met = None if aim is None else peer / own >= aim
-        text = "" if aim is None else f">= {aim:.0f} x"
-        yield Row(
-            f"one span, {name}, in a batch",
-            own * 1e6,
-            "us",
-            text,
-            met,
-            f"faster than MoorPy ({peer * 1e6:.0f} us)",
-            peer / own,
-        )
+
+    def theirs(i: int, **start: float) -> float:  # far above MoorPy's sea bed
+        found = catenary(ends[i, 0], -ends[i, 1], lengths[i], stiffness, weight, CB=-100, Tol=1e-9, **start)
+        return abs(float(found[2]))
+
+    def from_near(i: int) -> float:
+        return theirs(i, HF0=horizontal[i], VF0=upper[i])
+
+    for name, own, solve, aim in (("warm", warm, from_near, 100.0), ("cold", cold, theirs, None)):
+        peer = float(np.median(medians([lambda i=i, solve=solve: solve(i) for i in all_spans], 3)))  # type: ignore[misc]
+        met, told = (None, "") if aim is None else (peer / own >= aim, f">= {aim:.0f} x")
+        beside = f"faster than MoorPy ({peer * 1e6:.0f} us)"
+        yield Row(f"one span, {name}, in a batch", own * 1e6, "us", told, met, beside, peer / own)
+    difference = max(abs(theirs(i) - horizontal[i]) / horizontal[i] for i in all_spans)
     yield Row("  largest relative difference from MoorPy, 1e-9", difference * 1e9, "1e-9")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,16 @@ class Row:
         return f"{self.name:<52} {self.value:>12,.2f} {self.unit:<10} {self.aim:<14} {verdict:<4} {beside}"
 
     def fields(self) -> dict[str, object]:
-        """For the JSON file."""
-        return asdict(self)
+        """For the JSON file, in Python's own types."""
+        return {name: value.item() if hasattr(value, "item") else value for name, value in asdict(self).items()}
+
+
+def installed(peer: str) -> bool:
+    """Whether a library to compare with can be imported; says so where its rows are left out."""
+    if find_spec(peer) is None:
+        print(f"{peer} is not installed: left out", file=sys.stderr)
+        return False
+    return True
 
 
 def best(function: Callable[[], object], repeats: int = 5) -> float:

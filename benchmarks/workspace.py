@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-import daqp
 import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from benchmarks.timing import Row, best
+from benchmarks.timing import Row, best, installed
 from cablewright.analyses.workspace.workspace import workspace
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
@@ -21,22 +21,31 @@ from cablewright.robot import load
 from cablewright.solvers.tension import METHODS, structures
 
 Array = NDArray[np.float64]
-POSES = 5_000  # a few milliseconds: some repeats run undisturbed
 REPEATS = 50
-COMPARED = 2000
-TIMED = 20  # of them, so that here too some repeats run undisturbed
+TIMED = 20  # poses that a peer's time is of
 AIMS = {"closed-form": 2.5e6, "improved-closed-form": 1.5e6, "exact": 1e6}  # poses/s
 CAPACITY_AIM = 9e4
 SURE = 1e-9  # of the limits: a margin under this is no disagreement
 EQUAL = 5  # what daqp calls an equation
-VOLUME_TOLERANCE = 2e-3
 VOLUME_AIM = 1.0  # s
 
 
-def rows() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Size:
+    """How much is measured."""
+
+    poses: int = 5000  # a few milliseconds: some repeats run undisturbed
+    compared: int = 2000  # poses
+    tolerance: float = 2e-3  # of volumes
+
+
+FULL, QUICK = Size(), Size(50, TIMED, 0.2)
+
+
+def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
     model = Model(load("jung2020"), Fidelity(CableLaw.RIGID))
-    poses = random_poses(model, POSES)
+    poses = random_poses(model, size.poses)
     packed = model.rows()
     speeds = {}
     for name, method in METHODS.items():
@@ -50,21 +59,21 @@ def rows() -> Iterator[Row]:
     yield Row("jung2020: capacity margin by facets", speed, "poses/s", told, speed >= CAPACITY_AIM)
     for name in ("jung2020", "jung2020-table1"):
         for criterion in AIMS:
-            yield volume_row(Model(load(name), Fidelity(CableLaw.RIGID)), criterion)
-        yield from peer_rows(Model(load(name), Fidelity(CableLaw.RIGID)), speeds["exact"])
+            yield volume_row(Model(load(name), Fidelity(CableLaw.RIGID)), criterion, size.tolerance)
+        yield from peer_rows(Model(load(name), Fidelity(CableLaw.RIGID)), speeds["exact"], size.compared)
 
 
-def volume_row(model: Model, criterion: str) -> Row:
-    """Time of a volume whose error is within the tolerance, on one thread."""
+def volume_row(model: Model, criterion: str, tolerance: float) -> Row:
+    """Time of a volume whose error is within the tolerance, relative, on one thread."""
     threads = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
-        found = workspace(model, criterion, tolerance=VOLUME_TOLERANCE)
-        seconds = best(lambda: workspace(model, criterion, tolerance=VOLUME_TOLERANCE))
+        found = workspace(model, criterion, tolerance=tolerance)
+        seconds = best(lambda: workspace(model, criterion, tolerance=tolerance))
     finally:
         numba.set_num_threads(threads)
-    known = found.converged and found.volume_error <= VOLUME_TOLERANCE * found.volume
-    name = f"{model.robot.name}: volume to 0.2 %, {criterion}"
+    known = found.converged and found.volume_error <= tolerance * found.volume
+    name = f"{model.robot.name}: volume to {100 * tolerance:g} %, {criterion}"
     return Row(name, seconds, "s", f"<= {VOLUME_AIM:g}", known and seconds <= VOLUME_AIM)
 
 
@@ -92,15 +101,16 @@ def capacity_time(packed: Packed, poses: Array) -> float:
     return best(lambda: capacity_margin.capacity_rows(*arrays, 0, count), REPEATS)
 
 
-def peer_rows(model: Model, speed: float) -> Iterator[Row]:
+def peer_rows(model: Model, speed: float, compared: int) -> Iterator[Row]:
     """What is feasible according to daqp and HiGHS, which are given the structure matrices, and how long they take."""
-    name, poses = model.robot.name, random_poses(model, COMPARED)
+    name, poses = model.robot.name, random_poses(model, compared)
     A, w = structures(model, poses)
     packed = model.rows()
     low, high = np.ascontiguousarray(packed.lines[0, :, [layout.TENSION_MIN, layout.TENSION_MAX]])
     margins, _ = distributed(packed, poses, METHODS["exact"])
     sure = np.abs(margins) > SURE * high.max()
-    for peer, solve in (("daqp", by_daqp), ("scipy HiGHS", by_highs)):
+    peers = {"daqp": by_daqp} if installed("daqp") else {}
+    for peer, solve in (peers | {"scipy HiGHS": by_highs}).items():
         said = np.array([solve(A[row], w[row], low, high) for row in range(len(poses))])
         wrong = int(((margins >= 0.0) != said)[sure].sum())
         if name == "jung2020":
@@ -113,6 +123,8 @@ def peer_rows(model: Model, speed: float) -> Iterator[Row]:
 
 def by_daqp(A: Array, w: Array, low: Array, high: Array) -> bool:
     """Whether daqp finds the least-norm tensions."""
+    import daqp
+
     n, m = A.shape
     sense = np.r_[np.zeros(m, np.int32), np.full(n, EQUAL, np.int32)]
     _, _, flag, _ = daqp.solve(np.eye(m), np.zeros(m), A, np.r_[high, -w], np.r_[low, -w], sense)

@@ -21,6 +21,6 @@ for estimator in ("paper", "encoders"):
     twin = twin_of(robot, job, None, Choices(estimator, plant="quasi-static", seed=3))
     with tempfile.TemporaryDirectory() as name:
         run = run_print(twin, Path(name) / "run", {}, {})
-        found, _ = finish(run.folder, twin.course.track, twin.course.print_speed, run.machine.rig.ground.field)
+        found, _ = finish(run.folder, twin.path.track, twin.path.print_speed, run.machine.rig.ground.field)
     believed, true = 1e3 * found.estimated.error.size, 1e3 * found.true.error.size
     print(f"{estimator}: by its own account at most {believed:.1f} mm beside the path, in truth: {true:.1f} mm")

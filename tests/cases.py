@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
+from numba.core.types import unliteral
 from scipy.spatial.transform import Rotation
 
+from cablewright import kernels
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, Robot, Swivel, UniversalJoint, library_names, load
@@ -138,3 +142,14 @@ def jointed_body() -> Robot:
     )
     platform = robot.platform.model_copy(update={"force": (40.0, -25.0, 10.0), "centre_of_mass": (0.1, 0.05, 0.4)})
     return robot.model_copy(update={"name": "jointed-body", "lines": lines, "platform": platform})
+
+
+def assert_one_signature_per_kernel() -> None:
+    """Of what this process has compiled until now; arguments known at compile time count as their types."""
+    tree = Path(kernels.__file__).parent
+    for path in tree.rglob("[!_]*.py"):
+        module = import_module(".".join(("cablewright.kernels", *path.relative_to(tree).with_suffix("").parts)))
+        for each in vars(module).values():
+            if hasattr(each, "signatures"):
+                kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
+                assert len(kinds) <= 1, f"{each.__name__}: {kinds}"

@@ -1,15 +1,21 @@
-"""Print how long the files and functions of ``src/`` are, and fail where one is longer than a reader can hold."""
+"""Print how long the files and functions of ``src/`` are; fail where one, or most, are longer than a reader can hold.
+
+A folder may be too full as well, in the tests and the examples too.
+"""
 
 from __future__ import annotations
 
 import ast
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median, quantiles
 from typing import NamedTuple
 
-SOURCE = Path(__file__).resolve().parent.parent / "src"
+ROOT = Path(__file__).resolve().parent.parent
+FOLDERS = ("src", "tests", "examples", "benchmarks", "tools")
+MOST_FILES = 26  # of Python in one folder
 MOST_FILE_LINES = 460
 MOST_FUNCTION_LINES = 70
 MOST_KERNEL_LINES = 110  # a kernel repeats its arithmetic inline where a call would cost an allocation
@@ -24,15 +30,40 @@ class Piece(NamedTuple):
     name: str
 
 
+class Profile(NamedTuple):
+    """Median and 90th percentile of lengths, in lines: what they are, or the most they may be."""
+
+    median: float
+    high: float
+
+
+MOST = {"files": Profile(140, 310), "functions": Profile(10, 25)}
+
+
 def main() -> int:
     """Print the report; return 1 if a cap is broken."""
-    files, functions = measure(SOURCE)
+    files, functions = measure(ROOT / "src")
+    broken = [
+        f"{piece.name} has {piece.lines} lines, at most {piece.most} allowed"
+        for piece in (*files, *functions)
+        if piece.lines > piece.most
+    ]
     for kind, pieces in (("files", files), ("functions", functions)):
-        print_profile(kind, pieces)
-    broken = [piece for piece in (*files, *functions) if piece.lines > piece.most]
-    for piece in broken:
-        print(f"too long: {piece.name} has {piece.lines} lines, at most {piece.most} allowed", file=sys.stderr)
+        found, most = profile(pieces), MOST[kind]
+        print_profile(kind, pieces, found)
+        if found.median > most.median or found.high > most.high:
+            broken.append(f"{kind} of src: at most median {most.median:g}, 90th percentile {most.high:g} allowed")
+    broken += [f"{folder} has {count} Python files, at most {MOST_FILES} allowed" for folder, count in too_full(ROOT)]
+    for each in broken:
+        print(f"too long: {each}", file=sys.stderr)
     return 1 if broken else 0
+
+
+def too_full(root: Path) -> list[tuple[str, int]]:
+    """Return the folders with more than `MOST_FILES` Python files, and how many each has."""
+    paths = (path for name in FOLDERS for path in (root / name).rglob("*.py"))
+    counts = Counter(str(path.parent.relative_to(root)) for path in paths)
+    return sorted((folder, count) for folder, count in counts.items() if count > MOST_FILES)
 
 
 def measure(source: Path) -> tuple[list[Piece], list[Piece]]:
@@ -64,13 +95,16 @@ def body_lines(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return lines
 
 
-def print_profile(kind: str, pieces: list[Piece]) -> None:
-    """Print number, median, 90th percentile and the largest."""
-    if len(pieces) < 2:
-        return
+def profile(pieces: list[Piece]) -> Profile:
+    """Return median and 90th percentile."""
     lengths = [piece.lines for piece in pieces]
-    high = quantiles(lengths, n=10, method="inclusive")[-1]
-    print(f"{kind}: {len(pieces)}, {sum(lengths)} lines, median {median(lengths):g}, 90th percentile {high:g}")
+    return Profile(median(lengths), quantiles(lengths, n=10, method="inclusive")[-1])
+
+
+def print_profile(kind: str, pieces: list[Piece], found: Profile) -> None:
+    """Print number, median, 90th percentile and the largest."""
+    lines = sum(piece.lines for piece in pieces)
+    print(f"{kind}: {len(pieces)}, {lines} lines, median {found.median:g}, 90th percentile {found.high:g}")
     for piece in sorted(pieces, reverse=True)[:SHOWN]:
         print(f"  {piece.lines:4d}  {piece.name}")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.slack import angle_over_excess, let_out_picture
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, load

@@ -9,7 +9,7 @@ import numpy as np
 import cablewright as cw
 from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.workspace.boundary_modes import boundary_modes
-from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.retraction import best_retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.robot.design_variables import Change, changed, with_box_inertia
@@ -68,9 +68,9 @@ def law() -> None:
     own = best_retraction(model, "closed-form", point="origin").law
     print("\nretraction law, m          counted   converged")
     rows = (
-        ("always 2 m", Law(0.0, 2.0, 1.2, 2.0, "origin")),
-        ("his, z of p", Law(-0.675, 1.929, 1.2, 2.0, "origin")),
-        ("his, z of the lower end", Law(-0.675, 1.929 + 0.675 * TIP, 1.2, 2.0, "origin")),
+        ("always 2 m", RetractionLaw(0.0, 2.0, 1.2, 2.0, "origin")),
+        ("his, z of p", RetractionLaw(-0.675, 1.929, 1.2, 2.0, "origin")),
+        ("his, z of the lower end", RetractionLaw(-0.675, 1.929 + 0.675 * TIP, 1.2, 2.0, "origin")),
         (f"own, {own.slope:.3f} z + {own.intercept:.3f}", own),
     )
     for name, each in rows:

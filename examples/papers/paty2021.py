@@ -62,7 +62,7 @@ def on_planes(robot: cw.Robot, ranges) -> list[float]:
     """Vertical errors at 0 and 7.5 m; what the lower half has left, at worst also under tensions chosen to hold it."""
     vertical, difference, left = [], [], []
     for height in np.linspace(0.0, 7.5, 6):
-        plane = cw.on_plane(robot, height, PLANE, PLANE / 10)
+        plane = cw.Places.plane(robot, height, PLANE, PLANE / 10)
         found = cw.accuracy_over(robot, plane, ranges, tension_limits=PRINTER).accuracy
         vertical.append(-1e3 * np.nanmin(found.spread.low[:, 2]))
         difference.append(1e3 * np.nanmax(found.difference))
@@ -80,7 +80,7 @@ def on_helix(robot: cw.Robot, ranges) -> list[float]:
     places = np.column_stack([radii, np.zeros((401, 2))])
     start = cw.accuracy(robot, places, ranges, tension_limits=PRINTER).spread.max_error
     radius = float(np.interp(50e-3, start, radii))
-    helix = cw.along_helix(robot, radius, 0.5, 0.0, 14.0)
+    helix = cw.Places.helix(robot, radius, 0.5, 0.0, 14.0)
     errors = cw.accuracy_over(robot, helix, ranges, tension_limits=PRINTER).accuracy.spread.max_error
     return [radius, float(helix.positions[np.argmax(errors > 270e-3), 2])]
 
@@ -109,9 +109,9 @@ ROWS = (
 def components() -> None:
     """Components of the worst error along the helix (the paper's Fig. 12), set A."""
     robot = SETS[0].robot()
-    radius = on_helix(robot, cw.of_moduli(robot))[0]
+    radius = on_helix(robot, cw.modulus_ranges(robot))[0]
     print(f"\nset A, helix of {radius:.2f} m: height, horizontal and vertical worst error, mm")
-    helix = cw.along_helix(robot, radius, 0.5, 0.0, 13.0)
+    helix = cw.Places.helix(robot, radius, 0.5, 0.0, 13.0)
     worst = cw.accuracy_over(robot, helix, tension_limits=PRINTER).accuracy.worst_offset
     for height in (0.0, 2.5, 5.0, 7.5, 10.0, 12.0, 13.0):
         near = np.abs(helix.positions[:, 2] - height) < 0.25
@@ -141,7 +141,7 @@ def main() -> None:
     columns = []
     for reading in SETS:
         robot = reading.robot()
-        ranges = cw.of_moduli(robot, *reading.moduli)
+        ranges = cw.modulus_ranges(robot, *reading.moduli)
         columns.append(at_poses(robot, ranges) + on_planes(robot, ranges) + on_helix(robot, ranges))
     print(f"{'':<46}{'paper':>8}" + "".join(f"{reading.name:>8}" for reading in SETS))
     for (what, paper, digits), *values in zip(ROWS, *columns, strict=True):

@@ -119,7 +119,7 @@ def by_poses(starts: int, few: int) -> tuple[list[float], list[float]]:
 
 def picture(file: Path, means: list[float], singles: list[float], starts: int) -> None:
     """Both errors by the number of poses."""
-    from cablewright.apps.pictures import style
+    from cablewright.apps import style
 
     with style.drawing():
         drawn = style.figure(6.4, 3.6)

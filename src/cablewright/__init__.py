@@ -12,26 +12,22 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
+    from cablewright.analyses.interference import Interference, InterferenceSettings
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.job import Job, load_job
-    from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, of_moduli
+    from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
-    from cablewright.studies.accuracy import (
-        accuracy_over,
-        accuracy_over_job,
-        accuracy_over_workspace,
-        along_helix,
-        on_plane,
-    )
+    from cablewright.studies.accuracy import Places, accuracy_over, accuracy_over_job, accuracy_over_workspace
     from cablewright.studies.accuracy_at_pose import accuracy_at
     from cablewright.studies.check import Check, check
+    from cablewright.studies.interference import JobInterference, interference
 
 __all__ = [
     "AnswerError",
@@ -45,10 +41,14 @@ __all__ = [
     "Fidelity",
     "FirstOrder",
     "InputError",
+    "Interference",
+    "InterferenceSettings",
     "Job",
+    "JobInterference",
     "Linearisation",
     "Model",
     "MonteCarlo",
+    "Places",
     "Robot",
     "SheaveLaw",
     "Status",
@@ -60,11 +60,11 @@ __all__ = [
     "accuracy_over",
     "accuracy_over_job",
     "accuracy_over_workspace",
-    "along_helix",
     "certify",
     "check",
     "equilibria",
     "forward",
+    "interference",
     "inverse",
     "library_names",
     "linearise",
@@ -72,8 +72,7 @@ __all__ = [
     "load_job",
     "load_uncertainty",
     "loads",
-    "of_moduli",
-    "on_plane",
+    "modulus_ranges",
 ]
 
 _HOMES = {
@@ -83,20 +82,16 @@ _HOMES = {
     "models.fidelity": ("CableLaw", "Fidelity", "SheaveLaw"),
     "models.statics": ("Equilibrium", "Model"),
     "printing.job": ("Job", "load_job"),
-    "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "of_moduli"),
+    "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "modulus_ranges"),
     "solvers.equilibria": ("Equilibria", "equilibria"),
     "solvers.certify": ("Certificate", "certify"),
     "solvers.forward": ("forward",),
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
     "solvers.continuation": ("Tracker", "TrackerSettings"),
-    "studies.accuracy": (
-        "accuracy_over",
-        "accuracy_over_job",
-        "accuracy_over_workspace",
-        "along_helix",
-        "on_plane",
-    ),
+    "analyses.interference": ("Interference", "InterferenceSettings"),
+    "studies.interference": ("JobInterference", "interference"),
+    "studies.accuracy": ("Places", "accuracy_over", "accuracy_over_job", "accuracy_over_workspace"),
     "studies.check": ("Check", "check"),
     "studies.accuracy_at_pose": ("accuracy_at",),
 }

@@ -8,15 +8,16 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from analyses.test_spread import ranges_of
-from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, accuracy, commanded
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
+from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import region
-from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, Vertices, corner_values
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices, corner_values
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.robot.uncertainty import Range, of_moduli
-from cablewright.solvers.forward import forward, solve_forward
+from cablewright.robot.uncertainty import Range, modulus_ranges
+from cablewright.solvers.forward import forward
 from cablewright.solvers.inverse import inverse, solve_inverse
 
 HOUSE = load("house-printer")
@@ -51,7 +52,7 @@ def test_with_the_full_model_commanded_nothing_is_off(robot: Robot) -> None:
 def test_table_1_of_paty_2021(kind: str, pose: list[float], nominal: float, largest: float) -> None:
     """In mm, to the digits of an independent prototype; the paper prints 19.5 and 29.3 at P1."""
     robot = paty(kind)
-    found = accuracy(robot, pose, of_moduli(robot, *RANGE[kind]))
+    found = accuracy(robot, pose, modulus_ranges(robot, *RANGE[kind]))
     digit = 0.05 if pose == P1 or kind == "A2" else 0.5
     assert 1e3 * found.nominal_error[0] == pytest.approx(nominal, abs=digit)
     assert 1e3 * found.spread.max_error[0] == pytest.approx(largest, abs=digit)
@@ -68,13 +69,8 @@ def test_table_1_of_paty_2021(kind: str, pose: list[float], nominal: float, larg
 )
 def test_volumes_of_paty_2021(kind: str, pose: list[float], volume: float) -> None:
     robot = paty(kind)
-    problem = problem_of(accuracy(robot, pose, of_moduli(robot, *RANGE[kind])))
+    problem = accuracy(robot, pose, modulus_ranges(robot, *RANGE[kind])).problem
     assert region(problem, corner_values(problem)).hull.volume == pytest.approx(volume, rel=4e-3)
-
-
-def problem_of(found: Accuracy) -> SpreadProblem:
-    nominal = solve_forward(Model(found.robot), found.commanded, guess=found.nominal)
-    return SpreadProblem(nominal, found.commanded, found.wanted, found.ranges)
 
 
 @pytest.mark.parametrize("height", [0.0, 4.0, 11.0])
@@ -98,7 +94,7 @@ def test_where_stretch_is_small_errors_go_with_the_compliance() -> None:
 
 def test_at_random_poses_no_inside_beats_the_corners() -> None:
     found = accuracy(HOUSE, cases.poses(Model(HOUSE), 20).pose)
-    problem = problem_of(found)
+    problem = found.problem
     for row in range(20):
         one = problem.rows(slice(row, row + 1))
         there = region(one, corner_values(one), inner=4000, seed=row)
@@ -112,8 +108,8 @@ def test_at_random_poses_no_inside_beats_the_corners() -> None:
 def test_lengths_are_those_of_the_model_named(name: str, compensation: str) -> None:
     robot = load(name)
     held = cases.poses(Model(robot), 5)
-    lengths = commanded(held, held.pose, compensation)
-    law = COMPENSATIONS[compensation]
+    lengths = COMPENSATIONS[compensation].lengths(held, held.pose)
+    law = COMPENSATIONS[compensation].fidelity
     np.testing.assert_array_equal(lengths, solve_inverse(Model(robot, law), held.pose, path=True).lengths)
     found = accuracy(robot, held.pose, compensation=compensation, method=FirstOrder())
     where = forward(robot, lengths, guess=held.pose)
@@ -247,7 +243,7 @@ def test_ranges_may_be_of_any_numbers_and_retraction_by_row() -> None:
         alone = accuracy(robot.retracted(float(drawn[row])), poses[row], known)
         np.testing.assert_allclose(found.nominal[row], alone.nominal[0], atol=1e-9)
         np.testing.assert_allclose(found.spread.max_error[row], alone.spread.max_error[0], rtol=1e-6)
-    assert Fidelity() == COMPENSATIONS["full"]
+    assert Fidelity() == COMPENSATIONS["full"].fidelity
 
 
 def test_places_of_a_grid_do_not_lead_each_other_astray() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.analyses.modes import FREEDOMS, modes_at
 from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes, straight
-from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -92,7 +92,7 @@ def test_each_orientation_has_its_rows() -> None:
 
 
 def test_a_law_sets_the_length_of_each_row() -> None:
-    law = Law(-1.0, 2.4, 1.2, 2.0)
+    law = RetractionLaw(-1.0, 2.4, 1.2, 2.0)
     found = boundary_modes(BEAM, "exact", grid=9, retraction=law)
     for k in (0, len(found.places) // 2):
         one = replace(BEAM, robot=BEAM.robot.retracted(float(law.at(found.places[k, 2]))))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from cablewright.analyses import interference as analysis
-from cablewright.analyses.interference import Interference, InterferenceSettings, free_region, interference, margins
+from cablewright.analyses.interference import Interference, InterferenceSettings, distances, free_region, margins
 from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.statics.catenary import span
@@ -19,9 +19,9 @@ from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.printing.stl import StlMesh
 from cablewright.robot import Beam, Box, Robot, load
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.triangle_mesh import TriangleMesh
 
 SEED = 20200613
 FINE = 4000  # points of a densely sampled line
@@ -58,11 +58,16 @@ def with_shapes(robot: Robot) -> Robot:
     return robot.model_copy(update=update)
 
 
+def of_corners(triangles: np.ndarray) -> Obstacle:
+    """A part of triangles (F, 3, 3), m."""
+    return of_mesh(TriangleMesh.of_corners(triangles))
+
+
 def hills(seed: int, count: int = 300, size: float = 0.3) -> Obstacle:
     """Scattered triangles above and about the floor."""
     rng = np.random.default_rng(seed)
     at = rng.uniform([-2.0, -2.0, 0.0], [2.0, 2.0, 1.5], (count, 1, 3))
-    return of_mesh(StlMesh(at + size * rng.normal(size=(count, 3, 3))))
+    return of_corners(at + size * rng.normal(size=(count, 3, 3)))
 
 
 def held(name: str, count: int = 6, **limits: object) -> Equilibrium:
@@ -72,7 +77,7 @@ def held(name: str, count: int = 6, **limits: object) -> Equilibrium:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: float) -> None:
-    found = interference(held(name, 3), settings=InterferenceSettings(tolerance=tolerance))
+    found = distances(held(name, 3), settings=InterferenceSettings(tolerance=tolerance))
     for row in range(3):
         for curve, real in zip(found.curves(row), dense(found.equilibrium[row]), strict=True):
             np.testing.assert_allclose(curve[[0, -1]], real[[0, -1]], atol=1e-8)
@@ -82,7 +87,7 @@ def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: fl
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-15])
 def test_what_more_points_than_there_are_would_take_is_told(tolerance: float) -> None:
-    found = interference(held("house-printer", 3), settings=InterferenceSettings(tolerance=tolerance))
+    found = distances(held("house-printer", 3), settings=InterferenceSettings(tolerance=tolerance))
     for row in range(3):
         assert tolerance < found.bounds[row] < 1e-3
         for curve, real in zip(found.curves(row), dense(found.equilibrium[row]), strict=True):
@@ -108,7 +113,7 @@ def test_slack_lines_too(limits: tuple[float, float]) -> None:
     poses = np.random.default_rng(SEED).uniform(low + 0.1 * (high - low), high - 0.3 * (high - low), (40, 3))
     states = solve_inverse(model, poses)
     states = states[states.ok]
-    found = interference(states, settings=InterferenceSettings(tolerance=1e-3))
+    found = distances(states, settings=InterferenceSettings(tolerance=1e-3))
     worst = 0.0
     for row in range(min(10, len(states.code))):
         for curve, real in zip(found.curves(row), dense(states[row], 1500), strict=True):
@@ -122,7 +127,7 @@ def test_slack_lines_too(limits: tuple[float, float]) -> None:
 def test_distances_are_those_of_dense_lines_within_the_bound(name: str) -> None:
     states = held(name, 4)
     settings = InterferenceSettings(tolerance=2e-3)
-    found = interference(states, part=hills(SEED), settings=settings)
+    found = distances(states, part=hills(SEED), settings=settings)
     robot = states.model.robot
     radii = np.array([0.5 * line.cable.diameter for line in robot.lines])
     for row in range(4):
@@ -171,12 +176,12 @@ def dense_margins(robot, row: Equilibrium, lines, radii, ends: float) -> list[fl
 def test_a_tree_finds_what_trying_every_triangle_finds(name: str) -> None:
     states = held(name, 40)
     part = hills(SEED + 1)
-    found = interference(states, part=part)
+    found = distances(states, part=part)
     least = np.full(40, np.inf)
     for triangle in part.solid.pieces[:, :9].reshape(-1, 1, 3, 3):
-        least = np.minimum(least, interference(states, part=of_mesh(StlMesh(triangle))).margins[:, 3])
+        least = np.minimum(least, distances(states, part=of_corners(triangle)).margins[:, 3])
     np.testing.assert_array_equal(found.margins[:, 3], least)
-    alone = [interference(states[row : row + 1], part=part).margins[0, 3] for row in range(40)]
+    alone = [distances(states[row : row + 1], part=part).margins[0, 3] for row in range(40)]
     np.testing.assert_array_equal(found.margins[:, 3], alone)  # what the row before found is a hint, no more
 
 
@@ -184,19 +189,19 @@ def test_what_has_grown_counts_and_no_more() -> None:
     """A wall of two triangles that grows: to every height it is the wall that is built to there."""
     states = held("house-printer", 20)
     wall = np.array([[[-3, 1, 0], [3, 1, 0], [3, 1, 9]], [[-3, 1, 0], [3, 1, 9], [-3, 1, 9]]], dtype=float)
-    part = of_mesh(StlMesh(wall))
+    part = of_corners(wall)
     for height in (-1.0, 0.5, 3.0, 7.0, 20.0):
-        found = interference(states, part=part, now=height).margins[:, 3]
+        found = distances(states, part=part, now=height).margins[:, 3]
         if height < 0.0:
             assert (found == np.inf).all()
             continue
         low = wall.copy()
         low[:, :, 2] = np.minimum(low[:, :, 2], height)
         low[0, 2, 0] = 3.0
-        built = interference(states, part=of_mesh(StlMesh(low))).margins[:, 3]
+        built = distances(states, part=of_corners(low)).margins[:, 3]
         np.testing.assert_allclose(found, built, atol=1e-12)
-    rising = interference(states, part=part, now=np.linspace(0.0, 9.0, 20)).margins[:, 3]
-    one = [interference(states[k : k + 1], part=part, now=z).margins[0, 3] for k, z in enumerate(np.linspace(0, 9, 20))]
+    rising = distances(states, part=part, now=np.linspace(0.0, 9.0, 20)).margins[:, 3]
+    one = [distances(states[k : k + 1], part=part, now=z).margins[0, 3] for k, z in enumerate(np.linspace(0, 9, 20))]
     np.testing.assert_array_equal(rising, one)
 
 
@@ -230,9 +235,9 @@ def test_where_the_machine_stands_and_faces_does_not_matter(name: str) -> None:
     if robot.n == 6:
         poses[:, 3:] = (turn * Rotation.from_rotvec(poses[:, 3:])).as_rotvec()
     triangles = hills(SEED + 2).solid.pieces[:, :9].reshape(-1, 3)
-    here = interference(states, part=of_mesh(StlMesh(triangles.reshape(-1, 3, 3))))
-    there = interference(
-        solve_inverse(Model(other), poses), part=of_mesh(StlMesh((turn.apply(triangles) + by).reshape(-1, 3, 3)))
+    here = distances(states, part=of_corners(triangles.reshape(-1, 3, 3)))
+    there = distances(
+        solve_inverse(Model(other), poses), part=of_corners((turn.apply(triangles) + by).reshape(-1, 3, 3))
     )
     np.testing.assert_allclose(there.margins, here.margins, atol=1e-6)
 
@@ -251,7 +256,7 @@ def test_a_beam_is_touched_as_deep_as_it_is_pushed_in() -> None:
         middle = 0.3 * a + 0.7 * b + away * up
         beam = Beam(start=tuple(middle - 0.1 * across), end=tuple(middle + 0.1 * across), radius=0.03)
         other = robot.model_copy(update={"scene": robot.scene.model_copy(update={"beams": (beam,)})})
-        found = interference(solve_inverse(Model(other, model.fidelity), [0.0, 0.0, 1.0]))
+        found = distances(solve_inverse(Model(other, model.fidelity), [0.0, 0.0, 1.0]))
         assert found.margins[0, 2] == pytest.approx(away - 0.03 - thick, abs=1e-9)
         contact = found.nearest("frame")
         assert (contact.line, contact.other) == (robot.lines[0].name, "beam 1")
@@ -263,9 +268,7 @@ def test_a_body_about_the_lines_ends_is_felt_beyond_the_ends() -> None:
     body = (Box(lowest=(-0.3, -0.3, -0.3), highest=(0.3, 0.3, 0.3)),)
     robot = robot.model_copy(update={"platform": robot.platform.model_copy(update={"boxes": body})})
     states = solve_inverse(Model(robot), [1.0, 2.0, 3.0])
-    deep = [
-        interference(states, settings=InterferenceSettings(ends=ends)).margins[0, 1] for ends in (0.0, 0.1, 0.2, 1.0)
-    ]
+    deep = [distances(states, settings=InterferenceSettings(ends=ends)).margins[0, 1] for ends in (0.0, 0.1, 0.2, 1.0)]
     assert deep[0] == pytest.approx(-0.302, abs=1e-3)
     assert deep[0] < deep[1] < deep[2] < 0.0 < deep[3]
 
@@ -278,7 +281,7 @@ def test_lines_of_one_end_are_as_far_apart_as_their_angle_says() -> None:
     away /= np.linalg.norm(away, axis=1)[:, None]
     angle = min(np.arccos(away[i] @ away[j]) for i in range(4) for j in range(i))
     for ends in (0.05, 0.3):
-        found = interference(states, settings=InterferenceSettings(ends=ends))
+        found = distances(states, settings=InterferenceSettings(ends=ends))
         thick = model.robot.lines[0].cable.diameter
         assert found.margins[0, 0] == pytest.approx(2.0 * ends * np.sin(0.5 * angle) - thick, rel=1e-3)
 
@@ -286,7 +289,7 @@ def test_lines_of_one_end_are_as_far_apart_as_their_angle_says() -> None:
 def test_nothing_there_is_inf_and_no_answer_is_nan() -> None:
     model = Model(load("house-printer"))
     states = solve_inverse(model, [[0.0, 0.0, 1.0], [0.0, 0.0, 20.0], [1.0, 0.0, 1.0]])
-    found = interference(states)
+    found = distances(states)
     assert np.isfinite(found.margins[[0, 2], 0]).all()
     assert (found.margins[[0, 2], 1:] == np.inf).all()
     assert np.isnan(found.margins[1]).all()
@@ -303,7 +306,7 @@ def test_a_criterion_of_a_pose() -> None:
     assert found.shape == (6,)
     assert np.isfinite(found[:5]).all()
     assert np.isnan(found[5])
-    single = interference(solve_inverse(model, poses[0]), part=hills(SEED + 3))
+    single = distances(solve_inverse(model, poses[0]), part=hills(SEED + 3))
     assert isinstance(single, Interference)
     assert found[0] == single.smallest[0]
 
@@ -312,7 +315,7 @@ def test_the_free_region_ends_on_top_of_a_block() -> None:
     """Above a wide low block the nozzle is free just over it; far aside at any height."""
     block = np.array([[[-1, -1, 1], [1, -1, 1], [1, 1, 1]], [[-1, -1, 1], [1, 1, 1], [-1, 1, 1]]], dtype=float)
     model = Model(load("house-printer"))
-    found = free_region(model, of_mesh(StlMesh(block)), (-6, -6, 0.5), (6, 6, 2.5), (13, 13, 21), clearance=0.01)
+    found = free_region(model, of_corners(block), (-6, -6, 0.5), (6, 6, 2.5), (13, 13, 21), clearance=0.01)
     floor = found.floor
     assert floor[6, 6] == pytest.approx(1.0, abs=0.11)
     assert floor[0, 0] == 0.5
@@ -343,5 +346,5 @@ def test_a_platform_point_is_where_its_line_ends() -> None:
     states = held("cogiro", 2)
     points = placed(states.pose, [line.platform_point for line in states.model.robot.lines])
     for row in range(2):
-        for curve, point in zip(interference(states).curves(row), points[row], strict=True):
+        for curve, point in zip(distances(states).curves(row), points[row], strict=True):
             np.testing.assert_allclose(curve[-1], point, atol=1e-8)

@@ -17,7 +17,7 @@ from cablewright.analyses.accuracy.region import PLANES, area, hull_of, interior
 from cablewright.analyses.accuracy.spread import SpreadProblem, Vertices, corner_values, sampled
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
-from cablewright.robot.uncertainty import Range, of_moduli
+from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
@@ -94,7 +94,7 @@ def test_what_is_flat_has_shadows_and_no_volume(name: str) -> None:
 def problem_at(name: str, pose: list[float], ranges: tuple[Range, ...] | None = None) -> SpreadProblem:
     """As `studies.place` puts it: lengths of rigid cables on the full machine."""
     robot = load(name)
-    known = of_moduli(robot) if ranges is None else ranges
+    known = modulus_ranges(robot) if ranges is None else ranges
     found = accuracy(robot, pose, known)
     nominal = solve_forward(Model(robot), found.commanded, guess=found.nominal)
     return SpreadProblem(nominal, found.commanded, found.wanted, known)
@@ -133,7 +133,7 @@ def test_an_inside_that_beats_the_corners_is_found_out(depth: float, monkeypatch
     """A machine that goes off by *depth* in the middle of the box, and less towards its corners."""
     robot = load("house-printer")
     held = solve_inverse(Model(robot), [[0.0, 0.0, 3.0]]).checked()
-    problem = SpreadProblem(held, held.lengths, held.pose, of_moduli(robot))
+    problem = SpreadProblem(held, held.lengths, held.pose, modulus_ranges(robot))
 
     def bent(_problem: SpreadProblem, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         scaled = (values.reshape(-1, 4) - problem.middle) / problem.half_widths

@@ -16,7 +16,7 @@ from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadP
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.robot.uncertainty import Range, Uncertainty, of_moduli
+from cablewright.robot.uncertainty import Range, Uncertainty, modulus_ranges
 from cablewright.solvers.inverse import solve_inverse
 
 SPRINGS = Fidelity(CableLaw.ELASTIC, SheaveLaw.EYELET)
@@ -56,7 +56,7 @@ def hung() -> Robot:
 
 
 def test_corners_are_those_of_springs(hung: Robot) -> None:
-    ranges = of_moduli(hung, 0.7, 1.3)
+    ranges = modulus_ranges(hung, 0.7, 1.3)
     problem = problem_of(Model(hung, SPRINGS, (40.0, 1000.0)), ranges, 3)
     found = Vertices()(problem)
     corners = np.array(list(product((1.3, 0.7), repeat=4)))

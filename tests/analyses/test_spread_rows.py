@@ -15,7 +15,7 @@ from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo,
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.robot.uncertainty import Range, of_moduli
+from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
@@ -37,7 +37,7 @@ def assert_same(one: Spread, other: Spread, atol: float = 0.0) -> None:
 def test_a_symmetric_machine_has_a_symmetric_spread(method: Method) -> None:
     robot = load("paty2021")
     held = solve_inverse(Model(robot), [[0.0, 0.0, 0.0], [0.0, 0.0, 5.0], [0.0, 0.0, 13.0]]).checked()
-    found = method(SpreadProblem(held, held.lengths, held.pose, of_moduli(robot)))
+    found = method(SpreadProblem(held, held.lengths, held.pose, modulus_ranges(robot)))
     loose = 0.15 if isinstance(method, MonteCarlo) else 1e-6
     size = found.high[:, 0]
     for other in (found.high[:, 1], -found.low[:, 0], -found.low[:, 1]):
@@ -111,7 +111,7 @@ def test_a_seed_is_all_there_is_to_chance() -> None:
 
 
 def test_ninety_five_of_a_hundred_samples_stay_within_the_likely_error() -> None:
-    problem = problem_of(Model(HOUSE), of_moduli(HOUSE), 1)
+    problem = problem_of(Model(HOUSE), modulus_ranges(HOUSE), 1)
     found = MonteCarlo(1000, seed=1)(problem)
     points, _, ok = module.sampled(problem, module._drawn(problem.ranges, 1000, 1))
     errors = np.linalg.norm(points[0] - problem.wanted[0], axis=1)
@@ -131,8 +131,8 @@ def test_too_few_samples_or_too_many_are_refused(samples: int) -> None:
 def test_progress_is_told_from_nothing_to_all(method: Method, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SOLVES", 16)
     told: list[tuple[int, int]] = []
-    problem = problem_of(Model(HOUSE), of_moduli(HOUSE), 3)
-    method(replace(problem, progress=lambda done, total: told.append((done, total))))
+    problem = problem_of(Model(HOUSE), modulus_ranges(HOUSE), 3)
+    method(replace(problem, progress=lambda _, done, total: told.append((done, total))))
     assert told[0] == (0, 3)
     assert told[-1] == (3, 3)
     assert sorted(told) == told
@@ -143,7 +143,7 @@ def test_a_body_turns_and_a_point_does_not(method: Method) -> None:
     body = load("cogiro")
     found = method(problem_of(Model(body), ranges_of(body, {"name": "centre_of_mass.x", "plus_minus": 0.05}), 2))
     assert (found.max_turn > 1e-5).all()
-    point = method(problem_of(Model(HOUSE), of_moduli(HOUSE), 2))
+    point = method(problem_of(Model(HOUSE), modulus_ranges(HOUSE), 2))
     np.testing.assert_array_equal(point.max_turn, 0.0)
 
 

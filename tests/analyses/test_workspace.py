@@ -6,11 +6,11 @@ from itertools import product
 
 import numpy as np
 import pytest
+from cablewright.analyses.workspace.accessible import accessible
 from scipy.spatial import ConvexHull, cKDTree
 
 import cases
-from cablewright.analyses.workspace.accessible import accessible
-from cablewright.analyses.workspace.criterion import CRITERIA, Law, ask
+from cablewright.analyses.workspace.criterion import CRITERIA, RetractionLaw, ask
 from cablewright.analyses.workspace.workspace import Workspace, count_nodes, workspace
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
@@ -124,11 +124,11 @@ def three(request: pytest.FixtureRequest) -> dict[str, Workspace]:
 def test_volumes_hold_against_random_places(three: dict[str, Workspace]) -> None:
     for criterion, found in three.items():
         places = found.box.at(np.random.default_rng(5).random((400_000, 3)))
-        share = float((found.question.margin(places) >= 0.0).mean())
+        share = float((found.criterion.margin(places) >= 0.0).mean())
         spread = np.sqrt(share * (1.0 - share) / len(places))
         off = abs(found.volume - share * found.box.volume)
         assert off <= found.volume_error + 3.0 * spread * found.box.volume, criterion
-        assert found.volume_error <= (1e-2 if found.question.model.robot.name == "cogiro" else 2e-3) * found.volume
+        assert found.volume_error <= (1e-2 if found.criterion.model.robot.name == "cogiro" else 2e-3) * found.volume
         assert found.mesh.is_closed
 
 
@@ -136,7 +136,7 @@ def test_criteria_are_nested(three: dict[str, Workspace]) -> None:
     closed, improved, exact = three.values()
     assert closed.volume < improved.volume < exact.volume
     places = exact.box.at(np.random.default_rng(6).random((20_000, 3)))
-    inside = [each.question.margin(places) >= 0.0 for each in (closed, improved, exact)]
+    inside = [each.criterion.margin(places) >= 0.0 for each in (closed, improved, exact)]
     assert not (inside[0] & ~inside[1]).any()
     assert not (inside[1] & ~inside[2]).any()
 
@@ -147,7 +147,7 @@ def test_the_surface_is_where_the_margin_is_zero(three: dict[str, Workspace]) ->
     vertices = found.mesh.vertices[inner]
     step = 0.02 * (found.box.high - found.box.low).max() / max(found.cells)
     ways = np.concatenate([np.eye(3), -np.eye(3)]) * 5 * step
-    signs = np.stack([found.question.margin(vertices + way) >= 0.0 for way in ways])
+    signs = np.stack([found.criterion.margin(vertices + way) >= 0.0 for way in ways])
     assert (signs.any(axis=0) & ~signs.all(axis=0)).mean() > 0.999
 
 
@@ -215,7 +215,7 @@ def test_a_box_of_wrenches_takes_from_the_workspace() -> None:
     feasible = [
         distribute(JUNG, places, "exact", wrench=corner).feasible for corner in product(*zip(*sides, strict=True))
     ]
-    margins = some.question.margin(places[:, :3])
+    margins = some.criterion.margin(places[:, :3])
     np.testing.assert_array_equal(ask(JUNG, "capacity", FRAME, wrench_box=sides).margin(places[:, :3]), margins)
     unturned = np.column_stack([places[:, :3], np.zeros((len(places), 3))])
     feasible = [
@@ -272,7 +272,7 @@ def test_a_retraction_is_that_of_the_retracted_robot() -> None:
 
 @pytest.mark.parametrize("of", ["nozzle", "origin"])
 def test_a_law_retracts_by_height(of: str) -> None:
-    law = Law(-1.0, 2.4, 1.2, 2.0, of)
+    law = RetractionLaw(-1.0, 2.4, 1.2, 2.0, of)
     platform = JUNG.robot.platform.model_copy(update={"nozzle": (0.0, 0.0, -0.2)})
     model = Model(JUNG.robot.model_copy(update={"platform": platform}), RIGID)
     margins = ask(model, "exact", FRAME, retraction=law, point="origin")
@@ -305,13 +305,13 @@ def test_a_law_retracts_by_height(of: str) -> None:
         ({"criterion": "capacity", "arm": 0.0}, "length 0 m"),
         ({"wrench": [0, 0]}, "wrench: 6 numbers"),
         ({"retraction": 2.5}, "goes from 1.2 to 2 m"),
-        ({"retraction": Law(-1.0, 2.4)}, "leaves its range at height 0 m: retraction length 2.4 m"),
-        ({"retraction": Law(-0.6, 2.0)}, "at height 2 m: retraction length 0.8 m"),
-        ({"retraction": Law(-1.0, 2.4, 2.0, 1.2)}, "least < most"),
-        ({"retraction": Law(-1.0, 2.4, 1.2)}, "both clamps"),
-        ({"retraction": Law(-1.0, 2.4, 1.0, 2.0)}, "retraction length 1 m"),
-        ({"retraction": Law(float("nan"), 2.4, 1.2, 2.0)}, "finite numbers"),
-        ({"retraction": Law(-1.0, 2.4, 1.2, 2.0, "tip")}, "unknown point 'tip'"),
+        ({"retraction": RetractionLaw(-1.0, 2.4)}, "leaves its range at height 0 m: retraction length 2.4 m"),
+        ({"retraction": RetractionLaw(-0.6, 2.0)}, "at height 2 m: retraction length 0.8 m"),
+        ({"retraction": RetractionLaw(-1.0, 2.4, 2.0, 1.2)}, "least < most"),
+        ({"retraction": RetractionLaw(-1.0, 2.4, 1.2)}, "both clamps"),
+        ({"retraction": RetractionLaw(-1.0, 2.4, 1.0, 2.0)}, "retraction length 1 m"),
+        ({"retraction": RetractionLaw(float("nan"), 2.4, 1.2, 2.0)}, "finite numbers"),
+        ({"retraction": RetractionLaw(-1.0, 2.4, 1.2, 2.0, "tip")}, "unknown point 'tip'"),
     ],
 )
 def test_bad_input_is_refused(options: dict, says: str) -> None:
@@ -327,5 +327,5 @@ def test_robots_are_asked_for_what_they_have() -> None:
     with pytest.raises(InputError, match="point platform, which has none"):
         workspace(printer, "exact", orientations=[[0, 0, 0.1]])
     with pytest.raises(InputError, match="has no retraction"):
-        workspace(printer, "exact", retraction=Law(0.0, 1.0))
+        workspace(printer, "exact", retraction=RetractionLaw(0.0, 1.0))
     assert len(CRITERIA) == 6

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cablewright.control import guide
-from cablewright.control.guide import Course, GuideState, Wish, course_of
+from cablewright.control.guide import GuideState, TimedPath, Wish
 from cablewright.errors import InputError
-from cablewright.printing.course import Helix
 from cablewright.printing.job import Job, Motion
+from cablewright.printing.numeric_path import Helix
 
 DT = 0.01
 MOTION = Motion(print_speed=0.03, travel_speed=0.05, acceleration=0.02)
@@ -19,50 +19,50 @@ JOB = Job(name="h", helix=Helix(radius=0.4, layers=2, layer_height=0.001, first_
 
 
 @pytest.fixture(scope="module")
-def course() -> Course:
-    return course_of(JOB)
+def path() -> TimedPath:
+    return TimedPath.of(JOB)
 
 
-def test_it_is_where_the_law_has_it(course: Course) -> None:
+def test_it_is_where_the_law_has_it(path: TimedPath) -> None:
     """At each sample the distance is that of the path, between them speed is that of the law."""
-    for i in (0, 1, 5, len(course.arrival) // 2, len(course.arrival) - 1):
-        assert course.distance(float(course.arrival[i])) == pytest.approx(course.track.distance[i], abs=1e-9)
-    times = np.linspace(5.0, course.duration - 5.0, 500)
-    speeds = [(course.distance(t + 1e-4) - course.distance(t - 1e-4)) / 2e-4 for t in times]
+    for i in (0, 1, 5, len(path.arrival) // 2, len(path.arrival) - 1):
+        assert path.distance(float(path.arrival[i])) == pytest.approx(path.track.distance[i], abs=1e-9)
+    times = np.linspace(5.0, path.duration - 5.0, 500)
+    speeds = [(path.distance(t + 1e-4) - path.distance(t - 1e-4)) / 2e-4 for t in times]
     np.testing.assert_allclose(speeds, 0.03, rtol=1e-3)
 
 
-def follow(course: Course, state: GuideState, wishes: list[Wish]) -> list[guide.Target]:
-    return [guide.step(course, state, DT, wish) for wish in wishes]
+def follow(path: TimedPath, state: GuideState, wishes: list[Wish]) -> list[guide.Target]:
+    return [guide.step(path, state, DT, wish) for wish in wishes]
 
 
-def test_steps_join_and_velocity_is_that_of_the_step(course: Course) -> None:
+def test_steps_join_and_velocity_is_that_of_the_step(path: TimedPath) -> None:
     state = GuideState()
-    told = follow(course, state, [Wish.FOLLOW] * 1500)
+    told = follow(path, state, [Wish.FOLLOW] * 1500)
     for one, other in pairwise(told):
         np.testing.assert_allclose(one.position + DT * one.velocity, other.position, atol=1e-12)
     assert told[-1].pace == pytest.approx(0.03, rel=1e-3)
     assert np.linalg.norm(told[-1].velocity) == pytest.approx(0.03, rel=1e-3)
 
 
-def test_it_slows_down_along_the_path_and_goes_on_where_it_stood(course: Course) -> None:
+def test_it_slows_down_along_the_path_and_goes_on_where_it_stood(path: TimedPath) -> None:
     state = GuideState()
-    told = follow(course, state, [Wish.FOLLOW] * 1000 + [Wish.HOLD] * 500)
+    told = follow(path, state, [Wish.FOLLOW] * 1000 + [Wish.HOLD] * 500)
     speeds = np.array([target.pace for target in told])
     assert np.abs(np.diff(speeds)).max() <= 0.02 * DT * 1.1
     assert told[-1].there
     assert told[-1].pace == 0.0
     stood = told[-1].distance
     assert stood - told[999].distance == pytest.approx(0.03**2 / (2 * 0.02), rel=0.05)
-    again = follow(course, state, [Wish.FOLLOW] * 3)
+    again = follow(path, state, [Wish.FOLLOW] * 3)
     assert again[0].distance == pytest.approx(stood)
 
 
-def test_off_the_path_it_comes_back_straight_and_in_bounds(course: Course) -> None:
+def test_off_the_path_it_comes_back_straight_and_in_bounds(path: TimedPath) -> None:
     state = GuideState(clock=20.0)
-    goal = course.track.at(course.distance(20.0)).position
+    goal = path.track.at(path.distance(20.0)).position
     state.place = goal + np.array([0.1, 0.2, -0.05])
-    told = follow(course, state, [Wish.APPROACH] * 1500)
+    told = follow(path, state, [Wish.APPROACH] * 1500)
     places = np.array([target.position for target in told])
     way = (places - places[0]) @ (goal - places[0]) / np.linalg.norm(goal - places[0])
     assert np.abs(np.cross(places - places[0], goal - places[0])).max() < 1e-12
@@ -74,22 +74,22 @@ def test_off_the_path_it_comes_back_straight_and_in_bounds(course: Course) -> No
     assert not any(target.laying and target.pace > 0.0 for target in told)
 
 
-def test_a_lift_is_added_to_the_height_alone(course: Course) -> None:
-    flat = guide.step(course, GuideState(clock=10.0), DT, Wish.HOLD)
-    lifted = guide.step(course, GuideState(clock=10.0, lift=0.07), DT, Wish.HOLD)
+def test_a_lift_is_added_to_the_height_alone(path: TimedPath) -> None:
+    flat = guide.step(path, GuideState(clock=10.0), DT, Wish.HOLD)
+    lifted = guide.step(path, GuideState(clock=10.0, lift=0.07), DT, Wish.HOLD)
     np.testing.assert_allclose(lifted.position - flat.position, [0.0, 0.0, 0.07], atol=1e-12)
 
 
-def test_it_ends(course: Course) -> None:
-    state = GuideState(clock=course.duration - 0.5, pace=1.0)
-    told = follow(course, state, [Wish.FOLLOW] * 100)
+def test_it_ends(path: TimedPath) -> None:
+    state = GuideState(clock=path.duration - 0.5, pace=1.0)
+    told = follow(path, state, [Wish.FOLLOW] * 100)
     assert told[-1].over
     assert not told[0].over
-    assert told[-1].distance == pytest.approx(course.track.length)
+    assert told[-1].distance == pytest.approx(path.track.length)
 
 
 def test_the_first_layers_alone() -> None:
-    whole, one = course_of(JOB), course_of(JOB, 1)
+    whole, one = TimedPath.of(JOB), TimedPath.of(JOB, 1)
     assert one.track.length == pytest.approx(0.5 * whole.track.length, rel=1e-6)
     assert set(one.track.layer) == {0}
 
@@ -97,4 +97,4 @@ def test_the_first_layers_alone() -> None:
 @pytest.mark.parametrize("layers", [0, -1, 3])
 def test_layers_that_are_not_there_are_refused(layers: int) -> None:
     with pytest.raises(InputError, match=rf"layers = {layers}: 1 to 2 is wanted"):
-        course_of(JOB, layers)
+        TimedPath.of(JOB, layers)

@@ -1,22 +1,16 @@
-"""One signature per kernel, a cache that no edit can fool, and the same numbers without the compiler."""
+"""One signature per kernel, and the same numbers without the compiler."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numba.core.types import unliteral
 
 import cases
-from cablewright import kernels
-from cablewright.analyses.interference import interference
-from cablewright.kernels import batches
-from cablewright.kernels.statics import catenary
+from cablewright.analyses.interference import distances
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -27,8 +21,6 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.tension import METHODS, capacity, distribute
 from twins import machine, run
-
-MODULES = [import_module(f"cablewright.kernels.{path.stem}") for path in Path(kernels.__file__).parent.glob("[!_]*.py")]
 
 
 def test_every_kernel_has_one_compiled_signature() -> None:
@@ -42,42 +34,13 @@ def test_every_kernel_has_one_compiled_signature() -> None:
             stiffness(found)
             linearise(solve_forward(model, found.lengths, modulus_factors=np.ones(model.m)).checked())
             assert found.is_valid()
-            interference(found).curves()
+            distances(found).curves()
             for method in METHODS:
                 distribute(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
             capacity(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose)
     for plant in PLANTS:
         run(machine(plant=plant), 100, valve=1.0)
-    for module in MODULES:
-        for each in vars(module).values():
-            if hasattr(each, "signatures"):
-                kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
-                assert len(kinds) <= 1, f"{each.__name__}: {kinds}"
-
-
-def test_the_cache_is_stamped_with_all_sources() -> None:
-    stamp = batches.forward_rows._cache._cache_file._source_stamp
-    assert stamp == kernels.STAMP == kernels._stamp()
-    assert catenary.span._cache._cache_file._source_stamp == stamp
-
-
-def test_an_edited_callee_is_not_answered_by_a_stale_caller(tmp_path) -> None:
-    """The trap itself: a caller in one file, its callee in another, the callee edited between two processes."""
-    package = tmp_path / "trap"
-    package.mkdir()
-    (package / "__init__.py").write_text(Path(kernels.__file__).read_text())
-    (package / "caller.py").write_text(
-        "from trap import jit\nfrom trap.callee import f\n@jit\ndef g():\n    return f()\n"
-    )
-
-    def answer(value: float) -> str:
-        (package / "callee.py").write_text(f"from trap import jit\n@jit\ndef f():\n    return {value}\n")
-        code = "from trap.caller import g; print(g())"
-        run = [sys.executable, "-B", "-c", code]  # Python's own cache tells files apart by size and second
-        return subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.strip()
-
-    assert answer(1.0) == "1.0"
-    assert answer(2.0) == "2.0"
+    cases.assert_one_signature_per_kernel()
 
 
 @pytest.mark.parametrize("name", ["paty2021", "merlet2023", "cogiro"])
@@ -99,16 +62,3 @@ def test_without_the_compiler_the_numbers_are_the_same(name: str) -> None:
     np.testing.assert_allclose(
         [float(x) for x in plain.stdout.split()], [*held.lengths, *back.pose], rtol=0, atol=1e-12
     )
-
-
-def test_an_unwritable_cache_compiles_and_says_so(monkeypatch, caplog) -> None:
-    def refuse(**options):
-        if options.get("cache"):
-            raise RuntimeError("cannot cache function: no locator available")
-        return original(**options)
-
-    original = kernels.numba.jit
-    monkeypatch.setattr(kernels.numba, "jit", refuse)
-    double = kernels.jit(lambda x: 2.0 * x)
-    assert double(3.0) == 6.0
-    assert "compiled anew" in caplog.text

@@ -15,7 +15,7 @@ from cablewright.models.pack import pack
 from cablewright.models.parameters import varied
 from cablewright.models.statics import Model
 from cablewright.robot import Cable, Line, Robot, load
-from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, why_not
+from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, why_not, with_value
 
 SEED = 5
 MODELS = list(cases.models(*CableLaw))
@@ -26,7 +26,8 @@ ACTING_ON_LENGTHS = ("length_scale", "length_offset", "temperature")
 
 def all_of(robot: Robot, shared: bool = False) -> list[Parameter]:
     """Every number of a robot that may be uncertain; *shared*: those that all its lines can have in common."""
-    kinds = [kind for kind in KINDS.values() if why_not(robot, kind, None, shared and kind.per_line) is None]
+    known = [kind for kind in KINDS.values() if kind.role != "winch"]
+    kinds = [kind for kind in known if why_not(robot, kind, None, shared and kind.per_line) is None]
     return [one for kind in kinds for one in parameters_of(robot, kind.name, shared=shared and kind.per_line)]
 
 
@@ -59,11 +60,22 @@ def with_number(line: Line, kind: str, axis: str, value: float) -> Line:
         return line.model_copy(update={"cable": line.cable.model_copy(update={kind: value})})
     if kind == "sheave_radius":
         return line.model_copy(update={"sheave": line.sheave.model_copy(update={"radius": value})})
+    if not axis:
+        return line.model_copy(update={kind: value})
     point = with_axis(getattr(line, kind), axis, value)
     if kind == "exit_point" and axis != "z" and line.winch_exit is not None:
         moved = value + (line.winch_exit["xyz".index(axis)] - line.exit_point["xyz".index(axis)])
         return line.model_copy(update={kind: point, "winch_exit": with_axis(line.winch_exit, axis, moved)})
     return line.model_copy(update={kind: point})
+
+
+@pytest.mark.parametrize("robot", cases.robots(), ids=lambda robot: robot.name)
+def test_the_registry_sets_numbers_as_a_file_would(robot: Robot) -> None:
+    hardware = [one for one in all_of(robot) if one.entry.role == "hardware"]
+    for one, value in zip(hardware, drawn(robot, hardware, 1)[0].tolist(), strict=True):
+        found, wanted = (Model(made) for made in (with_value(robot, one, value), rebuilt(robot, one, value)))
+        np.testing.assert_allclose(found.packed.lines, wanted.packed.lines, rtol=ULP, atol=4 * ULP)
+        np.testing.assert_array_equal(found.packed.platform, wanted.packed.platform)
 
 
 def with_axis(point: tuple[float, ...], axis: str, value: float) -> tuple[float, ...]:
@@ -165,10 +177,10 @@ def test_nominal_values_change_nothing(model: Model) -> None:
 
 
 def test_rows_of_their_own_keep_what_sets_them_apart() -> None:
-    """A batch whose rows differ already, in modulus and preferred tensions, is varied row by row."""
+    """A batch whose rows differ already, in exit points and preferred tensions, is varied row by row."""
     robot = load("house-printer")
     model, rng = Model(robot), np.random.default_rng(SEED)
-    packed = model.rows(modulus_factors=rng.uniform(0.7, 1.3, (5, 4)), preferred=rng.uniform(100, 900, (5, 4)))
+    packed = model.rows(exit_points=rng.uniform(-5.0, 5.0, (5, 4, 3)), preferred=rng.uniform(100, 900, (5, 4)))
     moduli = parameters_of(robot, "modulus")
     found, _ = varied(robot, packed, moduli, np.full((5, 4), 2.0), np.ones((5, 4)))
     wanted = packed.lines.copy()

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.retraction import best_retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
@@ -67,7 +67,7 @@ def test_laws(table_3: Model) -> None:
     """Counted as the paper counts: its own law loses with z of p against always 2 m, gains with z of the lower end."""
 
     def counted(slope: float, intercept: float) -> float:
-        law = Law(slope, intercept, 1.2, 2.0, "origin")
+        law = RetractionLaw(slope, intercept, 1.2, 2.0, "origin")
         return count_nodes(table_3, "closed-form", retraction=law, point="origin").volume
 
     constant = counted(0.0, 2.0)

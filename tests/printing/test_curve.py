@@ -13,7 +13,7 @@ WANTED = Wanted(28.0, (3.6, 8.0))
 
 @pytest.fixture(scope="module")
 def curves() -> list[Curve]:
-    return draw_many(WANTED, 7, 12, lambda _done, _total: None)
+    return draw_many(WANTED, 7, 12)
 
 
 def length_of(places: np.ndarray) -> float:

@@ -169,7 +169,7 @@ def test_path_and_progress(tmp_path):
     file = tmp_path / "part.gcode"
     file.write_bytes(b"G1 X1 E1\n" * 50_000 + b"G1 X2 E2\n")
     calls = []
-    path = parse(file, progress=lambda done, total: calls.append((done, total)))
+    path = parse(file, progress=lambda _, done, total: calls.append((done, total)))
     assert len(path.line) == 50_001
     assert [total for _, total in calls] == [file.stat().st_size] * len(calls)
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)

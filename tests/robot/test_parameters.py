@@ -48,6 +48,8 @@ def said(robot: Robot, kind: str) -> list[float]:
         "length_scale": lambda line: 1.0,
         "sheave_radius": lambda line: line.sheave.radius,
         "linear_density": lambda line: line.cable.linear_density,
+        "drum_radius": lambda line: line.winch.drum_radius,
+        "build_up": lambda line: 0.0,
     }
     place = {"x": 0, "y": 1, "z": 2}.get(axis)
     if kind == "temperature":
@@ -61,6 +63,8 @@ def said(robot: Robot, kind: str) -> list[float]:
 def has(robot: Robot, kind: str) -> bool:
     if kind == "sheave_radius":
         return not any(isinstance(line.sheave, Eyelet) for line in robot.lines)
+    if kind == "drum_radius":
+        return all(line.winch.drum_radius is not None for line in robot.lines)
     return robot.n == 6 or not kind.startswith(("platform_point", "centre_of_mass", "moment"))
 
 
@@ -70,7 +74,8 @@ def test_the_kinds_are_listed_in_order_and_cannot_be_changed() -> None:
         "modulus",
         *(f"exit_point{axis}" for axis in axes),
         *(f"platform_point{axis}" for axis in axes),
-        *("sheave_radius", "linear_density", "length_offset", "length_scale", "temperature", "mass"),
+        *("sheave_radius", "linear_density", "length_offset", "length_scale", "drum_radius", "build_up"),
+        *("temperature", "mass"),
         *(f"centre_of_mass{axis}" for axis in axes),
         *(f"force{axis}" for axis in axes),
         *(f"moment{axis}" for axis in axes),
@@ -89,6 +94,7 @@ def test_a_kind_says_what_it_is(name: str) -> None:
     units = {
         **dict.fromkeys(("modulus", "length_scale"), "1"),
         "linear_density": "kg/m",
+        "build_up": "1/m",
         "temperature": "K",
         "mass": "kg",
         "force": "N",
@@ -215,7 +221,7 @@ def test_labels_tell_the_parameters_of_a_robot_apart() -> None:
 
 
 def test_what_is_physical() -> None:
-    bounded = ("modulus", "sheave_radius", "linear_density", "length_scale", "mass")
+    bounded = ("modulus", "sheave_radius", "linear_density", "length_scale", "drum_radius", "mass")
     for name, kind in KINDS.items():
         assert kind.allows(1e-9)
         assert kind.allows(0.0) == (name not in bounded)

@@ -6,18 +6,14 @@ import dataclasses
 import platform
 import re
 from collections.abc import Iterator
-from importlib import import_module
 from itertools import product
-from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from numba.core.types import unliteral
 
 import cases
-from cablewright import kernels
 from cablewright.errors import InputError
 from cablewright.kernels import batches, layout
 from cablewright.kernels.certificates import krawczyk as kernel
@@ -104,7 +100,7 @@ class Exact:
 
     def _state(self, i: int) -> LineState:
         phi, tau, free, *rest = self.states[i]
-        upright = -self.row.column(layout.SIDE)[i] * mp.pi / 2
+        upright = -self.row.lines.side[i] * mp.pi / 2
         dead, psi, beta = [*rest, *[mpf(0), upright, mpf(0)][len(rest) :]]
         return LineState(mp.exp(tau), phi, free, psi, dead, beta)
 
@@ -131,8 +127,7 @@ def certified_share(model: Model, kind: str, count: int, seed: int) -> float:
     found = found[found.code != layout.Code.NOT_CONVERGED]
     certificate = certify(found)
     sure = np.flatnonzero(certificate.certified)
-    chosen = Certificate(*(getattr(certificate, field.name)[sure] for field in dataclasses.fields(certificate)))
-    assert (misses(found[sure], chosen) <= 1.0).all()
+    assert (misses(found[sure], certificate[sure]) <= 1.0).all()
     return len(sure) / count
 
 
@@ -161,6 +156,17 @@ def test_the_equilibrium_is_within_the_bound(name: str, kind: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_equilibrium_is_within_the_bound_ten_thousand_times(name: str, kind: str) -> None:
     assert certified_share(BUILT[name], kind, 278, 8) >= 0.995
+
+
+def test_certificates_tell_why_by_row() -> None:
+    held = solve_inverse(HOUSE, [[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
+    both, told = certify(held), certify(held[0]).to_dict()
+    assert (len(both), both.certified.tolist(), both[0].certified) == (2, [True, True], True)
+    assert both.reason() == (both[0].reason(), both[1].reason())
+    assert repr(both) == "Certificate(2 of 2 certified)"
+    assert repr(both[0]) == f"Certificate({both[0].reason()})"
+    assert (told["certified"], told["levers"], told["bound"]) == (True, "stable", both.bound[0].tolist())
+    assert both.to_dict()["levers"] == ["stable", "stable"]
 
 
 def test_a_massless_slack_line_is_not_certified() -> None:
@@ -198,7 +204,7 @@ def disturbed(held: Equilibrium, what: str, size: float, rng: np.random.Generato
         pose[each, rng.integers(0, held.model.n, rows)] += by
     else:
         line = rng.integers(0, held.model.m, rows)
-        count = held.column(layout.UNKNOWNS)[0, line].astype(int)
+        count = held.lines.unknowns[0, line].astype(int)
         at = (rng.random(rows) * count).astype(int)
         at[(count == 5) & (at == 4)] = layout.PSI
         states[each, line, at] += by
@@ -324,11 +330,7 @@ def test_certificates_leave_one_compiled_signature_per_kernel() -> None:
         held = cases.poses(BUILT[name], 1)
         for rows in (1, 100):
             assert certify(solve_forward(BUILT[name], np.repeat(held.lengths, rows, axis=0))).certified.all()
-    for path in Path(kernels.__file__).parent.glob("[!_]*.py"):
-        for each in vars(import_module(f"cablewright.kernels.{path.stem}")).values():
-            if hasattr(each, "signatures"):
-                kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
-                assert len(kinds) <= 1, f"{each.__name__}: {kinds}"
+    cases.assert_one_signature_per_kernel()
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the mnemonics of x86")

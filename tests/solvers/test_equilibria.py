@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,18 @@ def test_levers_give_sixteen_of_which_one_is_stable() -> None:
         assert (len(found.stable), found.stable.sum()) == (16, 1)
         assert found.certificates.levers.tolist() == [1] + [-1] * 15
         assert not found.complete
+        assert repr(found) == "Equilibria('paty2021', 16 found, 1 stable, not proved complete)"
+
+
+def test_they_have_a_length_rows_and_figures() -> None:
+    found = equilibria(PATY, lengths_of(PATY, 1, 1, slack=0.0)[0])
+    assert len(found) == len(list(found)) == 16
+    assert found[0].status.word == "ok"
+    told = found.to_dict()
+    json.dumps(told, allow_nan=False)
+    for row, one in zip(told["solutions"], found, strict=True):
+        assert (row["status"], row["pose"], row["stable"]) == (one.status.word, one.pose.tolist(), one.ok)
+        assert row["certified"]
 
 
 @pytest.mark.parametrize("sheave", [SheaveLaw.EYELET, SheaveLaw.SWIVEL])

@@ -30,6 +30,9 @@ def test_one_few_and_many_rows_agree(held: Equilibrium) -> None:
     np.testing.assert_array_equal(few.motion, many.motion[:10])
     np.testing.assert_array_equal(one.motion, many.motion[7])
     np.testing.assert_array_equal(one.stiffness, many.stiffness[7])
+    np.testing.assert_array_equal([each.per_length for each in many], many.per_length)
+    assert (len(many), len(many[::10]), many[7].single, many[3:4].single) == (100, 10, True, False)
+    assert repr(many) == "Linearisation(stiffness (100, 3, 3), motion (100, 3, 4, 10))"
 
 
 def test_what_it_is_given_is_left_alone(held: Equilibrium) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,11 +12,11 @@ from mpmath import mp, mpf
 import cases
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
-from cablewright.models.parameters import varied
+from cablewright.models.parameters import OF_LINES, OF_PLATFORM, varied
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import load
-from cablewright.robot.parameters import Parameter, nominal, parameters_of
-from cablewright.solvers.forward import solve_again, solve_forward
+from cablewright.robot import Robot, library_names, load
+from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, why_not, with_value
+from cablewright.solvers.forward import forward, solve_again, solve_forward
 from cablewright.solvers.inverse import inverse
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.parameters import departures, nozzle_response, response
@@ -90,21 +91,37 @@ def test_shared_numbers_answer_as_the_sum_of_the_lines(name: str) -> None:
         np.testing.assert_allclose(together, apart, rtol=1e-12, atol=1e-18)
 
 
-@pytest.mark.parametrize("name", ["house-printer", "cogiro", "jung2020"])
-def test_robots_described_otherwise_go_where_first_order_says(name: str) -> None:
-    """As a user would: another `Robot`, solved cold, differs by the response but for the square of the step."""
-    robot = load(name)
-    held = cases.poses(Model(robot), 1)
-    rng = np.random.default_rng(1)
-    parameters = [one for one in all_of(robot) if rebuilt(robot, one, nominal(robot, one) + 1e-3) != robot]
-    for k in rng.choice(len(parameters), 12, replace=False):
-        one = parameters[k]
-        answer = response(held, [one])[0, :, 0]
-        step = steps(held, [one], answer[None, :, None])[0]
-        ends = [rebuilt(robot, one, nominal(robot, one) + by * step) for by in (-1.0, 1.0)]
-        poses = [solve_forward(Model(end), held.lengths[0], guess=held.pose[0]).checked().pose for end in ends]
-        moved = motion_between(*poses) / (2.0 * step)
-        np.testing.assert_allclose(moved, answer, rtol=0, atol=CURVED * np.abs(answer).max() + ROUNDING / step)
+HARDWARE = [
+    (robot, kind.name)
+    for robot in map(load, library_names())
+    for kind in KINDS.values()
+    if kind.role == "hardware" and why_not(robot, kind, None, False) is None
+]
+
+
+@cache
+def held_by(robot: Robot) -> Equilibrium:
+    return taut(Model(robot), 1)
+
+
+@pytest.mark.parametrize(("robot", "kind"), HARDWARE, ids=lambda each: getattr(each, "name", each))
+def test_robots_described_otherwise_go_where_first_order_says(robot: Robot, kind: str) -> None:
+    """As a user would: another `Robot`, solved anew, differs by the response but for the square of the step."""
+    held, parameters = held_by(robot), parameters_of(robot, kind)
+    one = parameters[len(parameters) // 2]
+    answer = response(held, [one])[0, :, 0]
+    step = steps(held, [one], answer[None, :, None])[0]
+    ends = [with_value(robot, one, nominal(robot, one) + by * step) for by in (-1.0, 1.0)]
+    poses = [forward(end, held.lengths[0], guess=held.pose[0]).checked().pose for end in ends]
+    moved = motion_between(*poses) / (2.0 * step)
+    np.testing.assert_allclose(moved, answer, rtol=0, atol=CURVED * np.abs(answer).max() + ROUNDING / step)
+
+
+def test_every_number_of_the_statics_has_its_columns() -> None:
+    """An entry of the registry, but for those that a calibration alone knows, is in one of the two tables."""
+    wanted = {kind.name: kind.of for kind in KINDS.values() if kind.role != "winch"}
+    assert {*OF_LINES, *OF_PLATFORM} == {*wanted}
+    assert set(OF_PLATFORM) == {name for name, owner in wanted.items() if owner == "platform"}
 
 
 SLOPES: dict[str, Callable[[Equilibrium, int], np.ndarray]] = {

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-from importlib import import_module
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mpmath import mp
-from numba.core.types import unliteral
 
 import cases
-from cablewright import kernels
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import layout
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
@@ -550,8 +546,4 @@ def test_kernels_called_from_here_keep_their_one_signature() -> None:
         pose = cases.poses(model, 1).pose[0]
         solve_forward(model, solve_inverse(model, pose).lengths)
         slack_sets(model, pose)
-    for path in Path(kernels.__file__).parent.glob("[!_]*.py"):
-        for each in vars(import_module(f"cablewright.kernels.{path.stem}")).values():
-            if hasattr(each, "signatures"):
-                kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
-                assert len(kinds) <= 1, f"{each.__name__}: {kinds}"
+    cases.assert_one_signature_per_kernel()

@@ -15,12 +15,17 @@ from cablewright.printing.job import load_job
 from cablewright.robot import Robot, library_text, load, loads
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.check import Check, check
+from cablewright.studies.check import Check, PathStatics, check
 
-PER_LINE = ("rigid_lengths", "lengths", "tensions", "lowest_tension", "highest_tension", "swing", "lever", "torque")
 ROUNDING = 1e-9  # N
-PER_POINT = ("uncompensated", "compensated", "elastic_only")
-ARRAYS = [field.name for field in dataclasses.fields(Check) if field.type == "Array"]
+POSES = ("uncompensated", "compensated", "elastic_only")
+LENGTHS = ("rigid_lengths", "lengths", "cable_length")
+
+
+def arrays(found: Check) -> dict[str, np.ndarray]:
+    """All that the statics say, by name."""
+    statics = {field.name: getattr(found.statics, field.name) for field in dataclasses.fields(PathStatics)}
+    return statics | vars(statics.pop("lines"))
 
 
 def limit(found: Check, name: str):
@@ -44,38 +49,42 @@ def test_compensation_meets_the_path_and_half_of_it_comes_between(found: Check) 
 def test_uncompensated_is_the_full_model_with_the_lengths_of_rigid_cables(found: Check) -> None:
     robot, positions = found.robot, found.samples.positions[::40]
     rigid = solve_inverse(Model(robot, Fidelity(CableLaw.RIGID)), positions)
-    np.testing.assert_allclose(found.rigid_lengths[::40], rigid.lengths, atol=1e-9)
+    np.testing.assert_allclose(found.statics.rigid_lengths[::40], rigid.lengths, atol=1e-9)
     hung = solve_forward(Model(robot), rigid.lengths)
-    np.testing.assert_allclose(found.uncompensated[::40], hung.pose, atol=1e-9)
-    assert (found.uncompensated[:, 2] < found.samples.positions[:, 2]).all()  # heavy and elastic: it hangs lower
+    np.testing.assert_allclose(found.statics.uncompensated[::40], hung.pose, atol=1e-9)
+    lower = found.statics.uncompensated[:, 2] < found.samples.positions[:, 2]
+    assert lower.all()  # heavy and elastic
 
 
 def test_lengths_and_tensions_are_those_of_the_inverse_problem(found: Check) -> None:
     solved = solve_inverse(Model(found.robot), found.samples.positions)
     np.testing.assert_allclose(found.lengths, solved.lengths, atol=1e-9)
-    np.testing.assert_allclose(found.tensions, solved.tensions, atol=1e-6)
-    assert (found.lowest_tension <= found.tensions + ROUNDING).all()
-    assert (found.highest_tension >= found.tensions - ROUNDING).all()
+    np.testing.assert_allclose(found.statics.tensions, solved.tensions, atol=1e-6)
+    assert (found.statics.lines.lowest_tension <= found.statics.tensions + ROUNDING).all()
+    assert (found.statics.lines.highest_tension >= found.statics.tensions - ROUNDING).all()
 
 
 def test_shapes_and_summary(found: Check) -> None:
     k = len(found.samples)
-    assert all(getattr(found, name).shape == (k, 4) for name in PER_LINE)
-    assert all(getattr(found, name).shape == (k, 3) for name in PER_POINT)
+    shapes = {name: values.shape for name, values in arrays(found).items()}
+    assert {shapes.pop(name) for name in POSES} == {(k, 3)}
+    assert {shapes.pop(name) for name in ("codes", "violations")} == {(k,)}
+    assert set(shapes.values()) == {(k, 4)}
+    assert len(shapes) == 11
     summary = found.summary()
     assert (summary["layers"], summary["samples"]) == (3, k)
     assert summary["extruded_length"] == pytest.approx(12.0)
     assert summary["travel_length"] == pytest.approx(0.04)
-    assert summary["duration"] == found.time[-1]
-    assert summary["min_tension"] == found.lowest_tension.min()
-    assert summary["max_tension"] == found.highest_tension.max()
+    assert summary["duration"] == found.law.time[-1]
+    assert summary["min_tension"] == found.statics.lines.lowest_tension.min()
+    assert summary["max_tension"] == found.statics.lines.highest_tension.max()
     assert summary["max_error_uncompensated"] == found.error_uncompensated.max()
 
 
 def test_cable_speed_is_at_least_the_mean_over_each_step(found: Check) -> None:
-    mean = np.abs(np.diff(found.lengths, axis=0)) / np.diff(found.time)[:, None]
-    assert (found.cable_speed[1:] >= mean - 1e-12).all()
-    assert found.cable_speed.max() <= found.samples.speed_limit.max()
+    mean = np.abs(np.diff(found.lengths, axis=0)) / np.diff(found.law.time)[:, None]
+    assert (found.statics.lines.winch_speed[1:] >= mean - 1e-12).all()
+    assert found.statics.lines.winch_speed.max() <= found.samples.speed_limit.max()
 
 
 def test_a_yes_has_findings_without_violations(found: Check) -> None:
@@ -103,8 +112,9 @@ def test_a_yes_has_findings_without_violations(found: Check) -> None:
 def test_a_finding_points_to_the_worst_sample_and_line(found: Check) -> None:
     lowest = limit(found, "lowest tension")
     column = [line.name for line in found.robot.lines].index(lowest.line or "")
-    assert lowest.value == found.lowest_tension[lowest.sample, column]
-    assert lowest.value == pytest.approx(found.lowest_tension.min(), rel=1e-12)  # equal corners tie to rounding
+    tensions = found.statics.lines.lowest_tension
+    assert lowest.value == tensions[lowest.sample, column]
+    assert lowest.value == pytest.approx(tensions.min(), rel=1e-12)  # equal corners tie to rounding
 
 
 def test_tension_limits_that_no_tensions_meet(job_file) -> None:
@@ -114,7 +124,7 @@ def test_tension_limits_that_no_tensions_meet(job_file) -> None:
     assert worst.limit == "highest tension"
     assert worst.allowed[1] == 500.0
     assert worst.violations == len(no.samples)
-    assert worst.margin == pytest.approx(500.0 - no.highest_tension.max())
+    assert worst.margin == pytest.approx(500.0 - no.statics.lines.highest_tension.max())
     assert "house-printer cannot print square: highest tension of line" in no.verdict
     assert f"at {worst.violations} of {len(no.samples)} samples" in no.verdict
     assert f"G-code line {no.samples.line[worst.sample]}." in no.verdict
@@ -142,7 +152,7 @@ def test_a_winch_too_slow(job_file) -> None:
     no = check(robot.model_copy(update={"lines": slow}), load_job(job_file))
     assert not no.feasible
     assert no.findings[0].limit == "winch speed"
-    assert no.findings[0].margin == pytest.approx(0.05 - no.cable_speed.max())
+    assert no.findings[0].margin == pytest.approx(0.05 - no.statics.lines.winch_speed.max())
 
 
 @pytest.mark.parametrize("origin", [(0.0, 5.5, 1.0), (3.2, 0.0, 1.0)])
@@ -171,9 +181,9 @@ def test_a_sample_inside_a_sheave_is_an_answer(inside_sheave: Check) -> None:
 
 def test_a_sample_without_a_solution_has_no_numbers(inside_sheave: Check) -> None:
     bad = inside_sheave.codes == list(Status).index(Status.INSIDE_SHEAVE)
-    assert np.isnan(inside_sheave.compensated[bad]).all()
-    for name in ("lengths", "tensions", "lowest_tension", "highest_tension", "torque"):
-        assert np.isnan(getattr(inside_sheave, name)[bad]).all(), name
+    assert np.isnan(inside_sheave.statics.compensated[bad]).all()
+    for name in ("lengths", "tensions", "lowest_tension", "highest_tension", "winch_torque"):
+        assert np.isnan(arrays(inside_sheave)[name][bad]).all(), name
     assert np.isfinite(inside_sheave.lengths[inside_sheave.codes == 0]).all()
 
 
@@ -181,7 +191,7 @@ def test_made_up_numbers_are_in_no_summary(inside_sheave: Check) -> None:
     good = inside_sheave.codes == 0
     summary = inside_sheave.summary()
     assert summary["max_winch_speed"] < 5.0
-    assert summary["min_tension"] == pytest.approx(inside_sheave.lowest_tension[good].min(), rel=0.5)
+    assert summary["min_tension"] == pytest.approx(inside_sheave.statics.lines.lowest_tension[good].min(), rel=0.5)
 
 
 @pytest.mark.parametrize("block", [64, 100, 40])
@@ -201,10 +211,10 @@ def test_threads_do_not_matter(found: Check) -> None:
 
 def assert_same(one: Check, other: Check, tolerance: float) -> None:
     """Lengths and places to *tolerance* (m), all else to a relative one."""
-    for name in ARRAYS:
-        theirs = getattr(other, name)
-        absolute = tolerance if name in (*PER_POINT, "lengths", "rigid_lengths") else tolerance * 1e3
-        np.testing.assert_allclose(getattr(one, name), theirs, rtol=tolerance, atol=absolute, err_msg=name)
+    theirs = arrays(other)
+    for name, ours in arrays(one).items():
+        absolute = tolerance if name in (*POSES, *LENGTHS) else tolerance * 1e3
+        np.testing.assert_allclose(ours, theirs[name], rtol=tolerance, atol=absolute, err_msg=name)
     assert one.verdict == other.verdict
 
 

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.analyses.interference import interference
+from cablewright.analyses.interference import distances
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.stl import StlMesh
 from cablewright.robot import Robot, loads
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.interference import interference_over_job
+from cablewright.studies.interference import interference
+from cablewright.triangle_mesh import TriangleMesh
 
 ROBOT = """
 schema = 1
@@ -80,14 +80,14 @@ def test_the_layer_that_first_reaches_a_line_is_found(job: Job, model: Model) ->
     touched = int(np.floor(height_over_the_tower() / 0.02))  # whose top is the first above the line
     assert touched == 33
     seen = []
-    found = interference_over_job(model, job, progress=lambda stage, done, total: seen.append(stage))
+    found = interference(model, job, progress=lambda stage, done, total: seen.append(stage))
     assert found.unheld == 0
     assert found.first_layer == touched
     x, _, z = found.samples.positions[found.first_sample]
     assert x == pytest.approx(1.0)
     assert 0.02 <= z < 0.05  # on its way down, or there
     assert set(seen) == {"reading G-code", "holding lines against all", "free region"}
-    contact = found.contacts["part"]
+    contact = found.contacts.part
     assert contact.line == "west"
     assert contact.margin < 0.0
     assert found.worst is not None
@@ -96,7 +96,7 @@ def test_the_layer_that_first_reaches_a_line_is_found(job: Job, model: Model) ->
 def test_a_clearance_is_met_earlier_by_as_many_layers_as_it_takes(job: Job, model: Model) -> None:
     slope = (2.0 - 0.02) / 3.0
     for clearance in (0.01, 0.05, 0.1):
-        found = interference_over_job(model, job, clearance=clearance)
+        found = interference(model, job, clearance=clearance)
         if found.first_sample is None or found.first_layer == 0:
             continue  # the nozzle's own strand is as near
         near = height_over_the_tower() - clearance * np.sqrt(1.0 + slope * slope)  # of the edge, at a right angle
@@ -104,7 +104,7 @@ def test_a_clearance_is_met_earlier_by_as_many_layers_as_it_takes(job: Job, mode
 
 
 def test_each_layer_tells_its_distance(job: Job, model: Model) -> None:
-    found = interference_over_job(model, job)
+    found = interference(model, job)
     numbers, least = found.layers()
     assert (numbers[-TOWER:] == np.arange(TOWER)).all()
     assert (least[-TOWER:][:33] >= 0.0).all()
@@ -113,10 +113,10 @@ def test_each_layer_tells_its_distance(job: Job, model: Model) -> None:
 
 
 def test_a_sample_alone_says_the_same(job: Job, model: Model) -> None:
-    found = interference_over_job(model, job)
+    found = interference(model, job)
     for at in np.linspace(10, len(found.samples) - 1, 25).astype(int):
         held = solve_inverse(model, found.samples.positions[at])
-        alone = interference(held, part=found.part, now=float(at))
+        alone = distances(held, part=found.part, now=float(at))
         np.testing.assert_allclose(alone.margins[0], found.margins[at], atol=1e-9)
 
 
@@ -124,15 +124,15 @@ def test_a_mesh_that_grows_with_the_job_is_touched_in_the_same_layer(job: Job, m
     """The tower as a closed mesh, cut at the height that has been laid."""
     corners = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-0.1, 0.1) for z in (0.0, 1.0)])
     sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    mesh = StlMesh(corners[np.array([row for a, b, c, d in sides for row in ((a, b, c), (a, c, d))])])
-    assert mesh.closed
-    found = interference_over_job(model, job, mesh=mesh)
+    mesh = TriangleMesh(corners, np.array([row for a, b, c, d in sides for row in ((a, b, c), (a, c, d))]))
+    assert mesh.is_closed
+    found = interference(model, job, part=mesh)
     assert found.first_layer == 33
-    assert found.contacts["part"].margin == 0.0  # cables without a diameter, through a face without a depth
+    assert found.contacts.part.margin == 0.0  # cables without a diameter, through a face without a depth
 
 
 def test_the_region_above_the_part_is_free(job: Job, model: Model) -> None:
-    region = interference_over_job(model, job, clearance=0.02).region
+    region = interference(model, job, clearance=0.02).region
     x, y, z = region.axes
     assert 0.0 < region.fraction < 1.0
     assert region.free[:, :, -1][np.isfinite(region.margins[:, :, -1])].all()
@@ -145,4 +145,4 @@ def test_a_body_needs_as_many_lines_as_freedoms(job: Job) -> None:
     from cablewright.robot import load
 
     with pytest.raises(InputError, match="cannot hold 6 freedoms along a path"):
-        interference_over_job(Model(load("grab-four-lines")), job)
+        interference(Model(load("grab-four-lines")), job)

@@ -29,14 +29,14 @@ def test_the_extruder_is_set_by_the_job(twin: MachineTwin) -> None:
     assert settings.extrusion is not None
     assert settings.extrusion.bead == JOB.bead
     assert settings.drum.flow == pytest.approx(settings.extrusion.density * JOB.bead.section * JOB.motion.print_speed)
-    assert twin.course.track.positions[:, 2].min() == pytest.approx(settings.drum.valve)
+    assert twin.path.track.positions[:, 2].min() == pytest.approx(settings.drum.valve)
     plan = plan_print(twin)
     assert plan.powder == np.inf
     assert plan.height is None
 
 
 def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
-    begin, choices = twin.course.track.at(0.0).position, twin.choices
+    begin, choices = twin.path.track.at(0.0).position, twin.choices
     machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
     printer = Printer(
         plan_print(twin),
@@ -55,7 +55,7 @@ def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
     assert ground.mass + machine.rig.falling_mass == pytest.approx(fed, rel=1e-9)
     cells = np.argwhere(ground.heights > 0.5 * JOB.bead.height)
     lies = np.array(ground.field.low) + ground.field.cell * (cells + 0.5)
-    way = twin.course.track.positions[:, :2]
+    way = twin.path.track.positions[:, :2]
     fine = np.concatenate([a + np.linspace(0.0, 1.0, 20)[:, None] * (b - a) for a, b in itertools.pairwise(way)])
     away = np.array([np.hypot(*(fine - place).T).min() for place in lies])
     assert len(lies) > 50

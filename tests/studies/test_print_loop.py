@@ -11,8 +11,8 @@ import pytest
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import LoadingArchive, SavingArchive
-from cablewright.printing.course import Helix
 from cablewright.printing.job import Job, Motion
+from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
@@ -38,7 +38,7 @@ class Print:
     def __init__(
         self, made: MachineTwin, kept: SavingArchive | None = None, machine: SimulatedMachine | None = None
     ) -> None:
-        begin = made.course.track.at(0.0).position
+        begin = made.path.track.at(0.0).position
         self.machine = machine or SimulatedMachine(
             made.robot, made.settings, begin, seed=made.choices.seed, plant=made.choices.plant
         )
@@ -60,7 +60,7 @@ class Print:
 
     def beside(self, step: Step) -> float:
         """True distance from the path, m."""
-        track = self.printer.plan.course.track
+        track = self.printer.plan.path.track
         return track.nearest(self.machine.truth.position, step.progress.distance).offset
 
 
@@ -87,7 +87,7 @@ def test_it_comes_to_its_end_and_nothing_is_lost() -> None:
     assert made.machine.truth.powder + ground.mass + made.machine.rig.falling_mass == pytest.approx(
         drum.powder, rel=1e-9
     )
-    assert opened * 0.03 == pytest.approx(made.printer.plan.course.track.length, rel=1e-3)  # full flow at full speed
+    assert opened * 0.03 == pytest.approx(made.printer.plan.path.track.length, rel=1e-3)  # full flow at full speed
 
 
 def test_encoders_alone_carry_their_errors_along() -> None:
@@ -157,7 +157,7 @@ def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> No
     for _ in first.steps(40):
         pass
     first.printer.archive_state(notes)
-    away = made.course.track.at(0.0).position + np.array([0.0, -0.4, 0.2])
+    away = made.path.track.at(0.0).position + np.array([0.0, -0.4, 0.2])
     second = Print(made, notes, SimulatedMachine(ROBOT, made.settings, away, seed=4, plant="quasi-static"))
     steps = [(step.progress.state, second.beside(step), step.command.valve) for step in second.steps(400)]
     assert second.printer.finished

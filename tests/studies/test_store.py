@@ -14,6 +14,7 @@ import pyarrow.parquet
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.file_output import write_whole
 from cablewright.printing.job import load_job
 from cablewright.robot import library_text, load
 from cablewright.studies.check import Check, check
@@ -49,6 +50,13 @@ def test_a_run_that_breaks_leaves_nothing(tmp_path: Path, error: type[BaseExcept
 
     with pytest.raises(EnvironmentFault if error is OSError else error):
         broken_run()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_written_is_named_where_it_was_to_be(tmp_path: Path) -> None:
+    with pytest.raises(EnvironmentFault) as caught, run_folder(tmp_path / "a") as part:
+        write_whole(part / "none" / "file", b"text")
+    assert str(caught.value) == f"{tmp_path / 'a/none/file'}: cannot be written: No such file or directory"
     assert not list(tmp_path.iterdir())
 
 
@@ -170,7 +178,7 @@ def test_lengths_csv(earlier: Path, found: Check) -> None:
     time = table["time"].to_numpy()
     assert time[0] == 0.0
     assert (np.diff(time) > 0).all()
-    np.testing.assert_allclose(time, found.time, atol=1e-6)
+    np.testing.assert_allclose(time, found.law.time, atol=1e-6)
     for i, name in enumerate(table.column_names[1:]):
         np.testing.assert_allclose(table[name].to_numpy(), found.lengths[:, i], atol=1e-9)
 
@@ -179,11 +187,11 @@ def test_samples_parquet(earlier: Path, found: Check) -> None:
     table = pyarrow.parquet.read_table(earlier / "samples.parquet")
     assert table.num_rows == len(found.samples)
     for name, expected in {
-        "time": found.time,
+        "time": found.law.time,
         "x": found.samples.positions[:, 0],
-        "uncompensated_z": found.uncompensated[:, 2],
+        "uncompensated_z": found.statics.uncompensated[:, 2],
         "lengths north-east": found.lengths[:, 2],
-        "tensions south-west": found.tensions[:, 0],
+        "tensions south-west": found.statics.tensions[:, 0],
         "layer": found.samples.layer,
         "status": found.codes,
     }.items():

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablewright.analyses.workspace.boundary_modes import boundary_modes
-from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.models.fidelity import Fidelity
@@ -87,7 +87,7 @@ def test_nodes_and_a_length_that_stays() -> None:
 
 def test_with_sag_and_a_law() -> None:
     model = Model(BEAM.robot)
-    law = Law(-1.0, 2.4, 1.2, 2.0)
+    law = RetractionLaw(-1.0, 2.4, 1.2, 2.0)
     (each,) = trade(
         model, {Change("mass"): [12.0]}, Asked("exact", grid=9, boundary_grid=7, retraction=law)
     ).combinations
@@ -215,7 +215,7 @@ def test_bad_sweeps_are_refused_before_any_work(
         ({"count": "nodes", "tolerance": 0.1}, "does not go with count nodes"),
         ({"clearance": -1.0}, "a length of 0 or more"),
         ({"clearance": float("nan")}, "a length of 0 or more"),
-        ({"inertia": "box", "retraction": Law(0.0, 1.5)}, "does not go with a retraction law"),
+        ({"inertia": "box", "retraction": RetractionLaw(0.0, 1.5)}, "does not go with a retraction law"),
     ],
 )
 def test_bad_questions_are_refused(given: dict[str, object], says: str) -> None:

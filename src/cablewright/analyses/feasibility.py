@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import Status
-from cablewright.models.statics import Equilibrium
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
-__all__ = ["Finding", "LineQuantities", "broken_limits", "judge", "judge_pose"]
+__all__ = ["LIMITS", "Finding", "Limit", "LineQuantities", "broken_limits", "judge", "judge_pose"]
 
 Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
@@ -23,7 +24,7 @@ Bounds = tuple[float, float] | None
 class Finding:
     """One limit against the whole path. `margin` is signed, in the limit's unit: negative is a violation."""
 
-    limit: str  # "lowest tension", "highest tension", "frame", "swing", "lever", "cable length", "winch speed", ...
+    limit: str  # the name of one of `LIMITS`, "frame, x" (or y, z), or a status sentence
     unit: str  # "N", "m", "rad", "m/s", "N m"
     margin: float  # smallest signed distance to the limit over the path
     value: float  # the quantity there
@@ -31,6 +32,11 @@ class Finding:
     line: str | None  # the line's name, None where the limit is the platform's
     sample: int  # index of the worst sample
     violations: int  # how many samples violate it
+
+    @property
+    def why(self) -> str:
+        """What the limit is for, in words; nothing of a status."""
+        return _WHY.get(self.limit, "")
 
     @property
     def is_status(self) -> bool:
@@ -49,16 +55,16 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class LineQuantities:
-    """What the limits speak of, (k, m) each; NaN where a quantity has no value. SI."""
+    """What limits bound, (k, m) each; NaN where a quantity has no value. SI."""
 
-    lowest_tension: Array
-    highest_tension: Array
-    lengths: Array
-    swing: Array
-    lever: Array
-    speed: Array
-    torque: Array
-    clearance: Array
+    lowest_tension: Array  # along the line
+    highest_tension: Array  # along the line
+    cable_length: Array  # unstrained, from winch exit to platform
+    swing: Array  # azimuth of the sheave from where its mounting faces
+    lever: Array  # angle above the horizontal
+    winch_speed: Array  # of the cable
+    winch_torque: Array  # at the drum
+    sheave_clearance: Array
 
     @classmethod
     def of(cls, rows: Equilibrium) -> LineQuantities:
@@ -70,79 +76,21 @@ class LineQuantities:
 
 
 @dataclass(frozen=True)
-class _Rule:
-    """A limit of the hardware: its quantity, and what a line allows of it."""
+class Limit:
+    """A limit of the hardware on the quantity of the same name of each line."""
 
-    limit: str
+    name: str
     unit: str
-    quantity: str
-    bounds: Callable[[Line], Bounds]
+    bounds: Callable[[Line], Bounds]  # lowest and highest, or None where the line has no such limit
+    why: str  # what it is for, in the words of a report
 
+    def values(self, lines: LineQuantities) -> Array:
+        """What is bounded, (k, m)."""
+        return np.asarray(getattr(lines, self.name.replace(" ", "_")))
 
-_RULES = (
-    _Rule("lowest tension", "N", "lowest_tension", lambda line: (line.tension_limits[0], np.inf)),
-    _Rule("highest tension", "N", "highest_tension", lambda line: _up_to(line.tension_limits[1])),
-    _Rule("cable length", "m", "lengths", lambda line: _up_to(line.winch.capacity)),
-    _Rule("swing", "rad", "swing", lambda line: _swing(line)),
-    _Rule("lever", "rad", "lever", lambda line: getattr(line.sheave, "lever_range", None)),
-    _Rule("winch speed", "m/s", "speed", lambda line: _up_to(line.winch.max_speed)),
-    _Rule("winch torque", "N m", "torque", lambda line: _up_to(line.winch.max_torque)),
-    _Rule("sheave clearance", "m", "clearance", lambda _line: (0.0, np.inf)),
-)
-
-
-def judge(
-    robot: Robot, positions: Array, codes: NDArray[np.int64], violations: Array, lines: LineQuantities
-) -> tuple[Finding, ...]:
-    """Findings of a path, worst first: *positions* (k, 3) m; *codes* and *violations* (k,), N, of the inverse there."""
-    findings = [_frame(robot, positions)]
-    for rule in _RULES:
-        bounds = [rule.bounds(line) for line in robot.lines]
-        findings += _worst_line(rule.limit, rule.unit, getattr(lines, rule.quantity), bounds, robot)
-    findings += _statics(codes, violations)
-    return tuple(sorted(findings, key=lambda found: (found.violations == 0, found.is_status, -found.violations)))
-
-
-def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
-    """Findings of one solved pose, worst first: every limit but those of motion."""
-    row = equilibrium[None]
-    model = equilibrium.model
-    lines = LineQuantities.of(row)
-    if model.tension_limits is not None:  # the solver has seen to the limits that replace the lines' own
-        unknown = np.full_like(row.lengths, np.nan)
-        lines = replace(lines, lowest_tension=unknown, highest_tension=unknown)
-    return judge(model.robot, row.pose[:, :3], row.code, row.violation, lines)
-
-
-def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
-    """Names of what can forbid a pose, and which of them each of N solved poses breaks, (N, L).
-
-    The limits of the hardware at rest come first, then statuses of poses that cannot be held. A pose without tensions
-    within their limits breaks the lowest, the highest or both, as the best tensions there do; the lowest where a line
-    would have to push.
-    """
-    quantities = LineQuantities.of(rows)
-    columns = {}
-    for rule in _RULES:
-        allowed = [rule.bounds(line) for line in rows.model.robot.lines]
-        if rows.model.tension_limits is not None and rule.limit.endswith("tension"):
-            least, most = rows.model.tension_limits
-            allowed = [(least, np.inf) if rule.limit == "lowest tension" else (-np.inf, most)] * rows.model.m
-        bounds = [(-np.inf, np.inf) if bound is None else bound for bound in allowed]
-        columns[rule.limit] = _beyond(getattr(quantities, rule.quantity), bounds).any(axis=1)
-    infeasible = rows.code == list(Status).index(Status.INFEASIBLE)
-    columns["lowest tension"] |= infeasible & ~columns["highest tension"]
-    for code, status in enumerate(Status):
-        if status not in (Status.OK, Status.INFEASIBLE):
-            columns[status.value] = rows.code == code
-    return tuple(columns), np.column_stack(list(columns.values()))
-
-
-def _beyond(values: Array, bounds: list[tuple[float, float]]) -> NDArray[np.bool_]:
-    """Where values (N, m) are outside the lines' bounds by more than rounding; nowhere where they are not known."""
-    low, high = np.array(bounds).T
-    spare = _ROUNDING * np.array([_size(bound) for bound in bounds])
-    return np.asarray((values < low - spare) | (values > high + spare))
+    def allowed(self, lines: Sequence[Line]) -> Array:
+        """Lowest and highest value of each line, (m, 2); infinite where it has no such limit."""
+        return np.array([self.bounds(line) or (-np.inf, np.inf) for line in lines])
 
 
 def _up_to(limit: float | None) -> Bounds:
@@ -154,15 +102,92 @@ def _swing(line: Line) -> Bounds:
     return None if swing is None else (-swing, swing)
 
 
+def _lever(line: Line) -> Bounds:
+    return getattr(line.sheave, "lever_range", None)
+
+
+LIMITS: Final = (
+    Limit(
+        "lowest tension",
+        "N",
+        lambda line: (line.tension_limits[0], np.inf),
+        "below it a line hangs loose and no longer holds the platform",
+    ),
+    Limit(
+        "highest tension",
+        "N",
+        lambda line: _up_to(line.tension_limits[1]),
+        "above it cable, winch or mounting may be overloaded",
+    ),
+    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "more than that the drum does not hold"),
+    Limit("swing", "rad", _swing, "beyond it the sheave turns against its stop and the cable may leave the groove"),
+    Limit("lever", "rad", _lever, "beyond it the lever runs against its stop"),
+    Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "faster than that the winch cannot wind"),
+    Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "more than that the winch cannot hold"),
+    Limit("sheave clearance", "m", lambda _line: (0.0, np.inf), "below it the platform may touch sheave or lever"),
+)
+_FRAME = {f"frame, {axis}": "beyond it the platform leaves the space it may be in" for axis in "xyz"}
+_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME
+
+
+def judge(
+    robot: Robot, positions: Array, codes: NDArray[np.int64], violations: Array, lines: LineQuantities
+) -> tuple[Finding, ...]:
+    """Findings of a path, worst first: *positions* (k, 3) m; *codes* and *violations* (k,), N, of the inverse there."""
+    findings = [_frame(robot, positions)]
+    for limit in LIMITS:
+        findings += _worst_line(limit, limit.values(lines), robot)
+    findings += _statics(codes, violations)
+    return tuple(sorted(findings, key=lambda found: (found.violations == 0, found.is_status, -found.violations)))
+
+
+def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
+    """Findings of one solved pose, worst first: every limit but those of motion."""
+    row = equilibrium[None]
+    return judge(_judged_robot(row.model), row.pose[:, :3], row.code, row.violation, LineQuantities.of(row))
+
+
+def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
+    """Names of what can forbid a pose, and which of them each of N solved poses breaks, (N, L).
+
+    The limits of the hardware at rest come first, then statuses of poses that cannot be held. A pose without tensions
+    within their limits breaks the lowest, the highest or both, as the best tensions there do; the lowest where a line
+    would have to push.
+    """
+    quantities, lines = LineQuantities.of(rows), _judged_robot(rows.model).lines
+    columns = {}
+    for limit in LIMITS:
+        columns[limit.name] = _beyond(limit.values(quantities), limit.allowed(lines)).any(axis=1)
+    infeasible = rows.code == list(Status).index(Status.INFEASIBLE)
+    columns["lowest tension"] |= infeasible & ~columns["highest tension"]
+    for code, status in enumerate(Status):
+        if status not in (Status.OK, Status.INFEASIBLE):
+            columns[status.value] = rows.code == code
+    return tuple(columns), np.column_stack(list(columns.values()))
+
+
+def _judged_robot(model: Model) -> Robot:
+    """The robot of *model* with the tension limits that hold there."""
+    return model.robot if model.tension_limits is None else model.robot.limited(model.tension_limits)
+
+
+def _beyond(values: Array, allowed: Array) -> NDArray[np.bool_]:
+    """Where values (N, m) are outside what is *allowed* (m, 2) by more than rounding; nowhere where not known."""
+    low, high = allowed.T
+    spare = _ROUNDING * np.array([_size(bound) for bound in allowed])
+    return np.asarray((values < low - spare) | (values > high + spare))
+
+
 # A tension distribution that rests on its limit meets it to rounding.
 _ROUNDING = 1e-9
 
 
-def _worst_line(name: str, unit: str, values: Array, bounds: list[Bounds], robot: Robot) -> list[Finding]:
+def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
     """The finding of the line that comes nearest to its bounds or breaks them most; none where no line has any."""
     worst: Finding | None = None
     violated = np.zeros(len(values), dtype=bool)
-    for i, bound in enumerate(bounds):
+    for i, line in enumerate(robot.lines):
+        bound = limit.bounds(line)
         if bound is None or np.isnan(values[:, i]).all():
             continue
         margin = np.minimum(values[:, i] - bound[0], bound[1] - values[:, i])
@@ -170,14 +195,14 @@ def _worst_line(name: str, unit: str, values: Array, bounds: list[Bounds], robot
         at = int(np.nanargmin(margin))
         if worst is None or margin[at] < worst.margin:
             value = float(values[at, i])
-            worst = Finding(name, unit, float(margin[at]), value, bound, robot.lines[i].name, at, 0)
+            worst = Finding(limit.name, limit.unit, float(margin[at]), value, bound, line.name, at, 0)
     if worst is None:
         return []
     smallest = worst.margin if violated.any() else max(worst.margin, 0.0)
     return [replace(worst, margin=smallest, violations=int(violated.sum()))]
 
 
-def _size(bound: tuple[float, float]) -> float:
+def _size(bound: Iterable[float]) -> float:
     """The larger of 1 and the finite ends of *bound*."""
     return max([1.0, *(abs(end) for end in bound if np.isfinite(end))])
 

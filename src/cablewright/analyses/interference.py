@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.errors import InputError
-from cablewright.kernels.collision import clearance
+from cablewright.errors import InputError, Status
+from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
 from cablewright.kernels.collision.line_polyline import MOST
 from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import run
 from cablewright.solvers.inverse import solve_inverse
@@ -25,8 +27,8 @@ __all__ = [
     "Free",
     "Interference",
     "InterferenceSettings",
+    "distances",
     "free_region",
-    "interference",
     "margins",
     "too_near",
 ]
@@ -73,9 +75,106 @@ class Contact:
     margin: float
     place: tuple[float, float, float]  # m, world, of the line's centre
 
+    @property
+    def pair(self) -> list[str]:
+        """The line, and what it is nearest to."""
+        return [self.line, self.other]
 
-@dataclass(frozen=True, eq=False)
-class Interference:
+    def to_dict(self) -> dict[str, Any]:
+        """Distance, pair and place as JSON has them."""
+        return {"distance": self.margin, "pair": self.pair, "place": list(self.place)}
+
+
+class Nearest(NamedTuple):
+    """The nearest of each of `KINDS`; None where the machine has nothing of a kind."""
+
+    line: Contact | None = None
+    platform: Contact | None = None
+    frame: Contact | None = None
+    part: Contact | None = None
+
+
+class Distances(Pictured):
+    """What `interference` finds, at poses or along a job: the nearest of each kind, and whether that is too near."""
+
+    HEADLINES: ClassVar = ("status", "robot", "smallest_distance", "pair")
+
+    settings: InterferenceSettings
+    clearance: float
+
+    if TYPE_CHECKING:  # fields of one of the two, properties of the other
+
+        @property
+        def robot(self) -> Robot: ...
+        @property
+        def contacts(self) -> Nearest: ...
+        @property
+        def unsolved(self) -> str | None: ...
+
+    @property
+    def worst(self) -> Contact | None:
+        """Where a line is nearest to anything; None if there is nothing."""
+        known = [contact for contact in self.contacts if contact is not None]
+        return min(known, key=lambda contact: contact.margin, default=None)
+
+    @property
+    def status(self) -> str:
+        """One word: touching, near, what keeps a pose from being held, or free."""
+        worst = self.worst
+        if worst is not None and worst.margin <= 0.0:
+            return "touching"
+        if worst is not None and worst.margin < self.clearance:
+            return "near"
+        return self.unsolved or "free"
+
+    @property
+    def ok(self) -> bool:
+        """Whether all poses are held and no line is too near to anything."""
+        return self.status == "free"
+
+    @property
+    def verdict(self) -> str:
+        """The status in one sentence."""
+        worst, status = self.worst, self.status
+        if worst is None or status not in ("touching", "near"):
+            return "no line is too near" if self.ok else f"no line is too near, but the pose cannot be held: {status}"
+        other = f"line {worst.other}" if worst.kind == "line" else worst.other
+        how = "touches" if status == "touching" else "comes too near to"
+        return f"line {worst.line} {how} {other}: {worst.margin * 1e3:.1f} mm"
+
+    @property
+    def nearest_of(self) -> dict[str, dict[str, Any] | None]:
+        """The nearest of each kind by its key in JSON: distance (m), pair and place (m, world)."""
+        named = zip(KINDS, self.contacts, strict=True)
+        return {f"line_{kind}": None if one is None else one.to_dict() for kind, one in named}
+
+
+FIGURES = (
+    Figure("status", "", "free, touching, near (under the clearance), or why a pose is not held."),
+    Figure("robot", "", "Name of the robot.", "robot.name"),
+    Figure(
+        "smallest_distance",
+        "m",
+        "Smallest signed distance of a line from anything; negative: how deep.",
+        "worst.margin",
+    ),
+    Figure("kind", "", "What that line is nearest to.", "worst.kind"),
+    Figure("pair", "", "That line, and what it is nearest to.", "worst.pair"),
+    Figure("place", "m", "Where that is, world.", "worst.place"),
+    Figure("line_line", "m", "Smallest signed distance of a line from another line.", "contacts.line.margin"),
+    Figure("line_platform", "m", "Smallest signed distance of a line from the platform.", "contacts.platform.margin"),
+    Figure("line_frame", "m", "Smallest signed distance of a line from the frame.", "contacts.frame.margin"),
+    Figure("line_part", "m", "Smallest signed distance of a line from the part.", "contacts.part.margin"),
+    Figure("nearest", "", "Distance, pair and place of the nearest of each kind.", "nearest_of"),
+    Figure("clearance", "m", "Distance under which a line is too near."),
+    Figure("ends", "m", "Cable at its ends that is not held against what it is tied to.", "settings.ends"),
+    Figure("tolerance", "m", "How far the chords that stand for a line may be from it.", "settings.tolerance"),
+)
+"""What JSON has of poses and of jobs."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Interference(Distances):
     """Signed distances at N poses, m: negative is how deep, cable radii taken off.
 
     `margins` (N, 4): the smallest of each of `KINDS`; inf where the machine has nothing of a kind, NaN where a pose has
@@ -84,6 +183,14 @@ class Interference:
     or beam in the order of the robot, a bead or triangle in the order of the part. `places` (N, 4, 3): m, world.
     """
 
+    FIGURES: ClassVar = (
+        *FIGURES,
+        Figure("pose", "m, rad", "The pose, or a row for each.", "equilibrium.pose"),
+        Figure("tensions", "N", "Tension of each line at its sheave.", "equilibrium.tensions"),
+        Figure("bound", "m", "How far a line may be from the chords that stand for it."),
+        Figure("first_layer", "", "Of a job alone.", lambda _found: None),
+    )
+
     equilibrium: Equilibrium
     settings: InterferenceSettings
     part: Obstacle
@@ -91,6 +198,32 @@ class Interference:
     bounds: Array
     pairs: NDArray[np.int64]
     places: Array
+    clearance: float = 0.0
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.equilibrium.model.robot
+
+    @property
+    def bound(self) -> float:
+        """How far any line at any pose may be from the polyline that stood for it, m."""
+        return float(self.bounds.max(initial=0.0))
+
+    @property
+    def contacts(self) -> Nearest:
+        """The nearest of each of `KINDS` at any of the poses."""
+        return Nearest(*(self.nearest(kind) for kind in KINDS))
+
+    @property
+    def unsolved(self) -> str | None:
+        """The status of the first pose that is not held."""
+        codes = np.atleast_1d(self.equilibrium.code)
+        return Status.of(int(codes[codes != 0][0])).word if codes.any() else None
+
+    def __len__(self) -> int:
+        """The number of poses."""
+        return len(self.margins)
 
     @property
     def smallest(self) -> Array:
@@ -110,8 +243,8 @@ class Interference:
         """One row of a batch, as a batch of one."""
         some = slice(row, row + 1)
         arrays = self.margins[some], self.bounds[some], self.pairs[some], self.places[some]
-        held = self.equilibrium if self.equilibrium.code.ndim == 0 else self.equilibrium[some]
-        return Interference(held, self.settings, self.part, *arrays)
+        held = self.equilibrium if self.equilibrium.single else self.equilibrium[some]
+        return Interference(held, self.settings, self.part, *arrays, self.clearance)
 
     def curves(self, row: int = 0) -> list[Array]:
         """The lines of one row as they hang: points (k, 3) of each, m, world; none where the row has no solution."""
@@ -120,35 +253,36 @@ class Interference:
         m = one.model.m
         points, counts = np.zeros((m, MOST, 3)), np.zeros(m, np.int64)
         around = _surroundings(one.model.robot, self.settings)
-        clearance.drawn_lines(one.packed, poses, states, around, points, counts)
+        kernel.drawn_lines(one.packed, poses, states, around, points, counts)
         return [own[:count] for own, count in zip(points, counts, strict=True)]
 
     def contact(self, row: int, kind: int) -> Contact:
         """The nearest of one kind at one pose."""
         line, other = (int(each) for each in self.pairs[row, kind])
         names = [each.name for each in self.equilibrium.model.robot.lines]
-        if kind == clearance.LINE:
+        if kind == kernel.LINE:
             told = names[other]
-        elif kind == clearance.PART:
+        elif kind == kernel.PART:
             told = f"{self.part.noun} {int(self.part.order[other]) + 1} of the part"
         else:
-            told = f"{'platform box' if kind == clearance.BODY else 'beam'} {other + 1}"
+            told = f"{'platform box' if kind == kernel.BODY else 'beam'} {other + 1}"
         x, y, z = (float(each) for each in self.places[row, kind])
         return Contact(row, KINDS[kind], names[line], told, float(self.margins[row, kind]), (x, y, z))
 
 
-def interference(
+def distances(
     equilibria: Equilibrium,
     *,
     part: Obstacle | None = None,
     now: ArrayLike | None = None,
+    clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
 ) -> Interference:
     """Signed distances of the free spans at solved poses, sag and stretch included.
 
     *part* is what has been printed, or stands about; *now*, one number for all or (N,), how much of it there is: of
     beads the sample, of a mesh the height (m) up to which it has grown; all of it when left out. Cables of unknown
-    diameter count as having none.
+    diameter count as having none. *clearance*, m, is the distance under which the result's status is "near".
     """
     solid = nothing() if part is None else part
     _, poses, states = equilibria.solved_arrays()
@@ -159,9 +293,9 @@ def interference(
         when[:] = now
     found = np.empty((rows, 4)), np.empty((rows, 4, 2), np.int64), np.empty((rows, 4, 3)), np.empty(rows)
     given = equilibria.packed, poses, states, _surroundings(equilibria.model.robot, settings), solid.solid, when
-    run(clearance.clearance_rows, clearance.clearance_sweep, rows, *given, equilibria.model.n == 3, *found)
-    distances, pairs, places, bounds = found
-    return Interference(equilibria, settings, solid, distances, bounds, pairs, places)
+    run(kernel.clearance_rows, kernel.clearance_sweep, rows, *given, equilibria.model.n == 3, *found)
+    margins, pairs, places, bounds = found
+    return Interference(equilibria, settings, solid, margins, bounds, pairs, places, clearance)
 
 
 def margins(
@@ -174,7 +308,7 @@ def margins(
 ) -> Array:
     """Smallest signed distance (N,) at *poses* (N, n), m: a criterion of a pose. NaN where the pose cannot be held."""
     held = solve_inverse(model, np.atleast_2d(np.asarray(poses, dtype=np.float64)), retraction=retraction)
-    found = interference(held, part=part, settings=settings)
+    found = distances(held, part=part, settings=settings)
     return np.where(held.ok, found.smallest, np.nan)
 
 
@@ -190,6 +324,11 @@ class Free:
     def __post_init__(self) -> None:
         """Judge the margins."""
         object.__setattr__(self, "free", ~np.isnan(self.margins) & ~too_near(self.margins, self.clearance))
+
+    @property
+    def box(self) -> list[tuple[float, float]]:
+        """The lowest and the highest place of each axis, m."""
+        return [(float(axis[0]), float(axis[-1])) for axis in self.axes]
 
     @property
     def fraction(self) -> float:
@@ -235,7 +374,7 @@ def free_region(
     x, y, z = (np.linspace(ends[0, k], ends[1, k], count[k]) for k in range(3))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     held = solve_inverse(model, model.unrotated_at(places), path=True)
-    found = interference(held, part=part, settings=settings)
+    found = distances(held, part=part, settings=settings)
     own = np.where(held.ok, found.margins[:, KINDS.index("part")], np.nan)
     return Free((x, y, z), own.reshape(count), clearance)
 
@@ -251,8 +390,8 @@ def _surroundings(robot: Robot, settings: InterferenceSettings) -> Surroundings:
     lines, beams, boxes = robot.lines, robot.scene.beams, robot.platform.boxes
     shared = [
         [
-            clearance.SHARED_EXIT * (one.exit_point == other.exit_point)
-            + clearance.SHARED_POINT * (one.platform_point == other.platform_point)
+            kernel.SHARED_EXIT * (one.exit_point == other.exit_point)
+            + kernel.SHARED_POINT * (one.platform_point == other.platform_point)
             for other in lines
         ]
         for one in lines

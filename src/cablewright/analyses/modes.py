@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.kernels import layout
 from cablewright.models.inertia import mass_root
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import Stiffness, stiffness
@@ -64,12 +63,11 @@ class Modes:
         That of a taut string, sqrt(T / mu) / 2 l, at the tension of mid-span. The modes do not contain it: lines
         are springs without mass. Where one is not far above the platform's, they vibrate together.
         """
-        states = self.equilibrium.states
-        tensions, phi, free = self.equilibrium.tensions, states[..., layout.PHI], states[..., layout.FREE]
+        lines, states, tensions = self.equilibrium.lines, self.equilibrium.line_states, self.equilibrium.tensions
+        phi, free = states.free_angle, states.free_length
         densities = np.array([line.cable.linear_density for line in self.equilibrium.model.robot.lines])
-        weight = self.equilibrium.column(layout.WEIGHT)
-        middle = np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + 0.5 * weight * free)
-        length = free * (1.0 + middle * self.equilibrium.column(layout.FREE_COMPLIANCE))
+        middle = np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + 0.5 * lines.weight * free)
+        length = free * (1.0 + middle * lines.free_compliance)
         weighing = np.where(densities > 0.0, densities, np.nan)
         return np.asarray(np.sqrt(middle / weighing) / (2.0 * length))
 

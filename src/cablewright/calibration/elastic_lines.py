@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured, equations
 from cablewright.errors import AnswerError
-from cablewright.kernels import layout
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import FLOOR, MOST_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
+from cablewright.models.packed_views import LineNumbers
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
@@ -37,7 +37,6 @@ Mask = NDArray[np.bool_]
 _STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
 _MOST_STEPS: Final = 200
 _LEAST_DAMPING: Final = 1e-10  # what the data leave open stays where it was
-_POSITIVE: Final = ("modulus", "sheave_radius")
 FREED: Final = (0, 1, 2, 5, 4, 3)
 """Freedoms of a pose in the order in which lines hold them: gravity decides the last ones where lines are few."""
 
@@ -108,24 +107,22 @@ class Hanging(CalibrationProblem):
     def _hardware(self) -> list[tuple[int, Parameter]]:
         """Which of the unknowns that are not held are numbers of the equilibrium."""
         free = (each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
-        return [(at, each.parameter) for at, each in enumerate(free) if each.parameter is not None]
+        return [(at, each) for at, each in enumerate(free) if each.of_equilibrium]
 
     def equilibria(self, theta: Array, own: Array) -> Equilibrium:
         """Where the platform hangs with these numbers; rows that have no answer say so."""
         m, n, count = self.robot.m, self.robot.n, len(own)
         lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m : m + n])
-        states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, layout.STATE)
-        named = [(each.parameter, value) for each, value in zip(self.unknowns, self.whole(theta), strict=True)]
-        given = [(parameter, value) for parameter, value in named if parameter is not None]
-        possible = (lengths > 0.0).all() and all(
-            value > 0.0 for parameter, value in given if parameter.kind in _POSITIVE
-        )
+        states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, -1)
+        named = zip(self.unknowns, self.whole(theta), strict=True)
+        given = [(each, value) for each, value in named if each.of_equilibrium]
+        possible = (lengths > 0.0).all() and all(parameter.entry.allows(value) for parameter, value in given)
         packed = self.model.rows()
         if possible:
             values = np.tile([value for _, value in given], (count, 1))
-            heights = packed.lines[..., layout.WINCH_Z]
+            heights = LineNumbers(packed.lines).winch_height
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
-            packed.lines[..., layout.WINCH_Z] = heights  # winch exits follow in height too
+            LineNumbers(packed.lines).winch_height = heights  # winch exits follow in height too
         found = solve_from(self.model, packed, lengths, near, states, np.ones(count, dtype=bool))
         solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)  # a fit passes through those
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
@@ -245,9 +242,9 @@ def _raised(held: Equilibrium, linear: Linearisation) -> Array:
         return -linear.per_platform_point[..., 2]
     turned = matrices(held.pose[:, 3:])
     lowered = -np.einsum("ncia,na->nci", linear.per_platform_point, turned[:, 2])
-    away = held.platform_points - held.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    away = held.platform_points - held.lines.exit_point
     away[..., 2] = 0.0
-    pull = held.tensions * np.cos(held.states[..., layout.PHI]) / np.linalg.norm(away, axis=2)
+    pull = held.tensions * np.cos(held.line_states.free_angle) / np.linalg.norm(away, axis=2)
     moment = np.cross(np.eye(3)[2], -pull[..., None] * away)
     return np.asarray(lowered + np.einsum("nca,nia->nci", linear.per_wrench[..., 3:], moment))
 

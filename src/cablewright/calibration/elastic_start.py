@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from cablewright.calibration.checks import spare
 from cablewright.calibration.elastic_lines import FREED, Hanging
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.pose_fit import NEAR, PoseFit, Progress, best_fit, first_start, fit, poses_alone, quick_fit
+from cablewright.calibration.pose_fit import NEAR, PoseFit, best_fit, first_start, fit, poses_alone, quick_fit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import with_values
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.solvers.arguments import silent
+from cablewright.progress import Progress, silent
 from cablewright.solvers.inverse import solve_inverse
 
 __all__ = ["hanging_fit"]
@@ -78,11 +78,8 @@ def _straight(problem: Hanging) -> CalibrationPlan:
 def _let_go(problem: Hanging, straight: CalibrationProblem, found: PoseFit) -> tuple[Array, Array]:
     """Unknowns and what is kept of each pose, in equilibrium where the straight lines were."""
     values = straight.whole(found.theta)
-    known = {(each.name, each.line, each.axis): value for each, value in zip(straight.unknowns, values, strict=True)}
-    whole = np.array(
-        [known.get((each.name, each.line, each.axis), start)
-         for each, start in zip(problem.unknowns, problem.start, strict=True)]
-    )  # fmt: skip
+    known = dict(zip(straight.unknowns, values, strict=True))
+    whole = np.array([known.get(*each) for each in zip(problem.unknowns, problem.start, strict=True)])
     sizes = np.array([each.size for each in straight.unknowns])
     held = _hung(
         problem, Model(with_values(problem.robot, straight.unknowns, values * sizes, raised=True)), found.poses

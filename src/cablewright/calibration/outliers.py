@@ -11,9 +11,9 @@ from scipy import stats
 
 from cablewright.calibration.checks import gauge_size
 from cablewright.calibration.observability import projected
-from cablewright.calibration.pose_fit import QUICK, PoseFit, Progress, fit, poses_alone
+from cablewright.calibration.pose_fit import QUICK, PoseFit, fit, poses_alone
 from cablewright.calibration.problem import CalibrationProblem
-from cablewright.solvers.arguments import silent
+from cablewright.progress import Progress, silent
 
 __all__ = ["Rejected", "without_outliers"]
 

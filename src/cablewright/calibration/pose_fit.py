@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,13 +14,12 @@ from cablewright.calibration.problem import CalibrationProblem
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import matrices, turn_between
-from cablewright.solvers.arguments import silent
+from cablewright.progress import Progress, silent
 
 __all__ = [
     "NEAR",
     "QUICK",
     "PoseFit",
-    "Progress",
     "best_fit",
     "first_start",
     "fit",
@@ -31,8 +30,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
-"""What is being done, how much of it, and how much there is at most."""
 
 NEAR: Final = StopRule(1e-12, 0.0, 3000, 1e-6)
 QUICK: Final = StopRule(1e-6, 1e-6, 60, 1e-4)

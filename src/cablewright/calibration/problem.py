@@ -394,7 +394,7 @@ def _loads(load: Array, poses: Array) -> Array:
 
 
 def _start(unknowns: Sequence[Unknown], lines: Array, target: NDArray[np.int64]) -> Array:
-    start = np.array([each.nominal or 0.0 for each in unknowns])
+    start = np.array([each.entry.nominal or 0.0 for each in unknowns])
     for i, c in np.argwhere(target >= 0):
         start[target[i, c]] = lines[i, c]
     return start

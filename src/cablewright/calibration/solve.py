@@ -29,14 +29,14 @@ from cablewright.calibration.observability import (
 )
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.pose_fit import PoseFit, Progress, best_fit, first_start, fit, to_file_frame
+from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fit, to_file_frame
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import silent
 
 __all__ = ["ROUGH", "Calibration", "calibrate"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, fields
 from enum import Enum
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 
-__all__ = ["Course", "GuideState", "Target", "Wish", "course_of", "step"]
+__all__ = ["GuideState", "Target", "TimedPath", "Wish", "step"]
 
 Array = NDArray[np.float64]
 
@@ -49,8 +49,8 @@ class Target(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """A path with its time law, as a guide takes it. `start` and `dwell` are by place of the track, s."""
+class TimedPath:
+    """A path with its time law, as a guide takes it. Times are by place of the track."""
 
     track: Track
     start: Array  # (k,) s, when each place is left
@@ -59,6 +59,33 @@ class Course:
     acceleration: float  # m/s^2
     travel_speed: float  # m/s, off the path
     print_speed: float  # m/s, at which material is laid at full flow
+
+    @classmethod
+    def of(cls, job: Job, layers: int | None = None, lift: float = 0.0) -> Self:
+        """That of the first so many *layers* of a *job*, or of all. *lift*: of the platform over the path, m.
+
+        Raises `InputError` for a path that lays nothing, and layers that it does not have.
+        """
+        samples = job.samples(job.toolpath())
+        numbers = np.unique(samples.layer[samples.extruding])
+        if not len(numbers):
+            raise InputError(f"{job.source}: nothing is laid along the path: there is no layer to print")
+        if layers is not None:
+            if not 1 <= layers <= len(numbers):
+                raise InputError(f"layers = {layers}: 1 to {len(numbers)} is wanted, the layers of {job.source}")
+            last = np.flatnonzero(samples.extruding & (samples.layer == numbers[layers - 1]))[-1]
+            samples = Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
+        law = job.time_law(samples)
+        motion = job.motion
+        return cls(
+            Track.of(samples, (0.0, 0.0, lift)),
+            law.time + samples.dwell,
+            np.asarray(law.time),
+            np.asarray(law.speed),
+            motion.acceleration,
+            motion.travel_speed,
+            motion.print_speed,
+        )
 
     @property
     def duration(self) -> float:
@@ -82,37 +109,6 @@ class Course:
         return begin + min(max(along, 0.0), rise)
 
 
-def course_of(job: Job, layers: int | None = None, lift: float = 0.0) -> Course:
-    """Return the course of the first so many *layers* of a *job*, or of all. *lift*: of the platform over the path, m.
-
-    Raises `InputError` for a path that lays nothing, and layers that it does not have.
-    """
-    samples = job.samples(job.toolpath())
-    numbers = np.unique(samples.layer[samples.extruding])
-    if not len(numbers):
-        raise InputError(f"{job.source}: nothing is laid along the path: there is no layer to print")
-    if layers is not None:
-        if not 1 <= layers <= len(numbers):
-            raise InputError(f"layers = {layers}: 1 to {len(numbers)} is wanted, the layers of {job.source}")
-        samples = _up_to(samples, int(np.flatnonzero(samples.extruding & (samples.layer == numbers[layers - 1]))[-1]))
-    law = job.time_law(samples)
-    motion = job.motion
-    return Course(
-        Track.of(samples, (0.0, 0.0, lift)),
-        law.time + samples.dwell,
-        np.asarray(law.time),
-        np.asarray(law.speed),
-        motion.acceleration,
-        motion.travel_speed,
-        motion.print_speed,
-    )
-
-
-def _up_to(samples: Samples, last: int) -> Samples:
-    """The path up to the sample *last*."""
-    return Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
-
-
 @dataclass(eq=False)
 class GuideState:
     """What `step` changes. `clock` and `lift` are all that has to be kept to go on after a break."""
@@ -124,51 +120,51 @@ class GuideState:
     lift: float = 0.0  # m: by how much the platform is higher than the path says
 
 
-def step(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
+def step(path: TimedPath, state: GuideState, dt: float, wish: Wish) -> Target:
     """Go on by *dt* (s) as one *wish*es; *state* changes in place. Raises nothing.
 
     A guide that was put off the path (`state.place`) comes back to it by a straight way: `Wish.APPROACH`.
     """
     if state.place is not None:
-        return _approach(course, state, dt, wish)
-    state.pace = _pace(course, state, dt, 1.0 if wish is Wish.FOLLOW else 0.0)
-    now = course.distance(state.clock)
-    state.clock = min(state.clock + state.pace * dt, course.duration)
-    then = course.distance(state.clock)
-    here, there = course.track.at(now).position, course.track.at(then).position
-    piece = course.track.piece(0.5 * (now + then))
+        return _approach(path, state, dt, wish)
+    state.pace = _pace(path, state, dt, 1.0 if wish is Wish.FOLLOW else 0.0)
+    now = path.distance(state.clock)
+    state.clock = min(state.clock + state.pace * dt, path.duration)
+    then = path.distance(state.clock)
+    here, there = path.track.at(now).position, path.track.at(then).position
+    piece = path.track.piece(0.5 * (now + then))
     lifted = np.array([0.0, 0.0, state.lift])
-    over = state.clock >= course.duration
-    laying = bool(course.track.laying[piece])
-    layer = int(course.track.layer[piece])
+    over = state.clock >= path.duration
+    laying = bool(path.track.laying[piece])
+    layer = int(path.track.layer[piece])
     pace = (then - now) / dt
     return Target(here + lifted, (there - here) / dt, now, layer, pace, laying, state.pace == 0.0, over)
 
 
-def _pace(course: Course, state: GuideState, dt: float, wanted: float) -> float:
+def _pace(path: TimedPath, state: GuideState, dt: float, wanted: float) -> float:
     """The next pace: as near to *wanted* as the acceleration leaves room for beside the law's own."""
     clock = state.clock
-    before, here, after = (course.distance(clock + shift) for shift in (-dt, 0.0, dt))
+    before, here, after = (path.distance(clock + shift) for shift in (-dt, 0.0, dt))
     speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.pace**2
-    least = _ROOM * course.acceleration
-    up, down = max(course.acceleration - own, least), max(course.acceleration + own, least)
+    least = _ROOM * path.acceleration
+    up, down = max(path.acceleration - own, least), max(path.acceleration + own, least)
     change = wanted - state.pace
     most = speed * abs(change)
     room = (up if change > 0.0 else down) * dt
     return wanted if most <= room else state.pace + change * room / most
 
 
-def _approach(course: Course, state: GuideState, dt: float, wish: Wish) -> Target:
+def _approach(path: TimedPath, state: GuideState, dt: float, wish: Wish) -> Target:
     """Straight on to where the path goes on, with bounded acceleration."""
     assert state.place is not None
-    distance = course.distance(state.clock)
-    piece = course.track.piece(distance)
-    goal = course.track.at(distance).position + np.array([0.0, 0.0, state.lift])
+    distance = path.distance(state.clock)
+    piece = path.track.piece(distance)
+    goal = path.track.at(distance).position + np.array([0.0, 0.0, state.lift])
     away = goal - state.place
     left = float(np.sqrt(away @ away))
-    change = course.acceleration * dt
-    stopping = float(np.sqrt(change * change + 2.0 * course.acceleration * left)) - change  # in whole steps
-    most = min(course.travel_speed, stopping) if wish is Wish.APPROACH else 0.0
+    change = path.acceleration * dt
+    stopping = float(np.sqrt(change * change + 2.0 * path.acceleration * left)) - change  # in whole steps
+    most = min(path.travel_speed, stopping) if wish is Wish.APPROACH else 0.0
     state.speed = min(max(most, state.speed - change), state.speed + change)
     here = state.place
     if left <= max(_THERE, state.speed * dt):
@@ -177,5 +173,5 @@ def _approach(course: Course, state: GuideState, dt: float, wish: Wish) -> Targe
         gone = here + away * (state.speed * dt / left)
         state.place = gone
     return Target(
-        here, (gone - here) / dt, distance, int(course.track.layer[piece]), 0.0, False, state.place is None, False
+        here, (gone - here) / dt, distance, int(path.track.layer[piece]), 0.0, False, state.place is None, False
     )

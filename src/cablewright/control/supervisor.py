@@ -127,7 +127,10 @@ def step(
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
-    """Supervise one step; *state* changes in place. *target*: the last one; *tensions* (m,), N, and *powder*, kg: estimates."""
+    """Supervise one step; *state* changes in place.
+
+    *target*: the last one. *tensions* (m,), N, and *powder*, kg: estimates.
+    """
     now = frame.time
     _update_readings(state, frame, estimate)
     conditions = frozenset(notice.condition for notice in frame.notices)

@@ -42,6 +42,10 @@ class Fidelity:
             raise UnknownName("sheave law", sheave, [law.value for law in SheaveLaw])
         return cls(CableLaw(cable), None if sheave is None else SheaveLaw(sheave))
 
+    def __str__(self) -> str:
+        """Its words: ``catenary`` with sheaves as built, ``elastic, eyelet``."""
+        return ", ".join(law.value for law in (self.cable, self.sheave) if law is not None)
+
     def sheave_of(self, built: str, line: str) -> SheaveLaw:
         """The law for a sheave *built* as named. A model can simplify hardware, it cannot add to it."""
         hardware = SheaveLaw(built)

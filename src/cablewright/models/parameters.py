@@ -1,20 +1,89 @@
-"""Uncertain numbers in the arrays that kernels take: one row for each set of values."""
+"""What the registry's numbers are in arrays: columns of `Packed`, lengths paid out, columns of the linearisation."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
-from cablewright.robot import Robot
+from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
+from cablewright.robot import Line, Robot
 from cablewright.robot.parameters import AXES, Parameter
 
-__all__ = ["lines_of", "varied"]
+__all__ = ["OF_LINES", "OF_PLATFORM", "lines_of", "varied"]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class OfLine:
+    """A number of a line: ``linear`` is its parameter of the linearisation, one of it is ``per`` of that parameter.
+
+    In ``columns`` of `Packed.lines` (S, c) its values (S, 1) ``become`` what is to stand there. One that acts on
+    lengths gives the ``factor`` on the commanded ones, or is ``added`` to them. Statics is nearly linear in the number,
+    or ``by_inverse`` in 1 over it.
+    """
+
+    linear: int
+    columns: tuple[int, ...] = ()
+    become: Callable[[Array, Array, Line], Array] = lambda _old, values, _line: values
+    per: Callable[[Line, Array], Array] = lambda _line, lengths: np.ones_like(lengths)  # lengths (N,) paid out, m
+    factor: Callable[[Line, Array], Array] = lambda _line, values: np.ones_like(values)
+    added: bool = False
+    by_inverse: bool = False
+
+
+def _height(old: Array, heights: Array, _line: Line) -> Array:
+    """Of an exit point; the winch exit stays where it is in height, and follows sideways."""
+    return np.hstack([heights, old[:, 1:] + (old[:, :1] - heights)])
+
+
+def _radius(old: Array, radii: Array, _line: Line) -> Array:
+    """Where the fidelity has a sheave; a swivel's centre lies one radius from its axis."""
+    sheave, swivel = old[:, :1] > 0.0, old[:, 2:] < 6.0
+    return np.hstack([np.where(sheave, radii, 0.0), np.where(sheave & swivel, radii, old[:, 1:2]), old[:, 2:]])
+
+
+def _point(axis: int) -> OfLine:
+    """Of the platform; a retracted one stays so."""
+    return OfLine(POINT + axis, (layout.POINT_X + axis,), lambda old, to, line: old + (to - line.platform_point[axis]))
+
+
+OF_LINES: Final[Mapping[str, OfLine]] = {
+    "modulus": OfLine(MODULUS, layout.COMPLIANCES, lambda old, factors, _: old / factors, by_inverse=True),
+    "exit_point.x": OfLine(EXIT, (layout.EXIT_X,)),
+    "exit_point.y": OfLine(EXIT + 1, (layout.EXIT_Y,)),
+    "exit_point.z": OfLine(EXIT + 2, (layout.EXIT_Z, layout.WINCH_Z), _height),
+    **{f"platform_point.{name}": _point(axis) for axis, name in enumerate(AXES)},
+    "sheave_radius": OfLine(SHEAVE, (layout.RADIUS, layout.LEVER, layout.UNKNOWNS), _radius),
+    "linear_density": OfLine(
+        WEIGHT_FACTOR,
+        (layout.WEIGHT,),
+        lambda old, densities, line: old * (densities / line.cable.linear_density),
+        per=lambda line, lengths: np.ones_like(lengths) / line.cable.linear_density,
+    ),
+    "length_offset": OfLine(LENGTH, added=True),
+    "length_scale": OfLine(LENGTH, per=lambda _, lengths: lengths, factor=lambda _, scales: scales),
+    "temperature": OfLine(
+        LENGTH,
+        per=lambda line, lengths: lengths * (line.cable.thermal_expansion or 0.0),
+        factor=lambda line, warmer: 1.0 + (line.cable.thermal_expansion or 0.0) * warmer,
+    ),
+}
+"""Numbers of lines by their name in the registry."""
+
+OF_PLATFORM: Final[Mapping[str, int]] = {
+    "mass": layout.PLATFORM_WEIGHT,
+    **{f"centre_of_mass.{name}": layout.MASS_X + axis for axis, name in enumerate(AXES)},
+    **{f"force.{name}": layout.WRENCH + axis for axis, name in enumerate(AXES)},
+    **{f"moment.{name}": layout.WRENCH + 3 + axis for axis, name in enumerate(AXES)},
+}
+"""Entries of `Packed.platform` by name in the registry. In the linearisation they are wrenches on the platform."""
 
 
 def varied(
@@ -28,73 +97,21 @@ def varied(
     rows = len(values)
     lines = np.broadcast_to(packed.lines, (rows, *packed.lines.shape[1:])).copy()
     platform = np.broadcast_to(packed.platform, (rows, packed.platform.shape[1])).copy()
-    paid_out = lengths.copy()
-    added = np.zeros_like(lengths)
+    paid_out, added = lengths.copy(), np.zeros_like(lengths)
     for parameter, value in zip(parameters, values.T, strict=True):
-        kind, axis = parameter.kind.partition(".")[::2]
-        if kind in _OF_PLATFORM:
-            _set_platform(platform, kind, axis, value, robot.scene.gravity)
+        if parameter.kind in OF_PLATFORM:
+            size = robot.scene.gravity if parameter.kind == "mass" else 1.0
+            platform[:, OF_PLATFORM[parameter.kind]] = value * size
             continue
+        number = OF_LINES[parameter.kind]
         for i in lines_of(robot, parameter):
-            if kind == "length_scale":
-                paid_out[:, i] *= value
-            elif kind == "length_offset":
-                added[:, i] += value
-            elif kind == "temperature":
-                paid_out[:, i] *= 1.0 + _expansion(robot, i) * value
-            else:
-                _set_line(robot, i, lines[:, i], kind, axis, value)
+            line, columns = robot.lines[i], list(number.columns)
+            lines[:, i, columns] = number.become(lines[:, i, columns], value[:, None], line)
+            paid_out[:, i] *= number.factor(line, value)
+            added[:, i] += value * number.added
     return Packed(packed.freedoms, lines, platform), paid_out + added
 
 
 def lines_of(robot: Robot, parameter: Parameter) -> list[int]:
     """Indices of the lines that a parameter is of."""
     return [i for i, line in enumerate(robot.lines) if parameter.line in (None, line.name)]
-
-
-def _expansion(robot: Robot, i: int) -> float:
-    """Thermal expansion of line *i*'s cable, 1/K."""
-    expansion = robot.lines[i].cable.thermal_expansion
-    assert expansion is not None  # there is no such parameter of a robot that does not say it
-    return expansion
-
-
-_OF_PLATFORM = {
-    "mass": layout.PLATFORM_WEIGHT,
-    "centre_of_mass": layout.MASS_X,
-    "force": layout.WRENCH,
-    "moment": layout.WRENCH + 3,
-}
-_POINTS = {"exit_point": layout.EXIT_X, "platform_point": layout.POINT_X}
-
-
-def _set_platform(platform: Array, kind: str, axis: str, value: Array, gravity: float) -> None:
-    if kind == "mass":
-        platform[:, layout.PLATFORM_WEIGHT] = value * gravity
-    else:
-        platform[:, _OF_PLATFORM[kind] + AXES.index(axis)] = value
-
-
-def _set_line(robot: Robot, i: int, row: Array, kind: str, axis: str, value: Array) -> None:
-    """Set a number of line *i*, (S, COLUMNS)."""
-    if kind == "modulus":
-        row[:, list(layout.COMPLIANCES)] /= value[:, None]
-    elif kind == "linear_density":
-        row[:, layout.WEIGHT] = np.where(row[:, layout.WEIGHT] > 0.0, value * robot.scene.gravity, 0.0)
-    elif kind == "sheave_radius":
-        _set_radius(row, value)
-    else:
-        column = _POINTS[kind] + AXES.index(axis)
-        if kind == "platform_point":  # a retracted one stays so
-            value = row[:, column] + (value - robot.lines[i].platform_point[AXES.index(axis)])
-        if column == layout.EXIT_Z:  # the winch exit stays where it is in height
-            row[:, layout.WINCH_Z] += row[:, column] - value
-        row[:, column] = value
-
-
-def _set_radius(row: Array, value: Array) -> None:
-    """Set a sheave's radius, where the fidelity has a sheave; a swivel's centre lies one radius from its axis."""
-    sheave = row[:, layout.RADIUS] > 0.0
-    swivel = sheave & (row[:, layout.UNKNOWNS] < 6)
-    row[:, layout.RADIUS] = np.where(sheave, value, 0.0)
-    row[:, layout.LEVER] = np.where(swivel, value, row[:, layout.LEVER])

@@ -5,26 +5,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
-from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.equilibrium_figures import FIGURES
+from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack, pack_rows
+from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.models.rotation import placed
+from cablewright.models.rows import Rows, by_row, scalar
+from cablewright.results import Result
 from cablewright.robot import RigidPlatform, Robot
 
-__all__ = ["Equilibrium", "Model", "rows_of"]
+__all__ = ["Equilibrium", "Model"]
 
 Array = NDArray[np.float64]
 FULL = Fidelity()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model:
     """A robot under one fidelity. `tension_limits` (N) replace those of every line where given."""
 
@@ -32,28 +36,64 @@ class Model:
     fidelity: Fidelity = FULL
     tension_limits: tuple[float, float] | None = None
 
+    @classmethod
+    def of(
+        cls,
+        robot: Robot | Model,
+        *,
+        cable: CableLaw | str | None = None,
+        sheave: SheaveLaw | str | None = None,
+        tension_limits: tuple[float, float] | None = None,
+        default: CableLaw = CableLaw.CATENARY,
+    ) -> Model:
+        """Return the model that a public function works with: a robot under the laws asked for, or a model as it is.
+
+        Cables follow *default* where no *cable* law is asked for. Raises `UnknownName` for another law, `InputError`
+        for an option that contradicts the model, and for what is neither a robot nor a model.
+        """
+        if isinstance(robot, Robot):
+            return cls(robot, Fidelity.of(default if cable is None else cable, sheave), tension_limits)
+        if not isinstance(robot, Model):
+            raise InputError(
+                f"robot = {robot!r:.60}: a Robot or a Model is wanted, as `load` makes one of a name or file"
+            )
+        has = (robot.fidelity.cable, robot.fidelity.sheave, robot.tension_limits)
+        asked = (cable, sheave, None if tension_limits is None else _limits(tension_limits))
+        Fidelity.of(cable or default, sheave)
+        for name, given, own in zip(("cable", "sheave", "tension_limits"), asked, has, strict=True):
+            if given is not None and given != own:
+                raise InputError(f"{name} = {given}: the model has {own or 'none'}; leave it out, or pass the robot")
+        return robot
+
     def __post_init__(self) -> None:
         """Refuse limits that do not rise."""
         if self.tension_limits is not None:
             object.__setattr__(self, "tension_limits", _limits(self.tension_limits))
+
+    def __repr__(self) -> str:
+        """Name and laws: a description of the robot fills a screen."""
+        return f"Model({self.robot.name!r}, {self.fidelity})"
 
     @cached_property
     def packed(self) -> Packed:
         """The arrays that kernels take. Kept, for to hash a robot takes longer than many a solve."""
         return _packed(self)
 
+    @cached_property
+    def lines(self) -> LineNumbers:
+        """The numbers of the m lines in `packed`, by name."""
+        return LineNumbers(self.packed.lines)
+
+    @cached_property
+    def massless(self) -> bool:
+        """Whether any line has no weight."""
+        return bool((self.lines.weight == 0.0).any())
+
     def rows(
-        self,
-        *,
-        modulus_factors: Array | None = None,
-        retraction: Array | None = None,
-        preferred: Array | None = None,
-        exit_points: Array | None = None,
+        self, *, retraction: Array | None = None, preferred: Array | None = None, exit_points: Array | None = None
     ) -> Packed:
         """The arrays that batches take, with what differs by row: see `pack_rows`."""
-        by_row = (modulus_factors, retraction, preferred, exit_points)
-        names = ("modulus_factors", "retraction", "preferred", "exit_points")
-        return pack_rows(self.robot, self.packed, **dict(zip(names, by_row, strict=True)))
+        return pack_rows(self.robot, self.packed, retraction=retraction, preferred=preferred, exit_points=exit_points)
 
     def nozzle(self, poses: Array) -> Array:
         """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""
@@ -106,15 +146,17 @@ def _packed(model: Model) -> Packed:
     return pack(model.robot, model.fidelity, model.tension_limits)
 
 
-@dataclass(frozen=True, eq=False)
-class Equilibrium:
-    """Poses, lengths and line states that belong together: one row of each, or a batch of rows.
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium(Rows, Result):
+    """Poses, lengths and line states that belong together: one row of each, or a batch of rows, as `Rows` tells.
 
     A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `packed` holds the
     robot as it was solved: one row of arrays for all, or one for each where they differ. `violation` (N) is how far the
-    tensions of an inverse solution break their limits, 0 where they hold. Lengths and states are NaN where there is no
-    answer.
+    tensions of an inverse solution break their limits, 0 where they hold, and of a forward one, which knows no limits.
+    Lengths and states are NaN where there is no answer.
     """
+
+    FIGURES: ClassVar = FIGURES
 
     model: Model
     packed: Packed
@@ -125,75 +167,87 @@ class Equilibrium:
     violation: Array
     iterations: NDArray[np.int64]
 
-    @property
-    def status(self) -> Status:
-        """What became of a single solve. Raises `TypeError` for a batch: see `codes` and `ok` there."""
-        return Status.of(int(self.code))
+    def __repr__(self) -> str:
+        """Of what, and how it went, in one line."""
+        if self.single:
+            went = f"{self.status.word}, pose=[{', '.join(f'{x:.6g}' for x in self.pose)}]"
+        else:
+            went = f"{int(self.ok.sum())} of {len(self)} ok"
+        return f"Equilibrium({self.model.robot.name!r}, {self.model.fidelity}, {went})"
 
     @property
-    def ok(self) -> NDArray[np.bool_]:
-        """Which rows were solved."""
-        return np.asarray(self.code == 0)
+    def status(self) -> Any:
+        """What became of the solve: a `Status`, or of a batch a tuple (N) of them."""
+        return by_row(Status.of, self.code)
+
+    @property
+    def ok(self) -> Any:
+        """Whether it was solved: a bool, or of a batch a mask (N,)."""
+        return scalar(self.code == 0)
 
     @property
     def tensions(self) -> Array:
         """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
-        massless = self.column(layout.WEIGHT) == 0.0
-        tensions = np.exp(self.states[..., layout.TAU])
-        return np.where(massless & (tensions < 2.0 * batches.SLACK_TENSION), 0.0, tensions)
+        tensions = self.line_states.tension
+        return np.where((self.lines.weight == 0.0) & (tensions < 2.0 * batches.SLACK_TENSION), 0.0, tensions)
 
     @property
     def platform_tensions(self) -> Array:
         """Tension at the platform's end of each line, N."""
-        tensions, phi = self.tensions, self.states[..., layout.PHI]
-        weight = self.column(layout.WEIGHT) * self.states[..., layout.FREE]
+        tensions, phi = self.tensions, self.line_states.free_angle
+        weight = self.lines.weight * self.line_states.free_length
         return np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + weight)
 
     @property
     def winch_tensions(self) -> Array:
         """Tension at the winch exit of each line, N; that at the sheave where the dead span is not modelled."""
-        tensions, psi = self.tensions, self.states[..., layout.PSI]
-        weight = self.column(layout.WEIGHT) * self.states[..., layout.DEAD]
+        tensions, psi = self.tensions, self.line_states.dead_angle
+        weight = self.lines.weight * self.line_states.dead_length
         at_winch = np.hypot(tensions * np.cos(psi), tensions * np.sin(psi) + weight)
-        return np.where(self.column(layout.UNKNOWNS) > 3, at_winch, tensions)
+        return np.where(self.lines.has_dead_span, at_winch, tensions)
 
     @property
     def platform_points(self) -> Array:
         """Where each line is tied to the platform, world, m: (m, 3), or (N, m, 3) of a batch."""
-        return placed(self.pose, self.column(slice(layout.POINT_X, layout.POINT_Z + 1)))
+        return placed(self.pose, self.lines.platform_point)
 
     @property
     def nozzle(self) -> Array:
         """The point that prints, world, m: (3,), or (N, 3) of a batch."""
         return self.model.nozzle(self.pose)
 
-    def column(self, index: int | slice) -> Array:
-        """A column of the packed lines, (m,) for a single equilibrium, (1, m) or (N, m) for a batch."""
-        lines = self.packed.lines[0] if self.code.ndim == 0 else self.packed.lines
-        return np.asarray(lines[..., index])
+    @property
+    def lines(self) -> LineNumbers:
+        """Numbers of the lines as they were solved, by name: (m,) each, or (1, m) or (N, m) for a batch."""
+        return LineNumbers(self.packed.lines[0] if self.single else self.packed.lines)
+
+    @property
+    def line_states(self) -> LineStates:
+        """`states` by name: (m,) each, or (N, m) for a batch."""
+        return LineStates(self.states)
 
     def extremes(self) -> tuple[Array, Array]:
         """Smallest and largest tension along each line, N, each shaped as `tensions`."""
         _, _, low, high = self._examined
         return low, high
 
-    def residual_norm(self) -> Array:
-        """Largest residual of any geometric equation, m, per row."""
-        return self._examined[0]
+    def residual_norm(self) -> Any:
+        """Largest residual of any geometric equation, m: a number, or of a batch (N,)."""
+        return scalar(self._examined[0])
 
-    def unbalanced_force(self) -> Array:
-        """Largest unbalanced force on the platform, N, per row."""
-        return self._examined[1]
+    def unbalanced_force(self) -> Any:
+        """Largest unbalanced force on the platform, N: a number, or of a batch (N,)."""
+        return scalar(self._examined[1])
 
-    def margin(self) -> Array:
-        """Smallest distance of any line's tension from its limits, N, per row; negative is a violation."""
+    def margin(self) -> Any:
+        """Smallest distance of any line's tension from its limits, N, negative where one is broken; as these two."""
         low, high = self.extremes()
-        slack = np.minimum(low - self.column(layout.TENSION_MIN), self.column(layout.TENSION_MAX) - high)
-        return np.asarray(slack.min(axis=-1))
+        slack = np.minimum(low - self.lines.tension_min, self.lines.tension_max - high)
+        return scalar(slack.min(axis=-1))
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
         """Whether every row is solved and its equations hold to *tolerance* (m, and of the platform's weight)."""
-        weight = self.packed.platform[:, layout.PLATFORM_WEIGHT]
+        weight = PlatformNumbers(self.packed.platform).weight
         fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * weight)
         return bool(np.all(self.ok & fits))
 
@@ -201,10 +255,10 @@ class Equilibrium:
         """Itself if every row was solved; else raises `AnswerError` with the first row's status sentence."""
         if np.all(self.ok):
             return self
-        if self.code.ndim == 0:
+        if self.single:
             raise AnswerError(self.sentence())
-        bad = np.flatnonzero(self.code != 0)
-        raise AnswerError(f"{len(bad)} of {len(self.code)} rows failed; row {bad[0]}: {self[int(bad[0])].sentence()}")
+        bad = np.flatnonzero(self.code)
+        raise AnswerError(f"{len(bad)} of {len(self)} rows failed; row {bad[0]}: {self[int(bad[0])].sentence()}")
 
     def sentence(self) -> str:
         """The status of a single solve in one line, with the numbers that explain it."""
@@ -216,58 +270,30 @@ class Equilibrium:
     def _worst_line(self) -> str:
         """Which line breaks its limit most, and by how much."""
         low, high = self.extremes()
-        lines = self.packed.lines[0]
         if self.status is Status.OVERSTRETCHED:
-            over = high - lines[:, layout.BREAKING]
+            over = high - self.lines.breaking_load
             worst = int(np.argmax(over))
-            name = self.model.robot.lines[worst].name
-            return (
-                f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {lines[worst, layout.BREAKING]:g} N"
-            )
+            name, most = self.model.robot.lines[worst].name, self.lines.breaking_load[worst]
+            return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {most:g} N"
         if np.isnan(low).any():
-            return f"a line would have to push, {float(self.violation):.4g} N out of its limits"
-        under, over = lines[:, layout.TENSION_MIN] - low, high - lines[:, layout.TENSION_MAX]
+            return f"a line would have to push, {self.violation:.4g} N out of its limits"
+        under, over = self.lines.tension_min - low, high - self.lines.tension_max
         worst = int(np.argmax(np.maximum(under, over)))
         name = self.model.robot.lines[worst].name
-        least, most = lines[worst, layout.TENSION_MIN], lines[worst, layout.TENSION_MAX]
+        least, most = self.lines.tension_limits[worst]
         side = f"under its least, {least:g} N" if under[worst] > over[worst] else f"over its most, {most:g} N"
-        return f"at best line {name} is {float(self.violation):.4g} N {side}"
-
-    def __getitem__(self, index: Any) -> Equilibrium:
-        """Rows of a batch: an integer gives a single equilibrium, a slice or mask a smaller batch."""
-        return Equilibrium(
-            self.model,
-            rows_of(self.packed, index),
-            np.asarray(self.pose[index]),
-            np.asarray(self.lengths[index]),
-            np.asarray(self.states[index]),
-            np.asarray(self.code[index]),
-            np.asarray(self.violation[index]),
-            np.asarray(self.iterations[index]),
-        )
+        return f"at best line {name} is {self.violation:.4g} N {side}"
 
     def solved_arrays(self) -> list[Array]:
         """Lengths, poses and states of all rows, as kernels take them."""
         arrays = (self.lengths, self.pose, self.states)
-        return [np.array(a[None] if self.code.ndim == 0 else a, order="C") for a in arrays]
+        return [np.array(a[None] if self.single else a, order="C") for a in arrays]
 
     @property
     def _examined(self) -> tuple[Array, Array, Array, Array]:
-        single = self.code.ndim == 0
-        rows = 1 if single else len(self.code)
-        m = self.model.m
+        rows, m = self.code.size, self.model.m
         residual, force, low, high = np.empty(rows), np.empty(rows), np.empty((rows, m)), np.empty((rows, m))
         batches.examine(self.packed, *self.solved_arrays(), residual, force, low, high)
-        if single:
+        if self.single:
             return residual[0], force[0], low[0], high[0]
         return residual, force, low, high
-
-
-def rows_of(packed: Packed, index: Any) -> Packed:
-    """Some rows of a batch; a single one keeps its leading axis, and one for all stays that."""
-    if len(packed.lines) == 1:
-        return packed
-    lines, platform = packed.lines[index], packed.platform[index]
-    if platform.ndim == 1:
-        lines, platform = lines[None], platform[None]
-    return Packed(packed.freedoms, np.ascontiguousarray(lines), np.ascontiguousarray(platform))

@@ -17,15 +17,17 @@ Behzadipour and Khajepour 2006 for straight lines. Examples and limits: `docs/mo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, Status
-from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.stiffness import stiffness_rows
 from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
+from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 
 __all__ = ["Stiffness", "balanced", "stiffness"]
@@ -39,14 +41,16 @@ ASUNDER = 1e-6
 """Largest residual of its lines' geometry, m."""
 
 
-@dataclass(frozen=True, eq=False)
-class Stiffness:
-    """The parts of the tangent stiffness with lengths held; a leading axis for a batch.
+@dataclass(frozen=True, eq=False, repr=False)
+class Stiffness(Rows):
+    """The parts of the tangent stiffness with lengths held; a leading axis for a batch, as `Rows` tells.
 
     `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation in space, N/m
     and N m/rad; `elastic` is symmetric and has no negative direction. `axial` (m,): each line's stiffness along its
     chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
     """
+
+    SINGLE: ClassVar = ("elastic", 2)
 
     elastic: Array
     geometric: Array
@@ -66,7 +70,7 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
     balance are NaN; a single one raises `AnswerError`. One that balances and is unstable, or out of its tension limits,
     has a stiffness like any other.
     """
-    single = equilibrium.code.ndim == 0
+    single = equilibrium.single
     good = balanced(equilibrium)
     if single and not good:
         raise AnswerError(equilibrium.sentence())
@@ -89,8 +93,8 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
 def balanced(equilibrium: Equilibrium) -> NDArray[np.bool_]:
     """Which rows are equilibria, stable or not, within their limits or not; () for a single one."""
     finite = np.isfinite(equilibrium.states).all(axis=(-2, -1)) & np.isfinite(equilibrium.pose).all(axis=-1)
-    forces = equilibrium.packed.platform[:, layout.PLATFORM_WEIGHT] + equilibrium.tensions.sum(axis=-1)
-    if equilibrium.code.ndim == 0:
+    forces = PlatformNumbers(equilibrium.packed.platform).weight + equilibrium.tensions.sum(axis=-1)
+    if equilibrium.single:
         forces = forces[0]
     fits = (equilibrium.residual_norm() <= ASUNDER) & (equilibrium.unbalanced_force() <= UNBALANCED * forces)
     return np.asarray(finite & fits)
@@ -109,11 +113,9 @@ def _stretching(equilibrium: Equilibrium) -> Equilibrium:
     """Rigid lines as elastic ones of the file's moduli, with the same tensions in the same place."""
     fidelity = Fidelity(CableLaw.ELASTIC, equilibrium.model.fidelity.sheave)
     model = Model(equilibrium.model.robot, fidelity, equilibrium.model.tension_limits)
-    compliances = model.packed.lines[:, layout.COMPLIANCES]  # (m, 3)
-    lines = equilibrium.packed.lines.copy()
-    lines[:, :, layout.COMPLIANCES] = compliances
-    packed = Packed(equilibrium.packed.freedoms, lines, equilibrium.packed.platform)
-    states, tensions = equilibrium.states.copy(), np.exp(equilibrium.states[..., layout.TAU])
-    for span, compliance in ((layout.FREE, layout.FREE_COMPLIANCE), (layout.DEAD, layout.DEAD_COMPLIANCE)):
-        states[..., span] /= 1.0 + tensions * model.packed.lines[:, compliance]
-    return replace(equilibrium, model=model, packed=packed, states=states)
+    lines, states = LineNumbers(equilibrium.packed.lines.copy()), LineStates(equilibrium.states.copy())
+    lines.compliances = model.lines.compliances
+    states.free_length /= 1.0 + states.tension * model.lines.free_compliance
+    states.dead_length /= 1.0 + states.tension * model.lines.dead_compliance
+    packed = Packed(equilibrium.packed.freedoms, lines.array, equilibrium.packed.platform)
+    return replace(equilibrium, model=model, packed=packed, states=states.array)

@@ -8,7 +8,6 @@ same however many are asked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -17,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
+from cablewright.progress import Progress, silent
 
 __all__ = ["Curve", "Wanted", "draw", "draw_many", "ranked"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
 
 _HARMONICS: Final = 6
 _AMPLITUDE: Final = 1.5  # rad, of the first; the others fall with the root of their number
@@ -128,12 +127,12 @@ def draw(wanted: Wanted, seed: int, number: int) -> Curve:
     )
 
 
-def draw_many(wanted: Wanted, seed: int, count: int, progress: Progress) -> list[Curve]:
+def draw_many(wanted: Wanted, seed: int, count: int, progress: Progress = silent) -> list[Curve]:
     """Draw curves 0 to *count* - 1 of *seed*."""
     curves = []
     for number in range(count):
         curves.append(draw(wanted, seed, number))
-        progress(number + 1, count)
+        progress("drawing curves", number + 1, count)
     return curves
 
 

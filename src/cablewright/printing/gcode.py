@@ -7,7 +7,7 @@ is told in `cablewright.printing.modal`.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.printing.modal import COLUMNS, Controller
+from cablewright.progress import Progress
 
-__all__ = ["MAX_BYTES", "MAX_LINE", "SHORTEST_ARC_STEP", "Progress", "Toolpath", "parse"]
+__all__ = ["MAX_BYTES", "MAX_LINE", "SHORTEST_ARC_STEP", "Toolpath", "parse"]
 
 MAX_BYTES: Final = 1 << 30
 MAX_LINE: Final = 4096  # bytes
@@ -27,9 +28,6 @@ SHORTEST_ARC_STEP: Final = 1e-6  # m
 
 _BLOCK = 1 << 18
 _HEIGHT_GRAIN = 1e-6  # m: heights nearer than this are one layer, where no marker says better
-
-Progress = Callable[[int, int | None], None]
-"""Called with the bytes read so far and the bytes in all, which are None for a stream of unknown size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +130,7 @@ def _blocks_of_lines(
         number += len(lines)
         yield lines, False
         if progress is not None:
-            progress(read, size)
+            progress("reading G-code", read, size or read)
     if read == 0:
         raise InputError(f"{origin}: the file is empty")
     if rest:

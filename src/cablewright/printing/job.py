@@ -15,12 +15,13 @@ from annotated_types import Ge, Le
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from cablewright.errors import InputError
-from cablewright.printing.course import Helix, RandomCurve
-from cablewright.printing.gcode import SHORTEST_ARC_STEP, Progress, Toolpath, parse
+from cablewright.printing.gcode import SHORTEST_ARC_STEP, Toolpath, parse
 from cablewright.printing.modal import MAX_COORDINATE
+from cablewright.printing.numeric_path import Helix, RandomCurve
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.printing.timing import TimeLaw, time_law
+from cablewright.progress import Progress
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Acceleration, Jerk, Length, Speed
 
@@ -105,14 +106,14 @@ class Job(_Part):
         return self
 
     @property
-    def course(self) -> Path | RandomCurve | Helix:
+    def path(self) -> Path | RandomCurve | Helix:
         """The path that is given."""
         return next(given for given in (self.gcode, self.curve, self.helix) if given is not None)
 
     @property
     def source(self) -> str:
         """What to call the path: the G-code file's name, or what the job itself describes."""
-        return self.course.name if isinstance(self.course, Path) else self.course.title
+        return self.path.name if isinstance(self.path, Path) else self.path.title
 
     @property
     def move_name(self) -> str:
@@ -121,9 +122,9 @@ class Job(_Part):
 
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
         """Read the G-code, arcs cut as finely as the samples will be, or make the path. Raises `InputError`."""
-        if isinstance(self.course, Path):
-            return parse(self.course, max(self.sampling.step / self.scale, SHORTEST_ARC_STEP), progress)
-        return self.course.toolpath()
+        if isinstance(self.path, Path):
+            return parse(self.path, max(self.sampling.step / self.scale, SHORTEST_ARC_STEP), progress)
+        return self.path.toolpath()
 
     def samples(self, toolpath: Toolpath) -> Samples:
         """Sample the toolpath on the machine. Raises `InputError`."""

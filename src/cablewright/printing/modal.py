@@ -15,6 +15,7 @@ Choices where dialects differ:
 from __future__ import annotations
 
 import math
+import re
 from array import array
 from typing import Final, NoReturn
 
@@ -22,7 +23,7 @@ import numpy as np
 
 from cablewright.errors import InputError
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
-from cablewright.printing.words import MACRO, STRAIGHT, WordError, as_number, bare_text, code_of, read_marker, split
+from cablewright.printing.words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, read_marker, split
 
 __all__ = ["COLUMNS", "MAX_COORDINATE", "MAX_MOVES", "Controller"]
 
@@ -33,6 +34,12 @@ MAX_LAYER: Final = 1_000_000
 MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others count as one
 COLUMNS: Final = 5  # of a row: x, y, z (m, machine), extrusion (m), feed (m/s)
 
+# Nine lines of ten: G0 or G1 with axes in the usual order and capitals. Groups: F, X, Y, Z, E, F.
+_STRAIGHT: Final = re.compile(
+    r"G0?[01](?:[ \t]*F(#))?(?:[ \t]*X(#))?(?:[ \t]*Y(#))?(?:[ \t]*Z(#))?(?:[ \t]*E(#))?(?:[ \t]*F(#))?"
+    r"[ \t\r]*(?:;.*)?".replace("#", NUMBER).encode(),
+    re.DOTALL,
+)
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
 _SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
@@ -86,7 +93,7 @@ class Controller:
         Raises `InputError` naming file, line number, text and what is allowed.
         """
         self._unterminated = unterminated
-        straight = STRAIGHT.fullmatch
+        straight = _STRAIGHT.fullmatch
         for number, line in enumerate(lines, first_number):
             self._number = number
             self._line = line

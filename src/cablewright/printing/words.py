@@ -10,16 +10,9 @@ import math
 import re
 from typing import Final, Literal, NamedTuple
 
-__all__ = ["MACRO", "STRAIGHT", "LayerMarker", "WordError", "as_number", "bare_text", "code_of", "read_marker", "split"]
+__all__ = ["MACRO", "NUMBER", "LayerMarker", "WordError", "as_number", "bare_text", "code_of", "read_marker", "split"]
 
-_NUMBER = r"[-+.0-9]+"  # what float() takes of these has no exponent, no inf, no nan: just the numbers of G-code
-
-# Nine lines of ten: G0 or G1 with axes in the usual order and capitals. Groups: F, X, Y, Z, E, F.
-STRAIGHT: Final = re.compile(
-    r"G0?[01](?:[ \t]*F(#))?(?:[ \t]*X(#))?(?:[ \t]*Y(#))?(?:[ \t]*Z(#))?(?:[ \t]*E(#))?(?:[ \t]*F(#))?"
-    r"[ \t\r]*(?:;.*)?".replace("#", _NUMBER).encode(),
-    re.DOTALL,
-)
+NUMBER: Final = r"[-+.0-9]+"  # what float() takes of these has no exponent, no inf, no nan: just the numbers of G-code
 MACRO: Final = re.compile(r"[A-Z_]{3}\w*|%", re.ASCII)  # START_PRINT of Klipper, the % that frames a CNC program
 
 _COLON = re.compile(rb";LAYER:([-+]?[0-9]{1,9})(?:\s.*)?", re.DOTALL)
@@ -31,7 +24,7 @@ _LINE_NUMBER = re.compile(r"\s*N\s*[0-9]+(?![0-9.])", re.ASCII | re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[0-9.])e(?=[-+]?[0-9])")
 _KEPT_SMALL = "\0"  # stands for such an e while the line turns to capitals; no line holds a NUL
 _CAPITAL = re.compile(r"[A-Z]")
-_WORD = re.compile(rf"([A-Z])\s*({_NUMBER})?\s*", re.ASCII)
+_WORD = re.compile(rf"([A-Z])\s*({NUMBER})?\s*", re.ASCII)
 
 
 class WordError(ValueError):

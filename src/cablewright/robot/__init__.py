@@ -5,12 +5,13 @@ from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import library_names, library_text, load, loads
 from cablewright.robot.line import Line
-from cablewright.robot.parameters import KINDS, Kind, Parameter, nominal, parameters_of
+from cablewright.robot.parameter_values import Kind
+from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, with_value
 from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
 from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
-from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, of_moduli
+from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, modulus_ranges
 from cablewright.robot.winch import Winch
 from cablewright.robot.write_back import update
 
@@ -45,8 +46,9 @@ __all__ = [
     "load_bracket",
     "load_uncertainty",
     "loads",
+    "modulus_ranges",
     "nominal",
-    "of_moduli",
     "parameters_of",
     "update",
+    "with_value",
 ]

@@ -11,14 +11,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 from pydantic import ValidationError
 
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot.faults import explain
 from cablewright.robot.line import Line
-from cablewright.robot.parameters import AXES, KINDS, Parameter, parameters_of
+from cablewright.robot.parameter_values import with_exit_point
+from cablewright.robot.parameters import AXES, KINDS, KINDS_OF, Parameter, parameters_of, with_value
 from cablewright.robot.platform import RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.units import Vec3
@@ -65,7 +66,11 @@ class Change:
             raise InputError(f"{self.name} = {value}: a finite number is wanted")
         try:
             for kind, line in self.parts:
-                robot = NAMED[kind](robot, value) if kind in NAMED else _set(robot, kind, line, value)
+                if kind in NAMED:
+                    robot = NAMED[kind](robot, value)
+                    continue
+                for parameter in parameters_of(robot, kind, line and (line,)):
+                    robot = with_value(robot, parameter, value)
         except InputError as reason:
             raise InputError(f"{self.name} = {value:g}: {reason}") from None
         data = robot.model_dump()
@@ -120,7 +125,7 @@ def _apart(robot: Robot, value: float) -> Robot:
         for k in (i, j):
             x, y, z = (f + (a - f) * value / now for f, a in zip(fixed, exits[k], strict=True))
             exits[k] = (x, y, z)
-    return _with_lines(robot, [_leaving(line, at) for line, at in zip(robot.lines, exits, strict=True)])
+    return _with_lines(robot, [with_exit_point(line, at) for line, at in zip(robot.lines, exits, strict=True)])
 
 
 def _neighbours(robot: Robot) -> list[tuple[int, int]]:
@@ -169,9 +174,8 @@ def _wide(axis: int, upper: bool | None) -> _Setter:
         _require(now > 0.0, f"the platform points{where} all have one {AXES[axis]}: there is no width to change")
         lines = list(robot.lines)
         for i in chosen:
-            point = list(lines[i].platform_point)
-            point[axis] = middle + (point[axis] - middle) * (value / now)
-            lines[i] = lines[i].model_copy(update={"platform_point": tuple(point)})
+            at = middle + (lines[i].platform_point[axis] - middle) * (value / now)
+            lines[i] = KINDS_OF["platform_point"][axis].put(lines[i], at)
         return _with_lines(robot, lines)
 
     return widened
@@ -186,49 +190,6 @@ def _half(robot: Robot, upper: bool | None) -> list[int]:
     _require(_extent(heights) > 0.0, "the platform points are all at one height: it has no top and bottom")
     middle = 0.5 * (min(heights) + max(heights))
     return [i for i, height in enumerate(heights) if (height > middle) == upper]
-
-
-def _set(robot: Robot, kind: str, line: str | None, value: float) -> Robot:
-    """Set a number of the platform, or one of a line or of all lines."""
-    if not KINDS[kind].allows(value):
-        raise InputError(f"it must be above {KINDS[kind].least:g}")
-    parameters = parameters_of(robot, kind, None if line is None else (line,))
-    key, _, axis = kind.partition(".")
-    if not KINDS[kind].per_line:
-        told = {key: _component(getattr(robot.platform, key), axis, value) if axis else value}
-        return robot.model_copy(update={"platform": robot.platform.model_copy(update=told)})
-    named = {each.line for each in parameters}
-    return _with_lines(
-        robot, [_set_line(each, key, axis, value) if each.name in named else each for each in robot.lines]
-    )
-
-
-def _set_line(line: Line, key: str, axis: str, value: float) -> Line:
-    if key == "exit_point":
-        return _leaving(line, _component(line.exit_point, axis, value))
-    if key == "platform_point":
-        return line.model_copy(update={key: _component(line.platform_point, axis, value)})
-    if key == "sheave_radius":
-        return line.model_copy(update={"sheave": line.sheave.model_copy(update={"radius": value})})
-    told: dict[str, Any] = {key: value}
-    if key == "modulus":
-        given = "young_modulus" if line.cable.axial_stiffness is None else "axial_stiffness"
-        told = {given: getattr(line.cable, given) * value}
-    return line.model_copy(update={"cable": line.cable.model_copy(update=told)})
-
-
-def _leaving(line: Line, at: Vec3) -> Line:
-    """The line with another exit point; a winch exit that is modelled follows sideways, not in height."""
-    update: dict[str, Any] = {"exit_point": at}
-    if line.winch_exit is not None:
-        (x, y, z), was = line.winch_exit, line.exit_point
-        update["winch_exit"] = (x + at[0] - was[0], y + at[1] - was[1], z)
-    return line.model_copy(update=update)
-
-
-def _component(vector: Sequence[float], axis: str, value: float) -> Vec3:
-    x, y, z = (value if name == axis else old for name, old in zip(AXES, vector, strict=True))
-    return x, y, z
 
 
 def _with_lines(robot: Robot, lines: Sequence[Line]) -> Robot:
@@ -259,5 +220,4 @@ NAMED: Final[Mapping[str, _Setter]] = MappingProxyType(
 )
 """Changes by name, each a length in m."""
 
-_OF_COMMANDS = ("length_offset", "length_scale", "temperature")  # of how it is driven, not of the robot
-_OF_A_ROBOT = tuple(kind for kind in KINDS if kind not in _OF_COMMANDS)
+_OF_A_ROBOT: Final = tuple(kind.name for kind in KINDS.values() if kind.role == "hardware")

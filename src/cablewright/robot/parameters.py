@@ -1,104 +1,73 @@
-"""The numbers of a robot that may be uncertain: what each is called, which robots have it, what the file says it is."""
+"""The registry of a robot's changeable numbers: what each is called, which robots have it, how it is read and set.
+
+Uncertainty files, design variables, calibrations, the simulated machine's tolerances and the linearisation speak of
+these. Adding one is an entry of `KINDS`, and its columns in `cablewright.models.parameters`.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from cablewright.errors import InputError, UnknownName, suggestion
-from cablewright.robot.line import Line
+from cablewright.robot.parameter_values import AXES, Kind, Owner, above_winch, up_to_lever, with_exit, with_modulus
 from cablewright.robot.platform import PointPlatform
 from cablewright.robot.robot import Robot
-from cablewright.robot.sheave import Eyelet
-from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension, Vec3
+from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
-__all__ = ["AXES", "KINDS", "Kind", "Parameter", "misuse", "nominal", "parameters_of", "why_not"]
-
-AXES: Final = "xyz"
+__all__ = ["AXES", "KINDS", "KINDS_OF", "Parameter", "misuse", "nominal", "parameters_of", "why_not", "with_value"]
 
 
-@dataclass(frozen=True)
-class Kind:
-    """One kind of number that may be uncertain.
-
-    ``dimension`` is None for a plain factor, whose unit is "1". A kind that is ``per_line`` has a value for each line;
-    one that is ``shareable`` may have one value for all lines. ``nominal`` is the value that stands for the robot as
-    its file describes it, None where the file itself gives the value. Only values above ``least`` have a physical
-    meaning.
-    """
-
-    name: str
-    dimension: Dimension | None
-    per_line: bool
-    meaning: str
-    shareable: bool = False
-    nominal: float | None = None
-    least: float = -math.inf
-
-    @property
-    def unit(self) -> str:
-        """The SI unit, "1" for a factor."""
-        return "1" if self.dimension is None else self.dimension.si
-
-    def allows(self, value: float) -> bool:
-        """Whether a ``value`` (SI) has a physical meaning."""
-        return value > self.least
+def _of_line(name: str, dimension: Dimension | None, meaning: str, **more: Any) -> Kind:
+    return Kind(name, dimension, "line", meaning, shareable=True, **more)
 
 
-def _axes(name: str, dimension: Dimension, meaning: str, per_line: bool = False) -> tuple[Kind, ...]:
-    return tuple(Kind(f"{name}.{axis}", dimension, per_line, meaning) for axis in AXES)
+def _vector(name: str, dimension: Dimension, of: Owner, meaning: str, **more: Any) -> tuple[Kind, ...]:
+    return tuple(Kind(f"{name}.{axis}", dimension, of, meaning, **more) for axis in AXES)
 
 
-_ALL = (
-    Kind("modulus", None, True, "factor on EA", shareable=True, nominal=1.0, least=0.0),
-    *_axes(
-        "exit_point", LENGTH, "exit point, world; a modelled winch exit follows sideways, not in height", per_line=True
-    ),
-    *_axes("platform_point", LENGTH, "where the line is tied to a rigid platform, platform frame", per_line=True),
-    Kind("sheave_radius", LENGTH, True, "radius of the sheave", shareable=True, least=0.0),
-    Kind(
-        "linear_density",
-        LINEAR_DENSITY,
-        True,
-        "mass of the cable per unstrained length",
-        shareable=True,
-        least=0.0,
-    ),
-    Kind(
-        "length_offset",
-        LENGTH,
-        True,
-        "true unstrained length paid out minus the commanded one",
-        shareable=True,
-        nominal=0.0,
-    ),
-    Kind("length_scale", None, True, "true length paid out over the commanded", shareable=True, nominal=1.0, least=0.0),
-    Kind(
-        "temperature",
-        TEMPERATURE_DIFFERENCE,
-        False,
-        "how much warmer all cables are: a strain of thermal_expansion times it on the commanded lengths",
-        shareable=True,
-        nominal=0.0,
-    ),
-    Kind("mass", MASS, False, "mass of the platform", least=0.0),
-    *_axes("centre_of_mass", LENGTH, "centre of mass of a rigid platform, platform frame"),
-    *_axes("force", FORCE, "force on the platform besides its weight and the lines, world"),
-    *_axes("moment", TORQUE, "moment on a rigid platform about its origin besides that of the force, world"),
-)
+_ALL: Final = (
+    _of_line("modulus", None, "factor on EA", nominal=1.0, least=0.0, setter=with_modulus),
+    *_vector("exit_point", LENGTH, "line", "exit point, world; a modelled winch exit follows sideways, not in height",
+             room=above_winch, setter=with_exit),
+    *_vector("platform_point", LENGTH, "line", "where the line is tied to a rigid platform, platform frame", body=True),
+    _of_line("sheave_radius", LENGTH, "radius of the sheave", path="sheave.radius", least=0.0, room=up_to_lever,
+             absent="line {!r} has an eyelet, which has no radius"),
+    _of_line("linear_density", LINEAR_DENSITY, "mass of the cable per unstrained length", path="cable.linear_density",
+             least=0.0, absent="the cable of line {!r} has no weight"),
+    _of_line("length_offset", LENGTH, "true unstrained length paid out minus the commanded one", role="command",
+             nominal=0.0),
+    _of_line("length_scale", None, "true length paid out over the commanded", role="command", nominal=1.0, least=0.0),
+    _of_line("drum_radius", LENGTH, "radius of the winch's drum", role="winch", path="winch.drum_radius", least=0.0,
+             absent="line {!r} gives no winch.drum_radius to start from: use length_scale"),
+    _of_line("build_up", None, "share of its radius that a drum loses per length paid out", role="winch", nominal=0.0,
+             plain_unit="1/m"),
+    Kind("temperature", TEMPERATURE_DIFFERENCE, "all lines",
+         "how much warmer all cables are: a strain of thermal_expansion times it on the commanded lengths",
+         role="command", path="cable.thermal_expansion", shareable=True, nominal=0.0,
+         absent="line {!r} gives no cable.thermal_expansion, which this needs"),
+    Kind("mass", MASS, "platform", "mass of the platform", least=0.0),
+    *_vector("centre_of_mass", LENGTH, "platform", "centre of mass of a rigid platform, platform frame", body=True),
+    *_vector("force", FORCE, "platform", "force on the platform besides its weight and the lines, world"),
+    *_vector("moment", TORQUE, "platform",
+             "moment on a rigid platform about its origin besides that of the force, world", body=True),
+)  # fmt: skip
 
 KINDS: Final[Mapping[str, Kind]] = MappingProxyType({kind.name: kind for kind in _ALL})
 """Every kind by its name, in the order in which tables list them."""
 
-_OF_A_BODY = ("platform_point", "centre_of_mass", "moment")
+KINDS_OF: Final[Mapping[str, tuple[Kind, ...]]] = MappingProxyType(
+    {base: tuple(each for each in _ALL if each.base == base) for base in dict.fromkeys(kind.base for kind in _ALL)}
+    | {name: (kind,) for name, kind in KINDS.items()}
+)
+"""As `KINDS`, and what is short for the three axes of a point or a vector: ``exit_point``."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One uncertain number: its kind, and the line it is of; None: of the platform, or one number all lines share.
+    """One number: its kind, and the line it is of; None: of the platform, or one number all lines share.
 
     Raises `InputError` for an unknown kind, a line of a kind that has none, or None for a kind lines cannot share.
     """
@@ -113,15 +82,20 @@ class Parameter:
             raise InputError(f"{self.kind}: {fault[1]}")
 
     @property
+    def entry(self) -> Kind:
+        """The registry's entry."""
+        return KINDS[self.kind]
+
+    @property
     def unit(self) -> str:
         """The SI unit, "1" for a factor."""
-        return KINDS[self.kind].unit
+        return self.entry.unit
 
     @property
     def label(self) -> str:
         """What people read: "modulus of south-west", "exit point x of south-west", "modulus of all lines", "mass"."""
         words = self.kind.replace("_", " ").replace(".", " ")
-        if not KINDS[self.kind].per_line:
+        if not self.entry.per_line:
             return words
         return f"{words} of {'all lines' if self.line is None else self.line}"
 
@@ -147,15 +121,36 @@ def nominal(robot: Robot, parameter: Parameter) -> float:
 
     Raises `InputError` if the robot has no such line or number, or if lines that should share a number differ in it.
     """
-    kind = KINDS[parameter.kind]
-    lines = None if parameter.line is None else (parameter.line,)
-    fault = why_not(robot, kind, lines, shared=kind.per_line and lines is None)
+    _require(robot, parameter)
+    line = next(line for line in robot.lines if parameter.line in (None, line.name))
+    value = parameter.entry.value(robot.platform if parameter.entry.of == "platform" else line)
+    assert value is not None  # why_not saw to it
+    return value
+
+
+def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
+    """Return the robot with another ``value`` (SI) of one number of its description, otherwise not validated.
+
+    Raises `InputError` as `nominal`, for a value without a physical meaning and for what no description has.
+    """
+    kind = parameter.entry
+    _require(robot, parameter)
+    if not kind.described:
+        raise InputError(f"{kind.name}: no robot file has it")
+    if not kind.allows(value):
+        raise InputError(f"it {kind.bound}")
+    if kind.of == "platform":
+        return robot.model_copy(update={"platform": kind.put(robot.platform, value)})
+    lines = (kind.put(line, value) if parameter.line in (None, line.name) else line for line in robot.lines)
+    return robot.model_copy(update={"lines": tuple(lines)})
+
+
+def _require(robot: Robot, parameter: Parameter) -> None:
+    """Raise `InputError` for what a robot does not have."""
+    shared = parameter.entry.per_line and parameter.line is None
+    fault = why_not(robot, parameter.entry, None if parameter.line is None else (parameter.line,), shared)
     if fault is not None:
-        raise InputError(f"{kind.name}: {fault[1]}")
-    if kind.per_line:
-        line = next(line for line in robot.lines if parameter.line in (None, line.name))
-        return _of_line(line, kind)
-    return _of_platform(robot, kind)
+        raise InputError(f"{parameter.kind}: {fault[1]}")
 
 
 def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
@@ -187,18 +182,11 @@ def _refusals(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: boo
     for name in lines or ():
         if name not in names:
             yield "lines", f"unknown line {name!r}; {suggestion(name, names)}"
-    base = kind.name.partition(".")[0]
-    if base in _OF_A_BODY and isinstance(robot.platform, PointPlatform):
-        yield "name", f"{robot.name!r} is a point platform, which has no {base}"
-    for line in robot.lines:
-        if lines is not None and line.name not in lines:
-            continue
-        if base == "sheave_radius" and isinstance(line.sheave, Eyelet):
-            yield "name" if lines is None else "lines", f"line {line.name!r} has an eyelet, which has no radius"
-        if base == "linear_density" and line.cable.linear_density == 0.0:
-            yield "name" if lines is None else "lines", f"the cable of line {line.name!r} has no weight"
-        if base == "temperature" and line.cable.thermal_expansion is None:
-            yield "name", f"line {line.name!r} gives no cable.thermal_expansion, which this needs"
+    if kind.body and isinstance(robot.platform, PointPlatform):
+        yield "name", f"{robot.name!r} is a point platform, which has no {kind.base}"
+    for line in robot.lines if kind.of != "platform" else ():
+        if (lines is None or line.name in lines) and kind.value(line) is None:
+            yield "name" if lines is None else "lines", kind.absent.format(line.name)
     if shared and kind.per_line:
         yield from _differences(robot, kind)
 
@@ -207,34 +195,10 @@ def _differences(robot: Robot, kind: Kind) -> Iterator[tuple[str, str]]:
     """Yield where lines that should share one number have different ones."""
     first, *others = robot.lines
     for other in others:
-        one, two = _of_line(first, kind), _of_line(other, kind)
+        one, two = kind.value(first), kind.value(other)
         if one != two:
             unlike = f"{one:g} {kind.unit} of {first.name!r}, {two:g} {kind.unit} of {other.name!r}"
             yield "shared", f"the lines have no {kind.name} in common: {unlike}"
-
-
-def _of_line(line: Line, kind: Kind) -> float:
-    if kind.nominal is not None:
-        return kind.nominal
-    if kind.name == "linear_density":
-        return line.cable.linear_density
-    if kind.name == "sheave_radius":
-        assert not isinstance(line.sheave, Eyelet)  # why_not saw to it
-        return line.sheave.radius
-    return _component(line, kind)
-
-
-def _of_platform(robot: Robot, kind: Kind) -> float:
-    if kind.nominal is not None:
-        return kind.nominal
-    return robot.platform.mass if kind.name == "mass" else _component(robot.platform, kind)
-
-
-def _component(part: object, kind: Kind) -> float:
-    """Return the coordinate of a part that ``exit_point.x`` and its like name."""
-    key, _, axis = kind.name.partition(".")
-    vector: Vec3 = getattr(part, key)
-    return vector[AXES.index(axis)]
 
 
 def _kind(name: str) -> Kind:

@@ -105,6 +105,11 @@ class Robot(Description):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {turning} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
+    def limited(self, tension_limits: tuple[float, float]) -> Robot:
+        """Return the robot with *tension_limits*, lowest and highest (N), in place of those of every line."""
+        lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in self.lines)
+        return self.model_copy(update={"lines": lines})
+
     def retraction_to(self, length: float) -> Retraction:
         """Return the platform's retraction. Raises `InputError` if it has none, or none that goes to ``length`` (m)."""
         retraction = self.retraction

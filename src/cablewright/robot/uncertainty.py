@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
@@ -13,20 +12,18 @@ from pydantic import Field, Strict, StrictBool, ValidationError, model_validator
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.description import Description, refusal
 from cablewright.robot.faults import explain
-from cablewright.robot.parameters import AXES, KINDS, Kind, Parameter, misuse, nominal, parameters_of, why_not
+from cablewright.robot.parameter_values import Kind, Room
+from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
 from cablewright.robot.robot import MOST_LINES, Robot
-from cablewright.robot.sheave import Eyelet, UniversalJoint
 from cablewright.toml_input import read_table, require_schema
 
-__all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "of_moduli"]
+__all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "modulus_ranges"]
 
 NEWEST_SCHEMA: Final = 1
 MOST_ENTRIES: Final = 200
 
-_SHORT: Final = {
-    name.removesuffix(".x"): tuple(f"{name[:-1]}{axis}" for axis in AXES) for name in KINDS if name.endswith(".x")
-}
-"""The names that are short for three kinds, one for each axis."""
+_KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role != "winch"}
+"""What may be uncertain, by name."""
 
 _WAYS: Final = ("factor", "range", "plus_minus", "deviation", "relative_deviation")
 _WITH_UNIT: Final = ("range", "plus_minus", "deviation")
@@ -94,9 +91,9 @@ class Uncertain(Description):
         name = data.get("name") if isinstance(data, dict) else None
         if not isinstance(name, str):
             return data
-        if name not in KINDS and name not in _SHORT:
-            raise refusal("name", f"unknown parameter; {suggestion(name, (*KINDS, *_SHORT))}")
-        kind = _kinds(name)[0]
+        if name not in _KINDS:
+            raise refusal("name", f"unknown parameter; {suggestion(name, _KINDS)}")
+        kind = _KINDS[name][0]
         return data | {key: _si(kind, key, data[key]) for key in _WITH_UNIT if key in data}
 
     @model_validator(mode="after")
@@ -106,7 +103,7 @@ class Uncertain(Description):
             raise refusal("range", f"is missing: give one of {', '.join(_WAYS)}")
         if len(given) > 1:
             raise refusal(given[1], f"give either this or {given[0]}, not both")
-        kind = _kinds(self.name)[0]
+        kind = _KINDS[self.name][0]
         fault = misuse(kind, self.lines, self.shared)
         if fault is not None:
             raise refusal(*fault)
@@ -119,7 +116,7 @@ class Uncertain(Description):
         if not low < high:
             raise refusal(key, "must rise: the lowest, then the highest")
         if not kind.allows(low):  # a factor too: what has a bound has it at 0, and a nominal value that is not below
-            raise refusal(key, f"must {_bound(kind)}")
+            raise refusal(key, kind.bound)
 
     @property
     def way(self) -> str:
@@ -132,7 +129,7 @@ class Uncertain(Description):
         Raises `InputError`, which begins with the key to blame, if it does not fit the robot.
         """
         found: list[Range] = []
-        for kind in _kinds(self.name):
+        for kind in _KINDS[self.name]:
             fault = why_not(robot, kind, self.lines, self.shared)
             if fault is not None:
                 raise self._refused(*fault)
@@ -150,10 +147,12 @@ class Uncertain(Description):
             raise self._refused(way, f"the {parameter.label} would not be finite")
         if not 0.5 * (high - low) > 0.0:
             raise self._refused(way, f"too narrow: rounding leaves one number, {value:g} {parameter.unit}")
-        why_wrong = _unphysical(robot, parameter, low, high)
-        if why_wrong is not None:
-            raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why_wrong}")
-        return Range(parameter, value, low, high, deviation, *_bounds(robot, parameter))
+        limits = _limits(robot, parameter)
+        for least, most, why in limits:
+            if low <= least or high >= most:
+                raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why}")
+        least, most = max(limit[0] for limit in limits), min(limit[1] for limit in limits)
+        return Range(parameter, value, low, high, deviation, least, most)
 
     def _refused(self, key: str, why: str) -> InputError:
         value = getattr(self, key)
@@ -208,15 +207,11 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
         raise explain(error, table, str(path)) from None
 
 
-def of_moduli(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
+def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
     """Return the ranges of every line's modulus, on its own, between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
         raise InputError(f"modulus range {low:g} to {high:g}: two finite factors above 0 that rise are wanted")
     return tuple(Range(parameter, 1.0, low, high, least=0.0) for parameter in parameters_of(robot, "modulus"))
-
-
-def _kinds(name: str) -> tuple[Kind, ...]:
-    return tuple(KINDS[kind] for kind in _SHORT.get(name, (name,)))
 
 
 def _si(kind: Kind, key: str, value: Any) -> Any:
@@ -246,38 +241,11 @@ def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, f
             return value - coverage * deviation, value + coverage * deviation, deviation
 
 
-def _unphysical(robot: Robot, parameter: Parameter, low: float, high: float) -> str | None:
-    """Return why a robot cannot have every value from ``low`` to ``high``, or None if it can."""
-    kind = KINDS[parameter.kind]
-    if not kind.allows(low):
-        return f"it must {_bound(kind)}"
-    return next((why for least, most, why in _walls(robot, parameter) if low <= least or high >= most), None)
-
-
-def _walls(robot: Robot, parameter: Parameter) -> Iterator[tuple[float, float, str]]:
-    """Yield what other parts of its lines keep a parameter above, and below, and which part it is."""
-    for line in robot.lines:
-        sheave = line.sheave
-        if parameter.line not in (None, line.name) or isinstance(sheave, Eyelet):
-            continue
-        if parameter.kind == "sheave_radius" and isinstance(sheave, UniversalJoint):
-            why = f"the lever of {line.name!r} is shorter, {sheave.lever:g} m"
-            yield -math.inf, math.nextafter(sheave.lever, math.inf), why  # as long as the lever is allowed
-        if parameter.kind == "exit_point.z" and line.winch_exit is not None:
-            height = line.winch_exit[2]  # stays: a winch exit does not follow in height
-            why = f"it reaches the winch exit of {line.name!r}, at {height:g} m"
-            yield (height, math.inf, why) if sheave.wrap == "over" else (-math.inf, height, why)
-
-
-def _bounds(robot: Robot, parameter: Parameter) -> tuple[float, float]:
-    """Return what no robot's value is at or below, and at or above: what `_unphysical` refuses."""
-    walls = list(_walls(robot, parameter))
-    least = max([KINDS[parameter.kind].least, *(wall[0] for wall in walls)])
-    return least, min([math.inf, *(wall[1] for wall in walls)])
-
-
-def _bound(kind: Kind) -> str:
-    return f"be above {kind.least:g}"
+def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
+    """Return what no robot's value is at or below, and at or above, and why: by itself, and by what its lines leave."""
+    kind, lines = parameter.entry, (line for line in robot.lines if parameter.line in (None, line.name))
+    rooms = (kind.room(line, kind.name) for line in lines)
+    return [(kind.least, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
 
 
 def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:
@@ -285,7 +253,7 @@ def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Paramete
 
     One number that all lines share is one of each line.
     """
-    whole = KINDS[parameter.kind].per_line and parameter.line is None
+    whole = parameter.entry.per_line and parameter.line is None
     for name in [line.name for line in robot.lines] if whole else [parameter.line or ""]:
         giver = givers.setdefault((parameter.kind, name), index)
         if giver != index:

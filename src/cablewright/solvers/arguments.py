@@ -16,7 +16,7 @@ from cablewright.kernels import is_compiled
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
 
-__all__ = ["as_poses", "as_rows", "of_rows", "run", "silent", "to_rows"]
+__all__ = ["as_poses", "as_rows", "of_rows", "run", "to_rows"]
 
 log = logging.getLogger(__name__)
 
@@ -120,10 +120,6 @@ def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> NDArra
     return np.broadcast_to(given[:, 0], rows).copy()
 
 
-def silent(_stage: str, _done: int, _total: int) -> None:
-    """The progress of whoever asked for none."""
-
-
 @cache
 def _say_compiling() -> None:
     """Say, once a process, why this takes longer than it will the next time."""
@@ -131,7 +127,9 @@ def _say_compiling() -> None:
 
 
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
-    """Run the serial kernel on few rows, the parallel one on many."""
+    """Run the serial kernel on few rows, the parallel one on many; neither on none."""
+    if not rows:
+        return
     serial = rows < SERIAL_BELOW
     if not is_compiled(rows_kernel if serial else sweep_kernel):
         _say_compiling()

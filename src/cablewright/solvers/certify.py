@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
+from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
+from cablewright.results import Figure, Result
 from cablewright.solvers.arguments import run
 
 __all__ = ["Certificate", "certify", "is_only_one"]
@@ -29,9 +32,12 @@ REASONS = {
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 
+LEVERS = {1: "stable", -1: "unstable", 0: "not sure"}
+"""What is proved of all levers together."""
 
-@dataclass(frozen=True, eq=False)
-class Certificate:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Certificate(Rows, Result):
     """What is proved of an equilibrium, or of each of a batch (a leading axis).
 
     Where `certified`, the equations of the model, with its numbers taken as the doubles that they are, have exactly one
@@ -40,19 +46,32 @@ class Certificate:
     pose may be from it in the box where there is no other.
     """
 
+    FIGURES: ClassVar = (
+        Figure("certified", "", "Whether exactly one equilibrium is near, within the tolerance."),
+        Figure("bound", "m, rad", "How far the equilibrium may be from the pose."),
+        Figure("box", "m, rad", "How far from the pose there is no other."),
+        Figure("levers", "", "Whether every lever returns when pushed.", lambda own: by_row(LEVERS.get, own.levers)),
+        Figure("reason", "", "Why it holds, or does not."),
+    )
+
     code: NDArray[np.int64]  # ()
     bound: Array  # (n,), NaN where nothing is proved; known too where only the tolerance is not met
     box: Array  # (n,)
     levers: NDArray[np.int64]  # () 1: every lever returns when pushed, surely; -1: one does not, surely; 0: not sure
 
-    @property
-    def certified(self) -> NDArray[np.bool_]:
-        """Whether it holds."""
-        return np.asarray(self.code == kernel.CERTIFIED)
+    def __repr__(self) -> str:
+        """Why it holds or not, or how many of a batch do."""
+        said = self.reason() if self.single else f"{int(self.certified.sum())} of {len(self)} certified"
+        return f"Certificate({said})"
 
-    def reason(self) -> str:
-        """Why a single one holds, or does not."""
-        return REASONS[int(self.code)]
+    @property
+    def certified(self) -> Any:
+        """Whether it holds: a bool, or of a batch a mask (N,)."""
+        return scalar(self.code == kernel.CERTIFIED)
+
+    def reason(self) -> Any:
+        """Why it holds, or does not: a sentence, or of a batch a tuple (N) of them."""
+        return by_row(REASONS.get, self.code)
 
 
 def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certificate:
@@ -68,7 +87,6 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     model.refuse_rigid()
     if not tolerance > 0.0:
         raise InputError(f"tolerance {tolerance:g}: over 0 is wanted, m")
-    single = equilibrium.code.ndim == 0
     lengths, poses, states = equilibrium.solved_arrays()
     rows = len(lengths)
     codes, signs = np.full(rows, kernel.UNBOUNDED), np.zeros(rows, dtype=np.int64)
@@ -78,7 +96,7 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     failed = (codes != kernel.CERTIFIED) & (codes != kernel.IMPRECISE)
     bounds[failed], boxes[failed], signs[failed] = np.nan, np.nan, 0
     found = Certificate(codes, bounds, boxes, signs)
-    return Certificate(codes[0], bounds[0], boxes[0], signs[0]) if single else found
+    return found[0] if equilibrium.single else found
 
 
 def is_only_one(equilibrium: Equilibrium) -> bool:
@@ -87,7 +105,7 @@ def is_only_one(equilibrium: Equilibrium) -> bool:
     Theorem 1 of `docs/theory/uniqueness.md`: a point load on eyelets, no dead span modelled, cables that weigh and
     stretch.
     """
-    free = equilibrium.lengths - equilibrium.column(layout.DEAD_LENGTH)
-    plain = (equilibrium.column(layout.UNKNOWNS) == 3) & (equilibrium.column(layout.RADIUS) == 0.0)
-    real = (equilibrium.column(layout.WEIGHT) > 0.0) & (equilibrium.column(layout.FREE_COMPLIANCE) > 0.0)
-    return bool(equilibrium.model.n == 3 and plain.all() and real.all() and (free > 0.0).all())
+    lines = equilibrium.lines
+    plain = ~lines.has_dead_span & (lines.radius == 0.0) & (equilibrium.lengths > lines.dead_length)
+    real = (lines.weight > 0.0) & (lines.free_compliance > 0.0)
+    return bool(equilibrium.model.n == 3 and plain.all() and real.all())

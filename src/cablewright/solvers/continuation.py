@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, Status
-from cablewright.kernels import continuation, layout
+from cablewright.kernels import continuation
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
+from cablewright.kernels.layout import Code
 from cablewright.kernels.statics import forward as kernel
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.models.statics import Model
@@ -74,7 +75,7 @@ class Tracker:
             raise InputError(f"lengths: {self.model.m} numbers over zero are wanted, in m; got {rows.tolist()}")
         pose, states = self.pose.copy(), self.states.copy()
         code, margin = self._follow(rows[0], pose, states)
-        if code == layout.Code.OK:
+        if code == Code.OK:
             self.pose, self.states, self.margin, self._lengths = pose, states, margin, rows[0]
             return Status.OK
         return Status.of(code)
@@ -85,7 +86,7 @@ class Tracker:
         """Code and margin of one step; *pose* and *states* are improved in place."""
         settings, packed = self.settings, self._packed
         tolerance = settings.tolerance if settings.certify else 0.0
-        if packed.platform[layout.MASSLESS] > 0.0:
+        if self.model.massless:
             return self._follow_massless(lengths, pose, states, tolerance), np.nan
         bounds = (settings.jump, settings.fold, tolerance)
         code, margin = continuation.follow(
@@ -98,8 +99,8 @@ class Tracker:
     ) -> int:
         """As `_follow`, with massless lines: a slack one has no shape, to linearise or to certify."""
         code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
-        if code == layout.Code.OK and tolerance > 0.0:
+        if code == Code.OK and tolerance > 0.0:
             pool = unfold(self._packed, self._pool)
             if certify(self._packed, lengths, pose, states, tolerance, pool) != CERTIFIED:
-                return int(layout.Code.UNCERTIFIED)
+                return int(Code.UNCERTIFIED)
         return int(code)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
+from cablewright.kernels.layout import Code
+from cablewright.models.packed_views import LineStates, blank_states
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.results import Figure, Result
 from cablewright.solvers.arguments import as_rows, run
 from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
@@ -43,9 +48,23 @@ FOUND = tuple(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Equilibria:
-    """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibria(Result):
+    """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows.
+
+    It has K as its length and yields each `Equilibrium`.
+    """
+
+    FIGURES: ClassVar = (
+        Figure("robot", "", "Name of the robot.", "solutions.model.robot.name"),
+        Figure("lengths", "m", "Unstrained lengths that all have.", lambda found: found.solutions.lengths[0]),
+        Figure("solutions", "", "Each equilibrium.", "_rows"),
+        Figure("complete", "", "Whether it is proved that there are no others."),
+        Figure("why", "", "What proves it, or why nothing does."),
+        Figure("undecided_boxes", "m", "Boxes of which an exhaustive search decided nothing.", "_undecided"),
+        Figure("starts", "1", "Solves begun."),
+        Figure("outside", "1", "Equilibria left out because they are outside the box."),
+    )
 
     solutions: Equilibrium
     certificates: Certificate
@@ -60,7 +79,42 @@ class Equilibria:
     @property
     def stable(self) -> NDArray[np.bool_]:
         """(K,) which return when pushed: statuses ok and overstretched."""
-        return np.isin(self.solutions.code, [layout.Code.OK, layout.Code.OVERSTRETCHED])
+        return np.isin(self.solutions.code, [Code.OK, Code.OVERSTRETCHED])
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self.solutions)
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        """Each equilibrium."""
+        return iter(self.solutions)
+
+    def __getitem__(self, index: Any) -> Equilibrium:
+        """One equilibrium, or some as a batch."""
+        return self.solutions[index]
+
+    def __repr__(self) -> str:
+        """Of what, and how many, in one line."""
+        proved = "complete" if self.complete else "not proved complete"
+        counts = f"{len(self)} found, {int(self.stable.sum())} stable, {proved}"
+        return f"Equilibria({self.solutions.model.robot.name!r}, {counts})"
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "status": one.status.word,
+                "stable": bool(stable),
+                "pose": one.pose,
+                "tensions": one.tensions,
+                "slack": slack,
+                "certified": proof.certified,
+                "bound": proof.bound,
+            }
+            for one, stable, slack, proof in zip(self, self.stable, self.slack, self.certificates, strict=True)
+        ]
+
+    def _undecided(self) -> list[dict[str, Any]]:
+        return [{"box": box, "why": why} for box, why in zip(self.undecided, self.undecided_why, strict=True)]
 
 
 def equilibria(
@@ -82,7 +136,7 @@ def equilibria(
     given, single = as_rows(lengths, model.m, "lengths", "m")
     if not single or not (given > 0.0).all():
         raise InputError(f"lengths: {model.m} numbers over zero are wanted, in m; got {given.tolist()}")
-    if model.packed.platform[layout.MASSLESS] > 0.0:
+    if model.massless:
         raise InputError("cables without weight: a slack one has no shape to tell equilibria by; use catenary")
     low, high = box_of(model, box)
     poses, heads = _starts(model, low, high, STARTS[model.n] if starts is None else starts, seed)
@@ -90,11 +144,11 @@ def equilibria(
     every = distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
     inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
     kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
-    if not len(kept.code):
+    if not len(kept):
         elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
-        raise AnswerError(f"no equilibrium was found for these lengths from {len(found.code)} starts{elsewhere}")
+        raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
     complete, why = _completeness(model, kept)
-    return Equilibria(kept, certify(kept), slack_spans(kept), len(found.code), outside, complete, why)
+    return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, complete, why)
 
 
 def _place(pose: Array) -> str:
@@ -134,7 +188,7 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
 
 def lever_patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Which levers to put on their head, (P, m): every pattern of few levers, some of many."""
-    levers = np.flatnonzero(model.packed.lines[:, layout.UNKNOWNS] == 6)
+    levers = np.flatnonzero(model.lines.has_lever)
     if len(levers) <= ALL_PATTERNS:
         signs = np.array(list(product((False, True), repeat=len(levers))), dtype=bool)
     else:
@@ -151,7 +205,7 @@ def solve_from(model: Model, lengths: Array, poses: Array, heads: NDArray[np.boo
     rounds = [solve_forward(model, lengths[None])]
     for pull in PULLS if heads.any() else PULLS[:1]:
         begun = poses.copy()
-        states = np.zeros((len(poses), model.m, layout.STATE))
+        states = blank_states(len(poses), model.m)
         started = np.zeros(len(poses), dtype=bool)
         repeated = np.repeat(lengths[None], len(poses), axis=0)
         batches.start_rows(packed, repeated, begun, heads, pull, states, started)
@@ -173,12 +227,12 @@ def _joined(parts: list[Equilibrium]) -> Equilibrium:
 
 def distinct(found: Equilibrium, known: Equilibrium | None = None) -> Equilibrium:
     """One row of each equilibrium, stable ones first, then from the lowest up; after those *known*, if any."""
-    stable = np.isin(found.code, [layout.Code.OK, layout.Code.OVERSTRETCHED])
+    stable = np.isin(found.code, [Code.OK, Code.OVERSTRETCHED])
     order = np.lexsort((found.pose[:, 2], ~stable))
     every, kept = found, []
     if known is not None:
-        every, kept = _joined([known, found]), list(range(len(known.code)))
-        order = order + len(known.code)
+        every, kept = _joined([known, found]), list(range(len(known)))
+        order = order + len(known)
     for row in order:
         if not any(_same(every, row, other) for other in kept):
             kept.append(int(row))
@@ -192,31 +246,29 @@ def _same(found: Equilibrium, one: int, other: int) -> bool:
         return False
     if len(pose) == 6 and angle_between(pose[3:], there[3:]) > SAME_POSE:
         return False
-    apart = found.states[one] - found.states[other]
-    angles = [layout.PHI, layout.PSI, layout.BETA]
-    apart[:, angles] = np.arctan2(np.sin(apart[:, angles]), np.cos(apart[:, angles]))
-    return bool(np.abs(apart).max() < SAME_SHAPE)
+    apart = LineStates(found.states[one] - found.states[other])
+    apart.angles = np.arctan2(np.sin(apart.angles), np.cos(apart.angles))
+    return bool(np.abs(apart.array).max() < SAME_SHAPE)
 
 
 def slack_spans(found: Equilibrium) -> NDArray[np.bool_]:
     """Which free spans are longer than the way from where they leave their sheave to the platform, (K, m)."""
-    away = found.platform_points - found.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    lines, states = found.lines, found.line_states
+    away = found.platform_points - lines.exit_point
     x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]
-    phi, beta = found.states[..., layout.PHI], found.states[..., layout.BETA]
-    turn, lever = found.column(layout.SIDE) * found.column(layout.RADIUS), found.column(layout.LEVER)
+    phi, beta, turn, lever = states.free_angle, states.lever_angle, lines.side * lines.radius, lines.lever
     chord = np.hypot(x - lever * np.cos(beta) + turn * np.sin(phi), z - lever * np.sin(beta) - turn * np.cos(phi))
-    return np.asarray(found.states[..., layout.FREE] > chord)
+    return np.asarray(states.free_length > chord)
 
 
 def _completeness(model: Model, found: Equilibrium) -> tuple[bool, str]:
     """Whether a theorem says that one equilibrium is all there is, and which; see `docs/theory/uniqueness.md`."""
-    lines = model.packed.lines
     if is_only_one(found):
         return True, "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
     if model.n == 6:
         return False, "a body may have more than were found: nothing bounds their number"
-    if (lines[:, layout.RADIUS] == 0.0).all():
+    if (model.lines.radius == 0.0).all():
         return False, "one is all there is with taut dead spans; loops in them may give others"
-    if (lines[:, layout.UNKNOWNS] == 6).any():
+    if model.lines.has_lever.any():
         return False, "levers may stand on their head: nothing proves that these are all"
     return False, "one is all there is with taut dead spans and cables that leave their sheaves forwards; others may be"

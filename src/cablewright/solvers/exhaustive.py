@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.progress import Progress
 from cablewright.solvers.arguments import run
 from cablewright.solvers.certify import certify
 from cablewright.solvers.equilibria import (
@@ -29,7 +30,6 @@ from cablewright.solvers.line_cover import atlases, refuse_unfit
 __all__ = ["ExhaustiveSearch", "begin", "exhaust"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 BLOCK = 512  # boxes judged between two looks at the clock
 LEAST = (0.02, 0.01, 0.005)
@@ -125,11 +125,7 @@ def _level(
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
     view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
 
-    def told(done: int, total: int) -> None:
-        if progress:
-            progress("shapes of the lines", done, total)
-
-    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, told)
+    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, progress)
     whole, saved = _volume(search.open), time.monotonic()
     try:
         while len(search.open):

@@ -6,23 +6,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
-from cablewright.models.fidelity import Fidelity
-from cablewright.models.statics import Equilibrium, Model, rows_of
-from cablewright.robot import Robot
+from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.packed_views import blank_states
+from cablewright.models.parameters import varied
+from cablewright.models.rows import rows_of
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Robot, parameters_of
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = ["forward", "solve_again", "solve_forward", "solve_from"]
 
 
 def forward(
-    robot: Robot,
+    robot: Robot | Model,
     lengths: ArrayLike,
     *,
     guess: ArrayLike | None = None,
-    cable: str = "catenary",
-    sheave: str | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
     modulus_factors: ArrayLike | None = None,
     retraction: ArrayLike | None = None,
 ) -> Equilibrium:
@@ -35,7 +38,7 @@ def forward(
     breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
     positive, and for rigid cables, whose tensions no lengths decide.
     """
-    model = Model(robot, Fidelity.of(cable, sheave))
+    model = Model.of(robot, cable=cable, sheave=sheave)
     return solve_forward(model, lengths, guess=guess, modulus_factors=modulus_factors, retraction=retraction)
 
 
@@ -54,15 +57,17 @@ def solve_forward(
     if not (length > 0.0).all():
         raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
     rows = len(length)
-    factors = _factors(modulus_factors, rows, model.m)
-    packed = model.rows(modulus_factors=factors, retraction=of_rows(retraction, rows, "retraction", "m"))
+    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
+    if modulus_factors is not None:
+        factors = _factors(modulus_factors, rows, model.m)
+        packed, length = varied(model.robot, packed, parameters_of(model.robot, "modulus"), factors, length)
     pose = np.zeros((rows, model.n))
     start = batches.COLD
     if guess is not None:
         given, _ = as_poses(model, guess, "guess")
         pose[:] = to_rows(given, rows, "guess")
         start = batches.CHAIN if path else batches.NEAR
-    batch = _solve(model, packed, length, pose, np.zeros((rows, model.m, layout.STATE)), start)
+    batch = _solve(model, packed, length, pose, blank_states(rows, model.m), start)
     return batch[0] if single else batch
 
 
@@ -113,9 +118,7 @@ def _solve(
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
 
 
-def _factors(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64] | None:
-    if values is None:
-        return None
+def _factors(values: ArrayLike, rows: int, m: int) -> NDArray[np.float64]:
     given = to_rows(as_rows(values, m, "modulus factors", "1")[0], rows, "modulus factors")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")

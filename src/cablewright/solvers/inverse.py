@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.kernels import batches, layout
-from cablewright.models.fidelity import Fidelity
+from cablewright.kernels import batches
+from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
@@ -15,11 +16,11 @@ __all__ = ["inverse", "solve_inverse"]
 
 
 def inverse(
-    robot: Robot,
+    robot: Robot | Model,
     poses: ArrayLike,
     *,
-    cable: str = "catenary",
-    sheave: str | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
     retraction: ArrayLike | None = None,
     preferred: ArrayLike | None = None,
@@ -32,11 +33,12 @@ def inverse(
     lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the answer's pose is
     complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
 
-    *cable* is ``rigid``, ``elastic`` or ``catenary``; *sheave* simplifies the sheaves as built; *tension_limits* (N)
-    replace the lines' own and hold along the whole line. An infeasible pose is an answer: its status says so and its
-    tensions are those that break the limits least. Raises `InputError` for numbers of the wrong count or not finite.
+    *cable* is ``rigid``, ``elastic`` or ``catenary``, the default; *sheave* simplifies the sheaves as built;
+    *tension_limits* (N) replace the lines' own and hold along the whole line. An infeasible pose is an answer: its
+    status says so and its tensions are those that break the limits least. Raises `InputError` for numbers of the wrong
+    count or not finite.
     """
-    model = Model(robot, Fidelity.of(cable, sheave), tension_limits)
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     return solve_inverse(model, poses, retraction=retraction, preferred=preferred)
 
 
@@ -61,7 +63,7 @@ def solve_inverse(
         preferred=_preferred(preferred, rows, model.m),
         exit_points=exit_points,
     )
-    states = np.zeros((rows, model.m, layout.STATE))
+    states = blank_states(rows, model.m)
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)

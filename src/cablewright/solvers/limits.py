@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import layout
 from cablewright.models.statics import Equilibrium
 from cablewright.robot import Robot
 
@@ -33,8 +32,7 @@ def swing_angles(equilibrium: Equilibrium) -> Array:
 
 def lever_angles(equilibrium: Equilibrium) -> Array:
     """Angle of each line's lever above the horizontal, rad; NaN where the model has no lever."""
-    has_lever = equilibrium.model.packed.lines[:, layout.UNKNOWNS] == 6.0
-    return np.where(has_lever, equilibrium.states[..., layout.BETA], np.nan)
+    return np.where(equilibrium.lines.has_lever, equilibrium.line_states.lever_angle, np.nan)
 
 
 def sheave_clearances(equilibrium: Equilibrium) -> Array:
@@ -42,12 +40,11 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 
     That is the ball about its exit point which reaches to the sheave's far rim. NaN where the model has no sheave.
     """
-    lines = equilibrium.model.packed.lines
-    exits = lines[:, layout.EXIT_X : layout.EXIT_Z + 1]
-    swept = lines[:, layout.LEVER] + lines[:, layout.RADIUS]
+    lines = equilibrium.model.lines
+    exits, swept = lines.exit_point, lines.lever + lines.radius
     points = equilibrium.platform_points
     nearest = np.min([np.linalg.norm(points[..., j, None, :] - exits, axis=-1) for j in range(len(exits))], axis=0)
-    return np.where(lines[:, layout.RADIUS] > 0.0, nearest - swept, np.nan)
+    return np.where(lines.radius > 0.0, nearest - swept, np.nan)
 
 
 def winch_torques(equilibrium: Equilibrium) -> Array:

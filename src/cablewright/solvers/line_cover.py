@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -11,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, InputError
-from cablewright.kernels import layout
 from cablewright.kernels.certificates import line_cell
 from cablewright.kernels.certificates.exclusion import Atlases
 from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
+from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.progress import Progress
 
 __all__ = ["atlases", "known_of", "refuse_unfit"]
 
@@ -36,16 +36,15 @@ def refuse_unfit(model: Model, lengths: Array) -> None:
     """Raise `InputError` for a machine or lengths that atlases do not cover."""
     if model.n != 3:
         raise InputError("exhaustive: only for a point load; a body's equilibria are found by many starts alone")
-    for line, row, length in zip(model.robot.lines, model.packed.lines, lengths, strict=True):
-        modelled = row[layout.UNKNOWNS] > 3.0
-        steep = row[layout.WINCH_Z] < 0.0 and -row[layout.WINCH_Z] >= abs(row[layout.WINCH_X])
-        if modelled and not steep:
+    for line, own, length in zip(model.robot.lines, map(LineNumbers, model.packed.lines), lengths, strict=True):
+        steep = own.winch_height < 0.0 and -own.winch_height >= abs(own.winch_distance)
+        if own.has_dead_span and not steep:
             raise InputError(f"exhaustive: line {line.name}: its dead span has to go down at 45 degrees or more")
-        if modelled and not -row[layout.WINCH_Z] > row[layout.LEVER] + row[layout.RADIUS]:
+        if own.has_dead_span and not -own.winch_height > own.lever + own.radius:
             raise InputError(f"exhaustive: line {line.name}: its winch exit has to be lower than its lever reaches")
-        if not row[layout.FREE_COMPLIANCE] > 0.0:
+        if not own.free_compliance > 0.0:
             raise InputError(f"exhaustive: line {line.name}: its cable has to stretch")
-        if not length - _most_dead(row) > 0.0:
+        if not length - _most_dead(own) > 0.0:
             raise InputError(f"exhaustive: line {line.name}: {length:g} m is too short to leave its sheave in any pose")
 
 
@@ -55,7 +54,7 @@ def atlases(
     box: Array,
     view: Array,
     level: int,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Atlases:
     """Atlases of the lines of *found*, (K,) equilibria of *lengths* (m,), which are known for certain.
 
@@ -63,7 +62,7 @@ def atlases(
     finer. *level*: 0, 1, ... ever finer. Raises `AnswerError` where they take too much memory.
     """
     packed = found.model.packed
-    exits = packed.lines[:, :3] - packed.lines[:, 3:6]
+    exits = found.model.lines.exit_point - found.model.lines.platform_point
     done: list[tuple[Array, Array]] = []
 
     def one(i: int) -> tuple[Array, Array]:
@@ -73,34 +72,28 @@ def atlases(
         for part in pool.map(one, range(len(lengths))):
             done.append(part)
             if progress:
-                progress(len(done), len(lengths))
+                progress("shapes of the lines", len(done), len(lengths))
     leaves = np.concatenate([part[0] for part in done])
     offsets = np.array([0, *np.cumsum([len(part[0]) for part in done])])
     free = np.stack([_free_by_label(part[0]) for part in done])
     labels, known = known_of(found)
-    platform = packed.platform
-    load = platform[layout.WRENCH : layout.WRENCH + 3] - [0.0, 0.0, platform[layout.PLATFORM_WEIGHT]]
-    weights = packed.lines[:, layout.WEIGHT].copy()
+    platform = PlatformNumbers(packed.platform)
+    load = platform.wrench[:3] - [0.0, 0.0, platform.weight]
+    weights = found.model.lines.weight.copy()
     return Atlases(exits, weights, load, leaves, offsets, free, np.stack([part[1] for part in done]), labels, known)
 
 
 def known_of(found: Equilibrium) -> tuple[NDArray[np.int64], Array]:
     """Labels (K, m) and numbers (K, m, 4) of equilibria whose dead spans hang taut; see `Atlases`."""
-    rows, states = found.model.packed.lines, found.states
-    t, phi, psi, beta = (
-        np.exp(states[..., layout.TAU]),
-        states[..., layout.PHI],
-        states[..., layout.PSI],
-        states[..., layout.BETA],
-    )
+    lines, states = found.model.lines, found.line_states
+    t, phi, psi, beta = states.tension, states.free_angle, states.dead_angle, states.lever_angle
     h, v = t * np.cos(phi), t * np.sin(phi)
-    has_lever, has_dead = rows[:, layout.UNKNOWNS] == 6.0, rows[:, layout.UNKNOWNS] > 3.0
-    pull = rows[:, layout.LEVER_MOMENT] / (np.where(has_lever, rows[:, layout.LEVER], 1.0) * t)
-    stands = has_lever & (pull * np.sin(beta) - np.cos(phi - beta) - np.cos(psi - beta) > 0.0)
-    rises = has_dead & (t * np.sin(psi) + rows[:, layout.WEIGHT] * states[..., layout.DEAD] > -1e-6 * t)
+    pull = lines.lever_moment / (np.where(lines.has_lever, lines.lever, 1.0) * t)
+    stands = lines.has_lever & (pull * np.sin(beta) - np.cos(phi - beta) - np.cos(psi - beta) > 0.0)
+    rises = lines.has_dead_span & (t * np.sin(psi) + lines.weight * states.dead_length > -1e-6 * t)
     usual = ~rises.any(axis=1) & (np.abs(phi) < np.pi).all(axis=1)
-    away = found.pose[:, None, :3] - (rows[:, :3] - rows[:, 3:6])
-    end = v + rows[:, layout.WEIGHT] * states[..., layout.FREE]
+    away = found.pose[:, None, :3] - (lines.exit_point - lines.platform_point)
+    end = v + lines.weight * states.free_length
     known = np.stack([h, end, away[..., 0], away[..., 1]], axis=-1)
     return stands[usual].astype(np.int64), np.ascontiguousarray(known[usual])
 
@@ -114,25 +107,25 @@ def _seen(box: Array, exit_point: Array) -> Array:
     return np.array([np.hypot(near[0], near[1]) - more, np.hypot(far[0], far[1]) + more, low[2] - more, high[2] + more])
 
 
-def _most_dead(row: Array) -> float:
+def _most_dead(own: LineNumbers) -> float:
     """More than any taut dead span and the contact take of a line's length: a span that only goes down and one way."""
-    if row[layout.UNKNOWNS] == 3.0:
-        return float(row[layout.DEAD_LENGTH] + 2.0 * np.pi * row[layout.RADIUS])
-    spans = abs(row[layout.WINCH_X]) + abs(row[layout.WINCH_Z]) + 2.0 * (row[layout.LEVER] + row[layout.RADIUS])
-    return float(spans + 2.0 * np.pi * row[layout.RADIUS])
+    if not own.has_dead_span:
+        return float(own.dead_length + 2.0 * np.pi * own.radius)
+    spans = abs(own.winch_distance) + abs(own.winch_height) + 2.0 * (own.lever + own.radius)
+    return float(spans + 2.0 * np.pi * own.radius)
 
 
-def _tensions(row: Array, length: float, far: float) -> Array:
+def _tensions(own: LineNumbers, length: float, far: float) -> Array:
     """Ends of the zones of tension at the sheave, N: the last is more than any within *far* (m) of the exit point."""
-    weight, compliance = row[layout.WEIGHT], row[layout.FREE_COMPLIANCE]
-    free = length - _most_dead(row)
+    weight, compliance = own.weight, own.free_compliance
+    free = length - _most_dead(own)
     least = LEAST_SHARE * weight * length
-    around = row[layout.LEVER] + row[layout.RADIUS]
+    around = own.lever + own.radius
     zones = [least, 60.0 * least]
-    if row[layout.UNKNOWNS] > 3.0:
-        depth = -row[layout.WINCH_Z]
-        full = 1.04 * weight * (depth + row[layout.LEVER])
-        stretched = 1.0 + row[layout.DEAD_COMPLIANCE] * weight * depth
+    if own.has_dead_span:
+        depth = -own.winch_height
+        full = 1.04 * weight * (depth + own.lever)
+        stretched = 1.0 + own.dead_compliance * weight * depth
         zones = [BARE * weight * (depth - around) / stretched, full, 3.0 * full]
     most = max(2.0 * zones[-1], 10.0 * weight * length)
     # a span goes at least so far along its own start: its weight never turns it back
@@ -144,11 +137,12 @@ def _tensions(row: Array, length: float, far: float) -> Array:
 def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> tuple[Array, Array]:
     """Leaves of one line, and the tensions that they cover."""
     row = np.ascontiguousarray(row)
-    zones = _tensions(row, length, float(np.hypot(seen[1], np.abs(seen[2:]).max())))
+    own = LineNumbers(row)
+    zones = _tensions(own, length, float(np.hypot(seen[1], np.abs(seen[2:]).max())))
     grains = GRAINS if len(zones) == 4 else GRAINS[1:]
-    widest = (2.0 if row[layout.RADIUS] > 0.0 else 1.0) * np.pi
-    psi, beta = (np.pi if row[layout.UNKNOWNS] > count else 0.0 for count in (4.0, 5.0))
-    dead = _most_dead(row) if row[layout.UNKNOWNS] > 3.0 else 0.0
+    widest = (2.0 if own.radius > 0.0 else 1.0) * np.pi
+    psi, beta = (np.pi if own.unknowns > count else 0.0 for count in (4.0, 5.0))
+    dead = _most_dead(own) if own.has_dead_span else 0.0
     first = np.array([0.0, dead, -psi, psi, -beta, beta])
     work, room = atlas_work(), ROOM
     while room <= MOST_ROOM:
@@ -162,19 +156,19 @@ def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> 
                 break
         else:
             kept = leaves[:count]
-            if row[layout.UNKNOWNS] == 3.0:
-                kept = np.concatenate([kept, _nearly_loose(row, length, zones[0])])
+            if not own.has_dead_span:
+                kept = np.concatenate([kept, _nearly_loose(own, length, zones[0])])
             return kept.copy(), np.array([zones[0], zones[-1]])
         room *= 2
     raise AnswerError(f"exhaustive: a line of {length:g} m takes more than {MOST_ROOM} leaves; a smaller box may do")
 
 
-def _nearly_loose(row: Array, length: float, least: float) -> Array:
+def _nearly_loose(own: LineNumbers, length: float, least: float) -> Array:
     """What a line can do with less tension at its sheave than is looked into: hang beside or above it, anyhow."""
-    own = np.full((1, line_cell.LEAF), np.nan)
-    weight, compliance = row[layout.WEIGHT], row[layout.FREE_COMPLIANCE]
-    reach = 1.001 * (length + row[layout.RADIUS]) * (1.0 + compliance * (least + weight * length))
-    below = 1.001 * (least / weight * (1.0 + compliance * least) + row[layout.RADIUS])
+    leaf = np.full((1, line_cell.LEAF), np.nan)
+    weight, compliance = own.weight, own.free_compliance
+    reach = 1.001 * (length + own.radius) * (1.0 + compliance * (least + weight * length))
+    below = 1.001 * (least / weight * (1.0 + compliance * least) + own.radius)
     spans = {
         line_cell.CELL_PHI: (-np.pi, np.pi),
         line_cell.CELL_TAU: (-700.0, np.log(least)),
@@ -189,9 +183,9 @@ def _nearly_loose(row: Array, length: float, least: float) -> Array:
     spans |= {line_cell.H: (-least, least), line_cell.V: (-least, least), line_cell.FREE_SPAN: (0.0, length)}
     spans |= {line_cell.BY_PHI: (-np.inf, np.inf), line_cell.BY_TAU: (-np.inf, np.inf)}
     for column, ends in spans.items():
-        own[0, column : column + 2] = ends
-    own[0, line_cell.LABEL], own[0, line_cell.GOOD] = line_cell.UNCLEAR, 0.0
-    return own
+        leaf[0, column : column + 2] = ends
+    leaf[0, line_cell.LABEL], leaf[0, line_cell.GOOD] = line_cell.UNCLEAR, 0.0
+    return leaf
 
 
 def _free_by_label(leaves: Array) -> Array:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import batches
+from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
+from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.arguments import run
 
@@ -17,13 +20,15 @@ __all__ = ["Linearisation", "TensionChanges", "linearise", "tension_changes"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Linearisation:
-    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch.
+@dataclass(frozen=True, eq=False, repr=False)
+class Linearisation(Rows):
+    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch, as `Rows` tells.
 
     `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised: with a rigid arc over
     the sheaves it is slightly unsymmetric. `motion` (n, m, 10): see the properties.
     """
+
+    SINGLE: ClassVar = ("stiffness", 2)
 
     stiffness: Array
     motion: Array
@@ -31,32 +36,32 @@ class Linearisation:
     @property
     def per_length(self) -> Array:
         """(n, m) motion of the platform per unstrained length paid out, m/m."""
-        return self.motion[..., 0]
+        return self.motion[..., LENGTH]
 
     @property
     def per_modulus(self) -> Array:
         """(n, m) motion per relative change of each line's Young's modulus, m."""
-        return self.motion[..., 1]
+        return self.motion[..., MODULUS]
 
     @property
     def per_exit_point(self) -> Array:
         """(n, m, 3) motion per exit point coordinate, m/m. A modelled winch exit follows sideways, not in height."""
-        return self.motion[..., 2:5]
+        return self.motion[..., EXIT : EXIT + 3]
 
     @property
     def per_sheave_radius(self) -> Array:
         """(n, m) motion per radius of each sheave, m/m; 0 where there is none. A swivel's centre moves with it."""
-        return self.motion[..., 5]
+        return self.motion[..., SHEAVE]
 
     @property
     def per_weight(self) -> Array:
         """(n, m) motion per relative change of each cable's linear density, m."""
-        return self.motion[..., 6]
+        return self.motion[..., WEIGHT_FACTOR]
 
     @property
     def per_platform_point(self) -> Array:
         """(n, m, 3) motion per platform point coordinate, platform frame, m/m."""
-        return self.motion[..., 7:]
+        return self.motion[..., POINT : POINT + 3]
 
     @property
     def per_wrench(self) -> Array:
@@ -71,7 +76,6 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     """
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
-    single = equilibrium.code.ndim == 0
     model, rows = equilibrium.model, equilibrium.code.size
     stiffness = np.zeros((rows, model.n, model.n))
     motion = np.zeros((rows, model.n, model.m, batches.PARAMETERS))
@@ -81,17 +85,20 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     if codes.any():
         row = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
-    return Linearisation(stiffness[0], motion[0]) if single else Linearisation(stiffness, motion)
+    found = Linearisation(stiffness, motion)
+    return found[0] if equilibrium.single else found
 
 
-@dataclass(frozen=True, eq=False)
-class TensionChanges:
+@dataclass(frozen=True, eq=False, repr=False)
+class TensionChanges(Rows):
     """How tensions at the sheaves change, N, at the N solved rows of a batch, to the first order.
 
     `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, while the platform stays. `by_point`
     (N, m, 3): per motion of the point that the line is tied to, N/m. `arms` (N, m, 3): that point from the platform's
     origin, m.
     """
+
+    SINGLE: ClassVar = ("own", 2)
 
     own: Array
     by_point: Array
@@ -100,7 +107,7 @@ class TensionChanges:
     @property
     def per_length(self) -> Array:
         """(N, m) per unstrained length of the line itself, N/m."""
-        return self.own[..., 0]
+        return self.own[..., LENGTH]
 
     def following(self, motion: Array) -> Array:
         """Change (N, m, k) of tensions with a *motion* (N, n, k) of the platform, m and rad."""

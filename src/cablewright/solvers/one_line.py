@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.kernels.statics.line import guess, lever_stable, settle, start_force
 from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.solvers.arguments import as_poses
@@ -66,8 +67,8 @@ def line_index(model: Model, line: LineKey) -> int:
 
 def planes_and_arms(lines: Array, poses: Array) -> tuple[Array, Array]:
     """Planes (N, m, 4), see `kernels.wrench.place`, and arms (N, m, 3) from the platform's origin, world, m."""
-    points = placed(poses, lines[..., layout.POINT_X : layout.POINT_Z + 1])
-    away = points - lines[..., layout.EXIT_X : layout.EXIT_Z + 1]
+    points = placed(poses, LineNumbers(lines).platform_point)
+    away = points - LineNumbers(lines).exit_point
     x = np.hypot(away[..., 0], away[..., 1])
     along = np.where(x[..., None] > 0.0, away[..., :2] / np.where(x > 0.0, x, 1.0)[..., None], [1.0, 0.0])
     return np.concatenate([along, x[..., None], away[..., 2:]], axis=-1), points - poses[..., None, :3]
@@ -75,7 +76,7 @@ def planes_and_arms(lines: Array, poses: Array) -> tuple[Array, Array]:
 
 def taut_lengths(lines: Array, planes: Array) -> Array:
     """Length (m,) of each line drawn taut in its plane (m, 4), without weight and stretch, m; NaN inside a sheave."""
-    lengths, y = np.full(len(lines), np.nan), np.zeros(layout.STATE)
+    lengths, y = np.full(len(lines), np.nan), blank_states()
     for i, (row, plane) in enumerate(zip(lines, planes, strict=True)):
         if np.isfinite(plane).all() and straight(row, plane[2], plane[3], TAUT, y):
             lengths[i] = whole_length(row, y)
@@ -92,21 +93,18 @@ def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
 
 def hang(row: Array, plane: Array, length: float, y: Array) -> int:
     """Set *y* to the line of unstrained *length* (m) in its plane (4,). Returns a code."""
-    x, z = plane[2], plane[3]
+    x, z, own = plane[2], plane[3], LineNumbers(row)
     if x <= UNDER:
         return Code.UNDER_EXIT
-    if math.isnan(length) or (
-        row[layout.UNKNOWNS] == 6.0 and math.hypot(x, z) < row[layout.LEVER] + row[layout.RADIUS]
-    ):
+    if math.isnan(length) or (own.has_lever and math.hypot(x, z) < own.lever + own.radius):
         return Code.INSIDE_SHEAVE
-    if row[layout.WEIGHT] == 0.0 and straight(row, x, z, batches.SLACK_TENSION, y) and whole_length(row, y) <= length:
+    if own.weight == 0.0 and straight(row, x, z, batches.SLACK_TENSION, y) and whole_length(row, y) <= length:
         return Code.OK
-    block, rhs = np.zeros((layout.STATE, layout.STATE)), np.zeros((layout.STATE, 3))
-    settled = np.full(layout.STATE, np.nan)
+    block, rhs, settled = np.zeros((y.size, y.size)), np.zeros((y.size, 3)), np.full(y.size, np.nan)
     for pull in LEVER_PULLS:
-        if not guess(row, x, z, length, pull * max(row[layout.WEIGHT], 1.0) * math.hypot(x, z), y):
+        if not guess(row, x, z, length, pull * max(float(own.weight), 1.0) * math.hypot(x, z), y):
             return Code.INSIDE_SHEAVE
-        if settle(row, x, z, length, y, block, rhs) and not _runs_back(row, y):
+        if settle(row, x, z, length, y, block, rhs) and not _runs_back(own, LineStates(y)):
             settled[:] = y
             if lever_stable(row, y):
                 break
@@ -114,12 +112,12 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
     return Code.NOT_CONVERGED if np.isnan(y).any() else Code.OK
 
 
-def _runs_back(row: Array, y: Array) -> bool:
+def _runs_back(own: LineNumbers, state: LineStates) -> bool:
     """Whether the tension at the sheave does not hold up the dead span: the excess then hangs below the winch."""
-    if row[layout.UNKNOWNS] in (3.0, 5.0):  # no dead span, or one that may sag
+    if own.unknowns in (3.0, 5.0):  # no dead span, or one that may sag
         return False
-    pull = math.exp(y[layout.TAU]) * math.sin(y[layout.PSI])
-    return bool(pull < 0.0 < pull + row[layout.WEIGHT] * y[layout.DEAD])
+    pull = math.exp(state.log_tension) * math.sin(state.dead_angle)
+    return bool(pull < 0.0 < pull + own.weight * state.dead_length)
 
 
 def _end_force(row: Array, y: Array) -> tuple[float, float]:
@@ -127,7 +125,7 @@ def _end_force(row: Array, y: Array) -> tuple[float, float]:
     if is_slack(row, y):
         return 0.0, 0.0
     h, v = start_force(y)
-    return h, v + row[layout.WEIGHT] * y[layout.FREE]
+    return h, v + LineNumbers(row).weight * LineStates(y).free_length
 
 
 def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
@@ -140,13 +138,14 @@ def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
 def most_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
     """How far line *i* can be let out at *pose* (1, n), m, and what ends it: a word of `slack.SlackSet`."""
     row, planes = model.packed.lines[i], planes_and_arms(model.packed.lines, pose)[0][0]
+    own = LineNumbers(row)
     taut = float(taut_lengths(model.packed.lines, planes)[i])
     capacity = model.robot.lines[i].winch.capacity
     most, ended_by = (math.inf, "nothing") if capacity is None else (capacity - taut, "capacity")
-    if row[layout.WEIGHT] == 0.0 or math.isnan(taut):
+    if own.weight == 0.0 or math.isnan(taut):
         return most, ended_by
-    y = np.zeros(layout.STATE)
-    floor = min(model.robot.scene.frame_min[2] - row[layout.EXIT_Z], planes[:, 3].min())
+    y = blank_states()
+    floor = min(model.robot.scene.frame_min[2] - own.exit_point[2], planes[:, 3].min())
 
     def ends(excess: float) -> str:
         if hang(row, planes[i], taut + excess, y) != Code.OK:
@@ -175,10 +174,10 @@ def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:
 def _lowest(row: Array, y: Array) -> float:
     """Height of the lowest point of a line's free span over its exit point, m."""
     h, v = start_force(y)
-    weight, compliance = row[layout.WEIGHT], row[layout.FREE_COMPLIANCE]
-    lowest = min(max(-v, 0.0), weight * y[layout.FREE])  # of the tension's way down, what is lost to the lowest point
-    turn = row[layout.SIDE] * row[layout.RADIUS]
-    begin = row[layout.LEVER] * math.sin(y[layout.BETA]) + turn * math.cos(y[layout.PHI])
-    end = v + lowest
-    fall = (math.hypot(h, v) - math.hypot(h, end)) / weight + 0.5 * compliance * (v * v - end * end) / weight
+    own, state = LineNumbers(row), LineStates(y)
+    lost = min(max(-v, 0.0), own.weight * state.free_length)  # of the tension's way down, to the lowest point
+    begin = own.lever * math.sin(state.lever_angle) + own.side * own.radius * math.cos(state.free_angle)
+    end = v + lost
+    fall = (math.hypot(h, v) - math.hypot(h, end)) / own.weight
+    fall += 0.5 * own.free_compliance * (v * v - end * end) / own.weight
     return float(begin - fall)

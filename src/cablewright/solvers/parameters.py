@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import layout
-from cablewright.kernels.statics import linearise as linearise_kernel
-from cablewright.models.parameters import lines_of
+from cablewright.models.packed_views import PlatformNumbers
+from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
-from cablewright.robot.parameters import AXES, Parameter
+from cablewright.robot.parameters import Parameter
 from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise
 
 __all__ = ["at_nozzle", "departures", "nozzle_response", "response", "tension_response"]
@@ -26,17 +25,16 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: 
     Motions are m and rad per the parameter's unit; a rotation is in space. *linear* is its linearisation, where there
     is one. Raises `AnswerError` where a row was not solved or is singular, `InputError` where cables are rigid.
     """
-    linear = linear or linearise(equilibrium)
+    linear = linearise(equilibrium) if linear is None else linear
     out = np.zeros((len(equilibrium.pose), equilibrium.model.n, len(parameters)))
     compliance = linear.per_wrench
     for k, parameter in enumerate(parameters):
-        wrench = _wrench(equilibrium, parameter)
-        if wrench is not None:
+        if parameter.kind in OF_PLATFORM:
+            wrench = _wrench(equilibrium, OF_PLATFORM[parameter.kind])
             out[:, :, k] = np.einsum("nij,nj->ni", compliance, wrench)
             continue
-        for i in lines_of(equilibrium.model.robot, parameter):
-            column, times = _column(equilibrium, parameter, i)
-            out[:, :, k] += linear.motion[:, :, i, column] * times[:, None]
+        for i, column, per in _columns(equilibrium, parameter):
+            out[:, :, k] += linear.motion[:, :, i, column] * per[:, None]
     return out
 
 
@@ -58,8 +56,8 @@ def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -
 
     That is their difference; for a modulus, whose compliance is what stretches, 1 - 1 / factor.
     """
-    modulus = np.array([parameter.kind == "modulus" for parameter in parameters])
-    return np.where(modulus, 1.0 / nominal.clip(min=1e-300) - 1.0 / np.where(modulus, values, 1.0), values - nominal)
+    inverse = np.array([one.kind in OF_LINES and OF_LINES[one.kind].by_inverse for one in parameters])
+    return np.where(inverse, 1.0 / nominal.clip(min=1e-300) - 1.0 / np.where(inverse, values, 1.0), values - nominal)
 
 
 def tension_response(
@@ -71,55 +69,32 @@ def tension_response(
     """
     out = changes.following(motion)
     for k, parameter in enumerate(parameters):
-        if _wrench(equilibrium, parameter) is None:
-            for i in lines_of(equilibrium.model.robot, parameter):
-                column, times = _column(equilibrium, parameter, i)
-                out[:, i, k] += changes.own[:, i, column] * times
+        for i, column, per in _columns(equilibrium, parameter):
+            out[:, i, k] += changes.own[:, i, column] * per
     return out
 
 
-def _column(equilibrium: Equilibrium, parameter: Parameter, i: int) -> tuple[int, Array]:
-    """Which parameter of the linearisation a number of line *i* is, and how many of its units one is, (N,) or (1,)."""
-    kind, axis = parameter.kind.partition(".")[::2]
-    lengths, cable, one = equilibrium.lengths[:, i], equilibrium.model.robot.lines[i].cable, np.ones(1)
-    if kind == "modulus":
-        return linearise_kernel.MODULUS, one
-    if kind == "exit_point":
-        return linearise_kernel.EXIT + AXES.index(axis), one
-    if kind == "platform_point":
-        return linearise_kernel.POINT + AXES.index(axis), one
-    if kind == "sheave_radius":
-        return linearise_kernel.SHEAVE, one
-    if kind == "linear_density":
-        return linearise_kernel.WEIGHT_FACTOR, one / cable.linear_density if cable.linear_density else 0.0 * one
-    if kind == "length_offset":
-        return linearise_kernel.LENGTH, one
-    if kind == "length_scale":
-        return linearise_kernel.LENGTH, lengths
-    assert kind == "temperature"
-    assert cable.thermal_expansion is not None
-    return linearise_kernel.LENGTH, lengths * cable.thermal_expansion
+def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
+    """Yield lines, which parameter of the linearisation their number is, and how many of its units (N,) one is."""
+    if parameter.kind in OF_LINES:
+        number, robot = OF_LINES[parameter.kind], equilibrium.model.robot
+        for i in lines_of(robot, parameter):
+            yield i, number.linear, number.per(robot.lines[i], equilibrium.lengths[:, i])
 
 
-def _wrench(equilibrium: Equilibrium, parameter: Parameter) -> Array | None:
-    """Change (N, n) of the wrench on the platform per a number of the platform; None for numbers of lines."""
-    kind, axis = parameter.kind.partition(".")[::2]
-    n, rows = equilibrium.model.n, len(equilibrium.pose)
-    wrench = np.zeros((rows, 6))
-    if kind in ("force", "moment"):
-        wrench[:, AXES.index(axis) + (3 if kind == "moment" else 0)] = 1.0
-        return wrench[:, :n]
-    if kind not in ("mass", "centre_of_mass"):
-        return None
-    if kind == "mass":
-        wrench[:, 2] = -equilibrium.model.robot.scene.gravity
+def _wrench(equilibrium: Equilibrium, column: int) -> Array:
+    """Change (N, n) of the wrench on the platform per a number of it, which stands in a *column* of the arrays."""
+    n, rows, width = equilibrium.model.n, len(equilibrium.pose), equilibrium.packed.platform.shape[1]
+    there, one = PlatformNumbers(equilibrium.packed.platform), PlatformNumbers(np.eye(width)[column])
+    if one.wrench.any():
+        return np.tile(one.wrench[:n], (rows, 1))
+    if one.weight > 0.0:  # one more kilogram, where the others are
+        pull, centre = np.array([equilibrium.model.robot.scene.gravity]), there.centre_of_mass
+    else:  # the weight that there is, elsewhere
+        pull, centre = there.weight, one.centre_of_mass[None]
+    force = np.broadcast_to(np.array([0.0, 0.0, -1.0]) * pull[:, None], (rows, 3))
+    wrench: Array = force * float(one.weight)
     if n == 6:
-        platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
-        turned = matrices(equilibrium.pose[:, 3:])
-        if kind == "mass":
-            centre = np.einsum("nij,nj->ni", turned, platform[:, layout.MASS_X : layout.MASS_Z + 1])
-            wrench[:, 3:] = np.cross(centre, wrench[:, :3])
-        else:
-            weight = platform[:, layout.PLATFORM_WEIGHT, None] * np.array([0.0, 0.0, -1.0])
-            wrench[:, 3:] = np.cross(turned[:, :, AXES.index(axis)], weight)
-    return wrench[:, :n]
+        arms = np.einsum("nij,nj->ni", matrices(equilibrium.pose[:, 3:]), np.broadcast_to(centre, (rows, 3)))
+        wrench = np.hstack([wrench, np.cross(arms, force)])
+    return wrench

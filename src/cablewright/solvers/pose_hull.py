@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.models.statics import Equilibrium
+from cablewright.progress import Progress
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 
 __all__ = ["PoseBox", "enclose_poses"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 BUDGET = 20_000
 """Leaves that a box may take unless told otherwise: some seconds."""
@@ -121,8 +119,8 @@ def enclose_poses(
 def _errors(equilibrium: Equilibrium, given: ArrayLike) -> Array:
     """Errors of the lengths (m,), checked."""
     equilibrium.model.refuse_rigid()
-    if equilibrium.code.ndim:
-        raise InputError(f"a single equilibrium is wanted; got {len(equilibrium.code)} rows")
+    if not equilibrium.single:
+        raise InputError(f"a single equilibrium is wanted; got {len(equilibrium)} rows")
     equilibrium.checked()
     m = equilibrium.model.m
     try:
@@ -150,7 +148,7 @@ def _nothing(equilibrium: Equilibrium, leaves: int, tests: int, reason: str) -> 
 def _self_stress(equilibrium: Equilibrium) -> Array:
     """Directions (m - n, m) of lengths in which tensions change and the pose hardly does, orthonormal."""
     points = equilibrium.platform_points
-    chords = points - equilibrium.column(slice(layout.EXIT_X, layout.EXIT_Z + 1))
+    chords = points - equilibrium.lines.exit_point
     ways = chords / np.linalg.norm(chords, axis=1)[:, None]
     if equilibrium.model.n == 6:
         ways = np.concatenate([ways, np.cross(points - equilibrium.pose[:3], ways)], axis=1)
@@ -169,16 +167,7 @@ def _sampled(equilibrium: Equilibrium, low: Array, high: Array) -> Array:
         share = np.concatenate([corners, *edges])
     else:
         share = np.random.default_rng(0).integers(0, 2, (SAMPLES, m)).astype(float)
-    rows = Equilibrium(
-        equilibrium.model,
-        equilibrium.packed,
-        equilibrium.pose[None],
-        equilibrium.lengths[None],
-        equilibrium.states[None],
-        np.zeros(1, dtype=np.int64),
-        np.zeros(1),
-        np.zeros(1, dtype=np.int64),
-    )
+    rows = replace(equilibrium[None], code=np.zeros(1, dtype=np.int64))
     solved = solve_again(rows, equilibrium.packed, low + share * (high - low), len(share))
     poses = np.concatenate([equilibrium.pose[None], solved.pose[solved.code == 0]])
     return np.array([poses.min(axis=0), poses.max(axis=0)])

@@ -21,12 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from cablewright.errors import InputError
-from cablewright.kernels import batches, layout
+from cablewright.kernels import batches
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.inverse import inverse_workspace, stays
 from cablewright.kernels.statics.line import extremes
 from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.arguments import as_poses, as_rows, run
 from cablewright.solvers.forward import solve_forward
@@ -71,13 +72,12 @@ def excess_lengths(equilibrium: Equilibrium) -> Array:
 
     NaN where there is no answer, or no tangent: the platform point is inside the sheave.
     """
-    single = equilibrium.code.ndim == 0
-    rows = equilibrium[None] if single else equilibrium
+    rows = equilibrium[None] if equilibrium.single else equilibrium
     planes, _ = planes_and_arms(rows.packed.lines, rows.pose)
     lines = np.broadcast_to(rows.packed.lines, (len(planes), *rows.packed.lines.shape[1:]))
     taut = np.array([taut_lengths(np.array(row), plane) for row, plane in zip(lines, planes, strict=True)])
     excess = rows.lengths - taut.reshape(rows.lengths.shape)
-    return np.asarray(excess[0] if single else excess)
+    return np.asarray(excess[0] if equilibrium.single else excess)
 
 
 def solve_with_slack(model: Model, poses: ArrayLike, excess: Excess) -> Equilibrium:
@@ -130,7 +130,7 @@ def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibriu
     rows, loose = len(pose), _loosened(model, slack)
     lines = loose.packed.lines
     planes, arms = planes_and_arms(lines, pose)
-    states, lengths = np.zeros((rows, model.m, layout.STATE)), np.zeros((rows, model.m))
+    states, lengths = blank_states(rows, model.m), np.zeros((rows, model.m))
     wrenches = np.zeros((rows, 6))
     hung = np.zeros(rows, dtype=np.int64)
     for j in range(rows):
@@ -145,7 +145,7 @@ def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibriu
     states[(hung != 0) | np.isnan(states).any(axis=(1, 2))] = np.nan
     lengths[np.isnan(states).any(axis=(1, 2))] = np.nan
     violations[hung != 0] = 0.0
-    _judge(loose.packed, pose, planes, states, slack, codes, violations)
+    _judge(loose, pose, planes, states, slack, codes, violations)
     return Equilibrium(loose, loose.rows(), pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
 
 
@@ -168,18 +168,18 @@ def _hold(
     rows, packed = len(pose), model.packed
     taut = [i for i in range(model.m) if i not in slack]
     lines = np.repeat(packed.lines[None, taut], rows, axis=0)
-    platform = np.repeat(packed.platform[None], rows, axis=0)
-    platform[:, layout.WRENCH : layout.WRENCH + model.n] += wrenches[:, : model.n]
-    found, paid = np.zeros((rows, len(taut), layout.STATE)), np.zeros((rows, len(taut)))
+    platform = PlatformNumbers(np.repeat(packed.platform[None], rows, axis=0))
+    platform.wrench[:, : model.n] += wrenches[:, : model.n]
+    found, paid = blank_states(rows, len(taut)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
-    arrays = (Packed(model.n, lines, platform), pose, found, paid, codes, violations)
+    arrays = (Packed(model.n, lines, platform.array), pose, found, paid, codes, violations)
     run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, False)
     states[:, taut], lengths[:, taut] = found, paid
     return codes, violations
 
 
 def _judge(
-    packed: Packed,
+    model: Model,
     pose: Array,
     planes: Array,
     states: Array,
@@ -188,6 +188,7 @@ def _judge(
     violations: Array,
 ) -> None:
     """Judge the whole machine where the taut lines hold it, in place: slack lines too have limits, and stiffness."""
+    packed, most = model.packed, model.lines.tension_max
     work = inverse_workspace(packed)
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
         if np.isnan(states[j]).any():
@@ -195,7 +196,7 @@ def _judge(
         codes[j] = judge(packed, states[j], planes[j])
         if codes[j] != Code.OK:
             continue
-        over = [extremes(packed.lines[i], states[j, i])[1] - packed.lines[i, layout.TENSION_MAX] for i in slack]
+        over = [extremes(packed.lines[i], states[j, i])[1] - most[i] for i in slack]
         if max(over, default=0.0) > 0.0:
             codes[j], violations[j] = Code.INFEASIBLE, max(over)
         elif packed.freedoms == 6:
@@ -289,8 +290,8 @@ def tangent_angle(equilibrium: Equilibrium, line: LineKey, distance: float) -> A
     is not there, and a distance that is negative or longer than the free span.
     """
     i = line_index(equilibrium.model, line)
-    states = equilibrium.states[..., i, :]
-    free, weight = states[..., layout.FREE], equilibrium.column(layout.WEIGHT)[..., i]
+    states = LineStates(equilibrium.states[..., i, :])
+    free, weight = states.free_length, equilibrium.lines.weight[..., i]
     _check_distance(equilibrium.model, i, distance, float(np.nanmin(free)) if np.isfinite(free).any() else math.inf)
     angle = _angle(states, weight, distance)
     return np.where((weight == 0.0) & (equilibrium.tensions[..., i] == 0.0), np.nan, angle)
@@ -302,10 +303,10 @@ def _check_distance(model: Model, i: int, distance: float, most: float) -> None:
         raise InputError(f"distance = {distance:g} m: 0 to {most:g} m along line {name!r} is wanted")
 
 
-def _angle(states: Array, weight: Array | float, distance: float) -> Array:
-    """Angle (...) of the tangent of free spans with *states* (..., 6), rad."""
-    tension, phi = np.exp(states[..., layout.TAU]), states[..., layout.PHI]
-    end = tension * np.sin(phi) + weight * (states[..., layout.FREE] - distance)
+def _angle(states: LineStates, weight: Array | float, distance: float) -> Array:
+    """Angle (...) of the tangent of free spans with *states*, rad."""
+    tension, phi = states.tension, states.free_angle
+    end = tension * np.sin(phi) + weight * (states.free_length - distance)
     return np.asarray(np.arctan2(end, tension * np.cos(phi)))
 
 
@@ -355,25 +356,25 @@ def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> t
     """Place of a line with a shape, the planes (m, 4) at *pose* and its taut length, m. Raises `InputError`."""
     i = line_index(model, line)
     row, name = model.packed.lines[i], model.robot.lines[i].name
-    if row[layout.WEIGHT] == 0.0:
+    if model.lines.weight[i] == 0.0:
         raise InputError(
             f"cable = {model.fidelity.cable.value}: a slack line without weight has no shape; use catenary"
         )
     _, planes = one_pose(model, pose)
-    y = np.zeros(layout.STATE)
+    y = blank_states()
     if planes[i, 2] <= UNDER or not straight(row, planes[i, 2], planes[i, 3], TAUT, y):
         raise InputError(
             f"pose: line {name!r} has no plane or no tangent there: under its exit point, or in its sheave"
         )
-    _check_distance(model, i, distance, 0.5 * float(y[layout.FREE]))
+    _check_distance(model, i, distance, 0.5 * float(LineStates(y).free_length))
     return i, planes, float(whole_length(row, y))
 
 
 def _hung_angle(row: Array, plane: Array, taut: float, distance: float, excess: float) -> float:
-    y = np.zeros(layout.STATE)
+    y = blank_states()
     if hang(row, plane, taut + excess, y) != Code.OK:
         return math.nan
-    return float(_angle(y, row[layout.WEIGHT], distance))
+    return float(_angle(LineStates(y), LineNumbers(row).weight, distance))
 
 
 def let_out(model: Model, lengths: ArrayLike, line: LineKey, by: ArrayLike) -> Equilibrium:

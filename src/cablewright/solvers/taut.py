@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import layout
 from cablewright.kernels.statics import taut
+from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Model
 from cablewright.solvers.one_line import TAUT
 
@@ -32,6 +32,6 @@ def taut_at(model: Model, position: Array) -> Taut:
     m = model.m
     found, planes, toward = np.empty((m, taut.FOUND)), np.empty((m, 4)), np.empty((m, 3))
     place = np.array(position, dtype=np.float64)
-    taut.draw(model.packed.lines, place, TAUT, np.zeros(layout.STATE), found, planes, toward)
+    taut.draw(model.packed.lines, place, TAUT, blank_states(), found, planes, toward)
     angles, free, lengths = np.ascontiguousarray(found.T)
     return Taut(angles, free, lengths, toward, planes)

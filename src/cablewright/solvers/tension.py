@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels.layout import TENSION_MAX, TENSION_MIN, WRENCH, Code, Packed
+from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
@@ -250,9 +251,9 @@ def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: Array
         return packed
     given, single = as_rows(wrench, model.n, "wrench", "N and N m")
     given = to_rows(given, 1 if single else rows, "wrench")
-    platform = np.repeat(packed.platform[:1], len(given), axis=0)
-    platform[:, WRENCH : WRENCH + model.n] = given
-    return Packed(packed.freedoms, packed.lines, platform)
+    platform = PlatformNumbers(np.repeat(packed.platform[:1], len(given), axis=0))
+    platform.wrench[:, : model.n] = given
+    return Packed(packed.freedoms, packed.lines, platform.array)
 
 
 def _swept(packed: Packed, poses: Array, method: int, curvature: Array, bias: Array) -> Found:
@@ -267,7 +268,7 @@ def _searched(packed: Packed, poses: Array, objective: Objective) -> Found:
     """Least of a general objective, from the tensions furthest from the limits, in the null space of each pose."""
     m = packed.lines.shape[1]
     tensions, margins, codes = _swept(packed, poses, distribution.WIDEST, np.ones(m), np.zeros(m))
-    limits = np.broadcast_to(packed.lines[:, :, TENSION_MIN : TENSION_MAX + 1], (len(poses), m, 2))
+    limits = np.broadcast_to(LineNumbers(packed.lines).tension_limits, (len(poses), m, 2))
     A, _ = _structures(packed, poses)
     for row in np.flatnonzero(codes == 0):
         found = _search(objective, A[row], tensions[row], *limits[row].T)

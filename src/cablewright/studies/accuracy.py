@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import Literal, Self, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from cablewright.analyses.accuracy.nozzle_error import Accuracy, Progress, accuracy
-from cablewright.analyses.accuracy.spread import Method
-from cablewright.analyses.workspace.accessible import Accessible, Rule, accessible, sheave_rules
+from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions, AccuracyQuestion
+from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
+from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
+from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.models.fidelity import Fidelity
-from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
-from cablewright.solvers.arguments import silent
 from cablewright.studies.job_poses import along
 
 __all__ = [
@@ -27,8 +25,6 @@ __all__ = [
     "accuracy_over",
     "accuracy_over_job",
     "accuracy_over_workspace",
-    "along_helix",
-    "on_plane",
 ]
 
 Array = NDArray[np.float64]
@@ -47,6 +43,71 @@ class Places:
     distance: Array | None = None  # (N,) m, along a helix or a path
     axes: tuple[Array, ...] = ()  # coordinates of a grid's nodes: x and y of a plane, x, y and z of the workspace
 
+    @classmethod
+    def helix(
+        cls, robot: Robot, radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP
+    ) -> Self:
+        """A helix about the frame's upright middle axis, from height *low* to *high*, with places every *step*, m.
+
+        *radius* and *pitch*, its rise per turn, in m. Raises `InputError` for what is no helix, leaves the frame, or
+        has too many places.
+        """
+        if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
+            asked = f"{radius:g},{pitch:g},{low:g},{high:g}"
+            raise InputError(f"helix {asked}: radius and pitch over 0 and Z0 < Z1 are wanted")
+        middle, widest = _middle(robot)
+        if radius > widest:
+            raise InputError(f"helix radius {radius:g} m: the frame of {robot.name} allows at most {widest:g} m")
+        for height in (low, high):
+            _require_height(robot, "helix", height)
+        turn = float(np.hypot(2.0 * np.pi * radius, pitch))
+        length = (high - low) / pitch * turn
+        count = _counted(length / step + 1.0)
+        distance = np.linspace(0.0, length, count)
+        angle = 2.0 * np.pi * distance / turn
+        around = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+        return cls("helix", np.column_stack([around, np.linspace(low, high, count)]), distance)
+
+    @classmethod
+    def plane(cls, robot: Robot, height: float, half_width: float | None, step: float) -> Self:
+        """A square of nodes about the frame's middle at a *height*, to *half_width* from it, at most *step* apart, m.
+
+        As wide as the frame where no half-width is given. Raises `InputError` for a plane outside the frame, or too
+        many places.
+        """
+        middle, widest = _middle(robot)
+        half_width = widest if half_width is None else half_width
+        if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
+            raise InputError(f"half-width {half_width:g} m, step {step:g} m: over 0, and the step at most the width")
+        if half_width > widest:
+            raise InputError(f"half-width {half_width:g} m: the frame of {robot.name} allows at most {widest:g} m")
+        _require_height(robot, "plane", height)
+        count = _counted(2.0 * half_width / step + 1.0 - 1e-9)
+        _counted(float(count) ** 2)
+        axes = tuple(centre + np.linspace(-half_width, half_width, count) for centre in middle)
+        x, y = np.meshgrid(*axes, indexing="ij")
+        positions = np.column_stack([x.ravel(), y.ravel(), np.full(count * count, height)])
+        return cls("plane", positions, axes=axes)
+
+
+def _middle(robot: Robot) -> tuple[Array, float]:
+    """The middle (2,) of the frame seen from above, and its distance from the nearest side, m."""
+    low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
+    return 0.5 * (low + high), float(0.5 * (high - low).min())
+
+
+def _require_height(robot: Robot, what: str, height: float) -> None:
+    low, high = robot.scene.frame_min[2], robot.scene.frame_max[2]
+    if not low <= height <= high:
+        raise InputError(f"{what} at {height:g} m: the frame of {robot.name} is from {low:g} to {high:g} m high")
+
+
+def _counted(number: float) -> int:
+    """*number* of places, rounded up. Raises `InputError` for too many."""
+    if not number <= MOST_PLACES:
+        raise InputError(f"{number:.3g} places; at most {MOST_PLACES} are allowed: take a larger step")
+    return max(2, int(np.ceil(number)))
+
 
 @dataclass(frozen=True, eq=False)
 class Study:
@@ -54,8 +115,8 @@ class Study:
 
     places: Places
     accuracy: Accuracy
-    accessible: Accessible | None  # of a workspace
-    rules: tuple[Rule, ...]
+    workspace: BoundaryLimits | None  # where the shape is the workspace
+    rules: tuple[SheaveRule, ...]
 
     def summary(self) -> dict[str, object]:
         """The figures of the command line's JSON, SI."""
@@ -90,8 +151,9 @@ class Study:
             "contributions": self._contributions(),
             "sheave_rules": [rule.__dict__ for rule in self.rules],
         }
-        if self.accessible is not None:
-            values |= {"volume": self.accessible.volume, "ends": [edge.__dict__ for edge in self.accessible.edges]}
+        if self.workspace is not None:
+            ends = [asdict(each) for each in self.workspace.by_limit]
+            values |= {"volume": self.workspace.nodes.trapezoid_volume, "ends": ends}
         return values
 
     def _contributions(self) -> list[dict[str, object]]:
@@ -101,132 +163,52 @@ class Study:
         return [{"parameter": labels[k], "effect": float(sizes[k])} for k in np.argsort(-sizes, kind="stable")]
 
 
-def along_helix(robot: Robot, radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP) -> Places:
-    """A helix about the frame's upright middle axis, from height *low* to *high*, with places every *step*, m.
-
-    *radius* and *pitch*, its rise per turn, in m. Raises `InputError` for what is no helix, leaves the frame, or has
-    too many places.
-    """
-    if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
-        raise InputError(f"helix {radius:g},{pitch:g},{low:g},{high:g}: radius and pitch over 0 and Z0 < Z1 are wanted")
-    middle, widest = _middle(robot)
-    if radius > widest:
-        raise InputError(f"helix radius {radius:g} m: the frame of {robot.name} allows at most {widest:g} m")
-    for height in (low, high):
-        _require_height(robot, "helix", height)
-    turn = float(np.hypot(2.0 * np.pi * radius, pitch))
-    length = (high - low) / pitch * turn
-    count = _counted(length / step + 1.0)
-    distance = np.linspace(0.0, length, count)
-    angle = 2.0 * np.pi * distance / turn
-    around = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    return Places("helix", np.column_stack([around, np.linspace(low, high, count)]), distance)
-
-
-def on_plane(robot: Robot, height: float, half_width: float | None, step: float) -> Places:
-    """A square of nodes about the frame's middle at a *height*, to *half_width* from it and at most *step* apart, m.
-
-    As wide as the frame where no half-width is given. Raises `InputError` for a plane outside the frame, or too many
-    places.
-    """
-    middle, widest = _middle(robot)
-    half_width = widest if half_width is None else half_width
-    if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
-        raise InputError(f"half-width {half_width:g} m, step {step:g} m: over 0, and the step at most the width")
-    if half_width > widest:
-        raise InputError(f"half-width {half_width:g} m: the frame of {robot.name} allows at most {widest:g} m")
-    _require_height(robot, "plane", height)
-    count = _counted(2.0 * half_width / step + 1.0 - 1e-9)
-    _counted(float(count) ** 2)
-    axes = tuple(centre + np.linspace(-half_width, half_width, count) for centre in middle)
-    x, y = np.meshgrid(*axes, indexing="ij")
-    places = np.column_stack([x.ravel(), y.ravel(), np.full(count * count, height)])
-    return Places("plane", places, axes=axes)
-
-
-def _middle(robot: Robot) -> tuple[Array, float]:
-    """The middle (2,) of the frame seen from above, and its distance from the nearest side, m."""
-    low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
-    return 0.5 * (low + high), float(0.5 * (high - low).min())
-
-
-def _require_height(robot: Robot, what: str, height: float) -> None:
-    low, high = robot.scene.frame_min[2], robot.scene.frame_max[2]
-    if not low <= height <= high:
-        raise InputError(f"{what} at {height:g} m: the frame of {robot.name} is from {low:g} to {high:g} m high")
-
-
 def accuracy_over(
-    robot: Robot,
-    places: Places,
-    ranges: Sequence[Range] | None = None,
-    *,
-    poses: Array | None = None,
-    compensation: str = "none",
-    method: Method | None = None,
-    tension_limits: tuple[float, float] | None = None,
-    retraction: ArrayLike | None = None,
-    home: ArrayLike | None = None,
-    progress: Progress | None = None,
+    robot: Robot, places: Places, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
 ) -> Study:
-    """How far off *robot* is at *places*; all else as `accuracy`.
+    """How far off *robot* is at *places*, its platform unrotated; *ranges* and *options* as of `accuracy`.
 
-    *poses* (N, n) bring the nozzle there; unrotated when left out. Raises `InputError` for a robot whose lines do not
-    hold all its freedoms, `AnswerError` where it can be at none of the places.
+    Raises `InputError` for a robot whose lines do not hold all its freedoms, `AnswerError` where it can be at none of
+    the places.
     """
-    if robot.m < robot.n:
-        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
-    wanted = Model(robot).unrotated_at(places.positions) if poses is None else poses
-    found = accuracy(
-        robot,
-        wanted,
-        ranges,
-        compensation=compensation,
-        method=method,
-        tension_limits=tension_limits,
-        retraction=retraction,
-        home=home,
-        progress=progress,
-    )
-    if not np.isfinite(found.spread.max_error).any():
-        raise AnswerError(f"robot {robot.name}: at no place do the uncertain numbers leave an equilibrium")
-    return Study(places, found, None, sheave_rules(robot))
+    asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
+    return _studied(asked, places, asked.model.unrotated_at(places.positions))
 
 
 def accuracy_over_job(
-    robot: Robot, job: Job, ranges: Sequence[Range] | None = None, *, progress: Progress | None = None, **options: Any
+    robot: Robot, job: Job, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
 ) -> Study:
-    """`accuracy_over`, with its *options*, of the samples of a job's path, held as its schedule has it."""
-    report = progress or silent
-    samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
-    poses, retraction = along(robot, job, samples)
-    places = Places("path", samples.positions, samples.distance)
-    return accuracy_over(robot, places, ranges, poses=poses, retraction=retraction, progress=progress, **options)
+    """`accuracy_over`, with its *options*, the samples of a job's path, held as its schedule has it."""
+    asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
+    samples = job.samples(job.toolpath(asked.progress))
+    return _studied(asked, Places("path", samples.positions, samples.distance), *along(robot, job, samples))
 
 
 def accuracy_over_workspace(
-    robot: Robot,
-    step: float,
-    ranges: Sequence[Range] | None = None,
-    *,
-    progress: Progress | None = None,
-    **options: Any,
+    robot: Robot, step: float, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
 ) -> Study:
-    """`accuracy_over`, with its *options*, of a grid of *step* (m) over all that the machine can reach."""
-    model = Model(robot, Fidelity(), options.get("tension_limits"))
+    """`accuracy_over`, with its *options*, the nodes of a grid of *step* (m) that are in the static workspace."""
+    asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
+    nodes = count_nodes(asked.model, "static", step=step, progress=asked.progress)
+    if not nodes.counted:
+        raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
+    places = Places("workspace", nodes.places, axes=nodes.axes)
+    found = _studied(asked, places, asked.model.unrotated_at(places.positions))
+    return replace(found, workspace=boundary_limits(nodes))
+
+
+def _of_shape(asked: AccuracyQuestion) -> AccuracyQuestion:
+    """The question itself. Raises `InputError` where no shape can be gone through unrotated."""
+    robot = asked.model.robot
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
-    report = progress or silent
-    reach = accessible(model, step, lambda done, total: report("finding the workspace", done, total))
-    if not reach.inside.any():
-        raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
-    places = Places("workspace", reach.nodes[reach.inside.ravel()], axes=reach.axes)
-    found = accuracy_over(robot, places, ranges, poses=None, progress=progress, **options)
-    return replace(found, accessible=reach)
+    return asked
 
 
-def _counted(number: float) -> int:
-    """*number* of places, rounded up. Raises `InputError` for too many."""
-    if not number <= MOST_PLACES:
-        raise InputError(f"{number:.3g} places; at most {MOST_PLACES} are allowed: take a larger step")
-    return max(2, int(np.ceil(number)))
+def _studied(asked: AccuracyQuestion, places: Places, poses: Array, retraction: Array | None = None) -> Study:
+    """The study of *poses* (N, n) that bring the nozzle to *places*."""
+    found = asked.answer(asked.hold(poses, retraction))
+    robot = found.robot
+    if not np.isfinite(found.spread.max_error).any():
+        raise AnswerError(f"robot {robot.name}: at no place do the uncertain numbers leave an equilibrium")
+    return Study(places, found, None, sheave_rules(robot))

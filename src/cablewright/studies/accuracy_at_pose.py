@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
-from cablewright.analyses.accuracy.nozzle_error import COMPENSATIONS, Accuracy, Progress, accuracy
+from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions, AccuracyQuestion
 from cablewright.analyses.accuracy.region import Region, region
-from cablewright.analyses.accuracy.spread import FirstOrder, Method, SpreadProblem, Vertices, corner_values
+from cablewright.analyses.accuracy.spread import FirstOrder, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.models.fidelity import Fidelity
-from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.robot.uncertainty import Range, of_moduli
-from cablewright.solvers.forward import solve_forward
+from cablewright.robot.uncertainty import Range
 
 __all__ = ["AccuracyAtPose", "accuracy_at"]
 
@@ -113,40 +111,29 @@ def accuracy_at(
     pose: ArrayLike,
     ranges: Sequence[Range] | None = None,
     *,
-    compensation: str = "none",
-    method: Method | None = None,
-    tension_limits: tuple[float, float] | None = None,
-    home: ArrayLike | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    **options: Unpack[AccuracyOptions],
 ) -> AccuracyAtPose:
-    """All about the accuracy at one *pose* (n,), m and rad; see `accuracy` for the rest.
+    """All about the accuracy at one *pose* (n,), m and rad; *ranges* and *options* as of `accuracy`.
+
+    *seed* is that of the random points that are tried against the corners of the ranges.
 
     Raises `InputError` for what cannot be used, `AnswerError` where the pose cannot be held.
     """
-    known = tuple(of_moduli(robot) if ranges is None else ranges)
-    one = np.ravel(np.asarray(pose, dtype=np.float64))
     if seed < 0:
         raise InputError(f"seed = {seed}: at least 0 is wanted")
-    options: dict[str, Any] = {
-        "method": method,
-        "tension_limits": tension_limits,
-        "home": home,
-        "progress": progress,
-    }
-    found = accuracy(robot, one, known, compensation=compensation, **options)
+    asked = AccuracyQuestion.of(robot, ranges, **options)
+    there = asked.hold(np.ravel(np.asarray(pose, dtype=np.float64)))
+    found = asked.answer(there)
     if not np.isfinite(found.spread.max_error).any():
         raise AnswerError(f"robot {robot.name}: the uncertain numbers leave no equilibrium here")
-    remains = {compensation: found}
-    for name in COMPENSATIONS:
-        if name != compensation:
-            with suppress(AnswerError):  # a controller may have no lengths here that lead anywhere
-                remains[name] = accuracy(robot, one, known, compensation=name, **options)
-    model = Model(robot, Fidelity(), tension_limits)
-    nominal = solve_forward(model, found.commanded, guess=found.nominal)
-    problem = SpreadProblem(nominal, found.commanded, found.wanted, known)
-    corners = region(problem, corner_values(problem), inner=INNER, seed=seed)
+    remains = {}
+    for name, other in COMPENSATIONS.items():
+        with suppress(AnswerError):  # a controller may have no lengths here that lead anywhere
+            remains[name] = found if other is asked.compensation else replace(asked, compensation=other).answer(there)
+    corners = region(found.problem, corner_values(found.problem), inner=INNER, seed=seed)
     best = None
     if robot.m - robot.n in GRID:
-        best = best_tensions(model, found.wanted[0], known, Vertices() if len(known) <= ALL_VERTICES else FirstOrder())
-    return AccuracyAtPose(found, corners, {name: remains[name] for name in COMPENSATIONS if name in remains}, best)
+        quick = Vertices() if len(asked.ranges) <= ALL_VERTICES else FirstOrder()
+        best = best_tensions(there.equilibria, asked.ranges, quick)
+    return AccuracyAtPose(found, corners, remains, best)

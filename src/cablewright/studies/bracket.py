@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,18 +10,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.bracket.loads import Loads, loads_at
 from cablewright.analyses.bracket.stress import bracket_of, plate_peaks
-from cablewright.analyses.workspace.accessible import accessible
+from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
+from cablewright.progress import Progress, silent
 from cablewright.robot import Bracket
-from cablewright.solvers.arguments import silent
 from cablewright.studies.job_poses import along
 
 __all__ = ["SIZES", "Highest", "Varied", "highest", "highest_over_job", "highest_over_workspace", "sensitivity"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 SIZES = (
     ("baseplate", "thickness"),
@@ -123,7 +122,7 @@ def highest_over_job(
 ) -> Highest:
     """`highest` of the samples of a job's path. Raises `InputError` where the robot cannot follow it."""
     report = progress or silent
-    samples = job.samples(job.toolpath(lambda done, total: report("reading G-code", done, total or done)))
+    samples = job.samples(job.toolpath(report))
     poses, retraction = along(model.robot, job, samples)
     return highest(model, poses, bracket=bracket, retraction=retraction, times=times, progress=progress)
 
@@ -131,19 +130,17 @@ def highest_over_job(
 def highest_over_workspace(
     model: Model, step: float, *, bracket: Bracket | None = None, times: int = 2, progress: Progress | None = None
 ) -> Highest:
-    """`highest` of a grid of *step* (m) over all that the machine can reach, the platform unrotated.
+    """`highest` of the nodes of a grid of *step* (m) that are in the static workspace, the platform unrotated.
 
     Raises `InputError` for a bad step or a robot with fewer lines than freedoms, `AnswerError` where nothing is in
     reach.
     """
     if model.m < model.n:
         raise InputError(f"robot {model.robot.name}: {model.m} lines cannot hold {model.n} freedoms over a grid")
-    report = progress or silent
-    reach = accessible(model, step, lambda done, total: report("finding the workspace", done, total))
-    inside = reach.nodes[reach.inside.ravel()]
-    if not len(inside):
+    nodes = count_nodes(model, "static", step=step, progress=progress)
+    if not nodes.counted:
         raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")
-    return highest(model, model.unrotated_at(inside), bracket=bracket, times=times, progress=progress)
+    return highest(model, model.unrotated_at(nodes.places), bracket=bracket, times=times, progress=progress)
 
 
 def sensitivity(

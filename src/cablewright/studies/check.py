@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import Finding, LineQuantities, judge
-from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.rotation import angle_between
-from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import silent
-from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 from cablewright.studies.job_poses import along
 
-__all__ = ["Check", "check"]
+__all__ = ["Check", "PathStatics", "check"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, what is done of it and how much it is in all."""
 
 BLOCK = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 MET = 1e-6
@@ -35,8 +32,48 @@ MET = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
+class PathStatics:
+    """What k samples of a path ask of m lines. Arrays have one row per sample; SI."""
+
+    codes: NDArray[np.int64]  # (k,) status of the inverse problem
+    violations: Array  # (k,) N, by how much its tensions break their limits
+    tensions: Array  # (k, m) N, at the sheave
+    lines: LineQuantities  # (k, m) each: what limits bound
+    rigid_lengths: Array  # (k, m) m, what a machine without compensation would pay out
+    lengths: Array  # (k, m) m, compensated: what the winches should pay out
+    uncompensated: Array  # (k, n) poses that the platform then takes; NaN where none
+    elastic_only: Array  # (k, n) poses if only elasticity, not sag, were compensated
+    compensated: Array  # (k, n) poses with the compensated lengths
+
+    @classmethod
+    def of(cls, full: Model, poses: Array, retraction: Array | None) -> Self:
+        """Of neighbouring *poses* (k, n) at rest. Rows that the straight-line geometry refuses are NaN."""
+
+        def reached(lengths: Array, near: Array) -> Array:
+            return Reached.of(full, lengths, near, retraction=retraction, path=True).poses
+
+        held = solve_inverse(full, poses, path=True, retraction=retraction)
+        rigid, elastic = (
+            COMPENSATIONS[name].lengths(held, poses, retraction=retraction) for name in ("none", "elastic")
+        )
+        uncompensated = reached(rigid, poses)
+        start = np.where(np.isnan(uncompensated), poses, uncompensated)
+        return cls(
+            codes=held.code,
+            violations=held.violation,
+            tensions=held.tensions,
+            lines=LineQuantities.of(held),
+            rigid_lengths=rigid,
+            lengths=held.lengths,
+            uncompensated=uncompensated,
+            elastic_only=reached(elastic, poses),
+            compensated=reached(held.lengths, start),
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class Check:
-    """What `check` found. Arrays have one row per sample; k samples, m lines; SI."""
+    """What `check` found of k samples on m lines; SI."""
 
     robot: Robot
     job: Job
@@ -44,21 +81,7 @@ class Check:
     law: TimeLaw
     poses: Array  # (k, n) wanted of the platform's origin
     retraction: Array | None  # (k,) m, None where the job does not set it
-    rigid_lengths: Array  # (k, m) what a machine without compensation would pay out
-    uncompensated: Array  # (k, 3) where the nozzle then is
-    turned_uncompensated: Array  # (k,) rad, how far the platform then is turned from what is wanted; 0 for a point
-    lengths: Array  # (k, m) compensated lengths: what the winches should pay out
-    compensated: Array  # (k, 3) where the nozzle then is
-    turned_compensated: Array  # (k,) rad
-    elastic_only: Array  # (k, 3) where it would be if only elasticity, not sag, were compensated
-    tensions: Array  # (k, m) N, at the sheave
-    lowest_tension: Array  # (k, m) N, along each line
-    highest_tension: Array  # (k, m) N, along each line
-    swing: Array  # (k, m) rad, azimuth of the sheave from where its mounting faces; NaN where it has no limit
-    lever: Array  # (k, m) rad, lever angle; NaN where there is no lever
-    cable_speed: Array  # (k, m) m/s
-    torque: Array  # (k, m) N m at the drum; NaN where the drum is not known
-    codes: NDArray[np.int64]  # (k,) status of the inverse problem
+    statics: PathStatics
     findings: tuple[Finding, ...]
     feasible: bool
     verdict: str  # one sentence
@@ -66,32 +89,46 @@ class Check:
     layer_count: int
 
     @property
-    def time(self) -> Array:
-        """(k,) s, when each sample is reached."""
-        return self.law.time
+    def codes(self) -> NDArray[np.int64]:
+        """(k,) status of each sample's inverse problem."""
+        return self.statics.codes
 
     @property
-    def speed(self) -> Array:
-        """(k,) m/s, of the platform."""
-        return self.law.speed
+    def lengths(self) -> Array:
+        """(k, m) m, compensated: what the winches should pay out."""
+        return self.statics.lengths
 
-    @property
+    @cached_property
     def error_uncompensated(self) -> Array:
-        """(k,) m."""
-        return self._distance(self.uncompensated)
+        """(k,) m, of the nozzle."""
+        return self._error(self.statics.uncompensated)
 
-    @property
+    @cached_property
     def error_compensated(self) -> Array:
-        """(k,) m."""
-        return self._distance(self.compensated)
+        """(k,) m, of the nozzle."""
+        return self._error(self.statics.compensated)
 
-    @property
+    @cached_property
     def error_elastic_only(self) -> Array:
-        """(k,) m."""
-        return self._distance(self.elastic_only)
+        """(k,) m, of the nozzle."""
+        return self._error(self.statics.elastic_only)
 
-    def _distance(self, reached: Array) -> Array:
-        return np.asarray(np.linalg.norm(reached - self.samples.positions, axis=1))
+    @cached_property
+    def turn_uncompensated(self) -> Array:
+        """(k,) rad, how far the platform is turned from what is wanted; 0 for a point."""
+        return _turned(self.statics.uncompensated, self.poses)
+
+    @cached_property
+    def turn_compensated(self) -> Array:
+        """(k,) rad."""
+        return _turned(self.statics.compensated, self.poses)
+
+    def nozzle(self, poses: Array) -> Array:
+        """Where the nozzle is, (k, 3) m, at *poses* (k, n) of the platform."""
+        return Model(self.robot).nozzle(poses)
+
+    def _error(self, poses: Array) -> Array:
+        return np.asarray(np.linalg.norm(self.nozzle(poses) - self.samples.positions, axis=1))
 
     def summary(self) -> dict[str, object]:
         """The figures of the command line's JSON."""
@@ -103,15 +140,15 @@ class Check:
             "extruded_length": self.samples.extruded_length,
             "travel_length": self.samples.travel_length,
             "duration": self.law.duration,
-            "min_tension": _extreme(np.nanmin, self.lowest_tension),
-            "max_tension": _extreme(np.nanmax, self.highest_tension),
+            "min_tension": _extreme(np.nanmin, self.statics.lines.lowest_tension),
+            "max_tension": _extreme(np.nanmax, self.statics.lines.highest_tension),
             "max_error_uncompensated": _extreme(np.nanmax, self.error_uncompensated),
             "max_error_elastic_only": _extreme(np.nanmax, self.error_elastic_only),
             "max_error_compensated": _extreme(np.nanmax, self.error_compensated),
-            "max_turn_uncompensated": _extreme(np.nanmax, self.turned_uncompensated),
-            "max_turn_compensated": _extreme(np.nanmax, self.turned_compensated),
-            "max_winch_speed": _extreme(np.nanmax, self.cable_speed),
-            "max_winch_torque": _extreme(np.nanmax, self.torque),
+            "max_turn_uncompensated": _extreme(np.nanmax, self.turn_uncompensated),
+            "max_turn_compensated": _extreme(np.nanmax, self.turn_compensated),
+            "max_winch_speed": _extreme(np.nanmax, self.statics.lines.winch_speed),
+            "max_winch_torque": _extreme(np.nanmax, self.statics.lines.winch_torque),
             "findings": [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings],
             "ignored_words": self.unknown,
         }
@@ -143,62 +180,54 @@ def check(
     cannot follow or a G-code file that cannot be used; an infeasible job is an answer, not an error.
     """
     report = progress or silent
-    toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
+    toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     law = job.time_law(samples)
-    if tension_limits is not None:
-        Model(robot, Fidelity(), tension_limits)  # refuses limits that do not rise
-        lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in robot.lines)
-        robot = robot.model_copy(update={"lines": lines})
-    solved = _solve(robot, *along(robot, job, samples), report)
-    return _judged(robot, job, samples, law, solved, toolpath.unknown, toolpath.layer_count)
+    full = Model(robot, tension_limits=tension_limits)
+    if full.tension_limits is not None:
+        robot = robot.limited(full.tension_limits)
+    poses, retraction = along(robot, job, samples)
+    solved = _solve(full, poses, retraction, report)
+    speed = _cable_speed(solved.lengths, samples, law)
+    lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)  # one array for both
+    findings = judge(robot, poses[:, :3], solved.codes, solved.violations, lines)
+    found = Check(
+        robot=robot,
+        job=job,
+        samples=samples,
+        law=law,
+        poses=poses,
+        retraction=retraction,
+        statics=replace(solved, lines=lines),
+        findings=findings,
+        feasible=not solved.codes.any() and all(finding.violations == 0 for finding in findings),
+        verdict="",
+        unknown=toolpath.unknown,
+        layer_count=toolpath.layer_count,
+    )
+    missed = ~(found.error_compensated + found.turn_compensated <= MET) & (found.codes == 0)
+    found = replace(found, feasible=found.feasible and not missed.any())
+    return replace(found, verdict=_verdict(found, np.flatnonzero(missed)))
 
 
-def _solve(robot: Robot, poses: Array, retraction: Array | None, report: Progress) -> dict[str, Any]:
+def _solve(full: Model, poses: Array, retraction: Array | None, report: Progress) -> PathStatics:
     """All inverse and forward problems of the path, block by block."""
-    models = {law: Model(robot, Fidelity(law)) for law in CableLaw}
-    rows = len(poses)
-    blocks = []
+    rows, blocks = len(poses), []
     for first in range(0, rows, BLOCK):
         report("solving", first, rows)
         block = slice(first, first + BLOCK)
-        blocks.append(_solve_block(models, poses[block], None if retraction is None else retraction[block]))
+        blocks.append(PathStatics.of(full, poses[block], None if retraction is None else retraction[block]))
     report("solving", rows, rows)
-    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]} | {
-        "poses": poses,
-        "retraction": retraction,
-    }
+    solved: PathStatics = _joined(blocks)
+    return solved
 
 
-def _solve_block(models: dict[CableLaw, Model], poses: Array, retraction: Array | None) -> dict[str, NDArray[Any]]:
-    """One block: rows that the straight-line geometry refuses stay NaN."""
-    full = models[CableLaw.CATENARY]
-    inverse, rigid, elastic = (
-        solve_inverse(models[law], poses, path=True, retraction=retraction)
-        for law in (CableLaw.CATENARY, CableLaw.RIGID, CableLaw.ELASTIC)
-    )
-    lowest, highest = inverse.extremes()
-    uncompensated = _reached(full, rigid, poses, retraction)
-    start = np.where(np.isnan(uncompensated), poses, uncompensated)
-    compensated = _reached(full, inverse, start, retraction)
-    return {
-        "rigid_lengths": rigid.lengths,
-        "uncompensated": full.nozzle(uncompensated),
-        "turned_uncompensated": _turned(uncompensated, poses),
-        "lengths": inverse.lengths,
-        "compensated": full.nozzle(compensated),
-        "turned_compensated": _turned(compensated, poses),
-        "elastic_only": full.nozzle(_reached(full, elastic, poses, retraction)),
-        "tensions": inverse.tensions,
-        "lowest_tension": lowest,
-        "highest_tension": highest,
-        "swing": swing_angles(inverse),
-        "lever": lever_angles(inverse),
-        "torque": winch_torques(inverse),
-        "clearance": sheave_clearances(inverse),
-        "codes": inverse.code,
-        "violations": inverse.violation,
-    }
+def _joined(blocks: Sequence[Any]) -> Any:
+    """One value of all rows from those of each block: arrays, or dataclasses of them."""
+    first = blocks[0]
+    if isinstance(first, np.ndarray):
+        return np.concatenate(blocks)
+    return type(first)(*(_joined([getattr(block, each.name) for block in blocks]) for each in fields(first)))
 
 
 def _turned(poses: Array, wanted: Array) -> Array:
@@ -206,60 +235,6 @@ def _turned(poses: Array, wanted: Array) -> Array:
     if poses.shape[1] == 3:
         return np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
     return angle_between(poses[:, 3:], wanted[:, 3:])
-
-
-def _reached(full: Model, paid_out: Equilibrium, near: Array, retraction: Array | None) -> Array:
-    """The pose to which the full model says that the lengths paid out take the platform, (k, n); NaN where none."""
-    usable = np.isfinite(paid_out.lengths).all(axis=1) & (paid_out.lengths > 0.0).all(axis=1)
-    reached = np.full(near.shape, np.nan)
-    if usable.any():
-        retracted = None if retraction is None else retraction[usable]
-        solved = solve_forward(full, paid_out.lengths[usable], guess=near[usable], path=True, retraction=retracted)
-        reached[usable] = np.where(solved.ok[:, None], solved.pose, np.nan)
-    return reached
-
-
-def _judged(
-    robot: Robot,
-    job: Job,
-    samples: Samples,
-    law: TimeLaw,
-    solved: dict[str, Any],
-    unknown: dict[str, int],
-    layer_count: int,
-) -> Check:
-    """Limits and verdict of the solved path."""
-    speed = _cable_speed(solved["lengths"], samples, law)
-    quantities = LineQuantities(
-        solved["lowest_tension"],
-        solved["highest_tension"],
-        solved["lengths"],
-        solved["swing"],
-        solved["lever"],
-        speed,
-        solved["torque"],
-        solved.pop("clearance"),
-    )
-    codes, violations = solved.pop("codes"), solved.pop("violations")
-    findings = judge(robot, solved["poses"][:, :3], codes, violations, quantities)
-    missed = np.linalg.norm(solved["compensated"] - samples.positions, axis=1) + solved["turned_compensated"]
-    failed = np.flatnonzero(~(missed <= MET) & (codes == 0))
-    feasible = not len(failed) and not codes.any() and all(finding.violations == 0 for finding in findings)
-    found = Check(
-        robot=robot,
-        job=job,
-        samples=samples,
-        law=law,
-        cable_speed=speed,
-        codes=codes,
-        findings=findings,
-        feasible=feasible,
-        verdict="",
-        unknown=unknown,
-        layer_count=layer_count,
-        **solved,
-    )
-    return replace(found, verdict=_verdict(found, failed))
 
 
 def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:

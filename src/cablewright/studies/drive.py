@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -20,6 +19,7 @@ from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.curve import Wanted, draw
+from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
@@ -222,7 +222,7 @@ def drive(
     settings: DriveSettings | None = None,
     seed: int = 0,
     log: LogWriter | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Drive:
     """Drive *machine* for *duration* (s) along *way*, or hold it, and write each step to *log*.
 

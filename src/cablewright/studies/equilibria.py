@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
 from cablewright.errors import InputError
+from cablewright.file_output import whole_file
 from cablewright.kernels.layout import Packed
+from cablewright.progress import Progress
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
-from cablewright.studies.store import write_stream
 
 __all__ = ["search_all"]
 
@@ -28,7 +28,7 @@ def search_all(
     file: Path,
     *,
     time_limit: float,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Equilibria, bool]:
     """Search for what *found* may have missed, going on with *file* if it holds a part of the same search.
 
@@ -76,4 +76,5 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
 def _write(file: Path, question: str, search: ExhaustiveSearch) -> None:
     """Write how far the search is."""
     fields = {name: getattr(search, name) for name in FIELDS}
-    write_stream(file, lambda stream: np.savez(stream, question=np.array(question), **fields))
+    with whole_file(file, parents=True) as stream:
+        np.savez(stream, question=np.array(question), **fields)

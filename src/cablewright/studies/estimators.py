@@ -14,9 +14,9 @@ from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.room import Laser
-from cablewright.kernels.layout import TAU
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.machine.simulated.winches import coil_of
+from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
@@ -138,4 +138,4 @@ class _EncoderEstimator:
 
 
 def _tensions(tracker: Tracker | None) -> Array | None:
-    return None if tracker is None else np.asarray(np.exp(tracker.states[:, TAU]))
+    return None if tracker is None else np.asarray(LineStates(tracker.states).tension)

@@ -2,47 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.interference import (
     DEFAULT,
+    FIGURES,
     KINDS,
     Contact,
+    Distances,
     Free,
     Interference,
     InterferenceSettings,
+    Nearest,
+    distances,
     free_region,
-    interference,
     too_near,
 )
+from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.stl import StlMesh
+from cablewright.progress import Progress, silent
+from cablewright.results import Figure
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import silent
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
+from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["JobInterference", "interference_over_job"]
+__all__ = ["JobInterference", "interference"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")
 ROOM = 0.25  # of the part's largest side: how far about it the free region is looked for
 
 
-@dataclass(frozen=True, eq=False)
-class JobInterference:
-    """What `interference_over_job` found: k samples, m. A row of `contacts` is a sample."""
+@dataclass(frozen=True, eq=False, repr=False)
+class JobInterference(Distances):
+    """What `interference` found along a job: k samples, m. A row of `contacts` is a sample."""
+
+    FIGURES: ClassVar = (
+        *FIGURES,
+        Figure("job", "", "Name of the job.", "job.name"),
+        Figure("first_layer", "", "First layer at which a line is too near to the part."),
+        Figure("first_gcode_line", "", "Line of the G-code at which that happens."),
+        Figure("layer", "", "Layer of the smallest distance.", lambda found: found.at("layer")),
+        Figure("gcode_line", "", "Line of the G-code of the smallest distance.", lambda found: found.at("line")),
+        Figure("samples", "", "How many samples of the path were looked at.", lambda found: len(found.samples)),
+        Figure("unheld", "", "How many samples have a pose that cannot be held."),
+        Figure("bound", "m", "How far a line may be from the chords that stand for it."),
+        Figure("layers", "", "Numbers of the layers.", lambda found: found.layers()[0]),
+        Figure("layer_distances", "m", "Smallest distance from the part by layer.", lambda found: found.layers()[1]),
+        Figure(
+            "free_fraction",
+            "1",
+            "Share of the places about the whole part that stays free.",
+            "region.fraction",
+        ),
+        Figure("free_box", "m", "Where that share was looked for, lowest and highest of each axis.", "region.box"),
+    )
 
     robot: Robot
     job: Job
@@ -53,21 +80,26 @@ class JobInterference:
     margins: Array  # (k, 4) as `Interference.margins`
     bound: float  # m, how far any line may be from what stood for it
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
-    contacts: dict[str, Contact | None]  # the nearest of each of `KINDS`
+    contacts: Nearest
     closest: Interference | None  # the sample at which anything is nearest, alone; None if nothing is anywhere
     region: Free  # where the nozzle may be beside and above the whole part
 
     @property
-    def worst(self) -> Contact | None:
-        """Where a line is nearest to anything; None if there is nothing."""
-        found = [contact for contact in self.contacts.values() if contact is not None]
-        return min(found, key=lambda contact: contact.margin) if found else None
+    def unsolved(self) -> str | None:
+        """One word where a sample's pose cannot be held."""
+        return "infeasible" if self.unheld else None
 
     @property
     def first_sample(self) -> int | None:
         """The first sample at which a line touches the part or is nearer than the clearance; None if there is none."""
         near = np.flatnonzero(too_near(self.margins[:, PART], self.clearance))
         return int(near[0]) if len(near) else None
+
+    @property
+    def first_gcode_line(self) -> int | None:
+        """The line of the G-code of `first_sample`."""
+        at = self.first_sample
+        return None if at is None else int(self.samples.line[at])
 
     @property
     def first_layer(self) -> int | None:
@@ -80,6 +112,17 @@ class JobInterference:
         """At how many samples the pose cannot be held."""
         return int(np.count_nonzero(self.codes))
 
+    @property
+    def verdict(self) -> str:
+        """The status in one sentence, with the place in the job."""
+        if self.status in ("touching", "near"):
+            return f"{super().verdict} in layer {self.at('layer')}, G-code line {self.at('line')}"
+        return super().verdict.replace("held", f"held at {self.unheld} of {len(self.samples)} samples")
+
+    def at(self, column: str) -> int | None:
+        """A column of the samples at the smallest distance: its layer, its line of the G-code."""
+        return None if self.worst is None else int(getattr(self.samples, column)[self.worst.row])
+
     def layers(self) -> tuple[NDArray[np.int32], Array]:
         """The layers (L,), rising, and the smallest distance from the part while each was printed (L,), m."""
         numbers, of = np.unique(self.samples.layer, return_inverse=True)
@@ -88,22 +131,61 @@ class JobInterference:
         return numbers, least
 
 
-def interference_over_job(
-    model: Model,
-    job: Job,
+def interference(
+    robot: Robot | Model | Equilibrium,
+    where: ArrayLike | Job | None = None,
     *,
-    mesh: StlMesh | None = None,
+    part: TriangleMesh | None = None,
     clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
+    retraction: ArrayLike | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
-) -> JobInterference:
-    """Hold the lines against everything at each sample of *job*, the part as far as it is printed by then.
+) -> Interference | JobInterference:
+    """Signed distances of the lines, sagging, from each other, the platform, the frame and a part.
 
-    The part is the strands that the job lays, or *mesh*, which then is there up to the height of what has been laid.
-    Raises `InputError` where the robot cannot follow the job's schedule or the G-code cannot be used.
+    *where* is a pose (n,) or poses (N, n), m and rad, or a job, along which the part grows; an `Equilibrium` has its
+    own poses. *part* is what stands about, or, along a job, what is printed, there up to the height of what has been
+    laid; without it the strands that the job lays count. A line nearer than *clearance*, m, is too near; 0 is touching.
+    *retraction*, m, belongs to poses; a job's schedule sets it. Raises `InputError` where the robot cannot follow the
+    job's schedule or the G-code cannot be used.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> found = cw.interference(cw.load("jung2020"), [0.2, 0.1, 0.9])
+    >>> found.status
+    'free'
     """
-    report = progress or silent
-    toolpath = job.toolpath(lambda done, total: report("reading G-code", done, total or done))
+    if not (np.isfinite(clearance) and clearance >= 0.0):
+        raise InputError(f"clearance = {clearance:g}: a length of 0 or more is wanted, m")
+    if isinstance(where, Job):
+        if retraction is not None or isinstance(robot, Equilibrium):
+            raise InputError("retraction: a job's schedule sets it, and its poses: a robot or a model is wanted")
+        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+        return _over_job(model, where, part, clearance, settings, progress or silent)
+    if isinstance(robot, Equilibrium):
+        held = robot
+    elif where is None:
+        raise InputError("where: a pose, poses or a job is wanted")
+    else:
+        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+        held = solve_inverse(model, where, retraction=retraction)
+    return distances(held, part=None if part is None else of_mesh(part), clearance=clearance, settings=settings)
+
+
+def _over_job(
+    model: Model,
+    job: Job,
+    mesh: TriangleMesh | None,
+    clearance: float,
+    settings: InterferenceSettings,
+    report: Progress,
+) -> JobInterference:
+    """Hold the lines against everything at each sample of *job*, the part as far as it is printed by then."""
+    toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     poses, retraction = along(model.robot, job, samples)
     if mesh is None:
@@ -117,7 +199,7 @@ def interference_over_job(
         held = solve_inverse(
             model, poses[block], path=True, retraction=None if retraction is None else retraction[block]
         )
-        found.take(interference(held, part=part, now=now[block], settings=settings), first)
+        found.take(distances(held, part=part, now=now[block], settings=settings), first)
     report("holding lines against all", len(poses), len(poses))
     report("free region", 0, 1)
     region = free_region(model, part, *_around(part, model.robot), clearance=clearance, settings=settings)
@@ -144,7 +226,7 @@ class _Worst:
     margins: list[Array] = field(default_factory=list)
     codes: list[NDArray[np.int64]] = field(default_factory=list)
     bound: float = 0.0
-    contacts: dict[str, Contact | None] = field(default_factory=lambda: dict.fromkeys(KINDS))
+    contacts: Nearest = field(default_factory=Nearest)
     closest: Interference | None = None
     least: float = np.inf
 
@@ -153,17 +235,17 @@ class _Worst:
         self.margins.append(found.margins)
         self.codes.append(found.equilibrium.code)
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
-        for kind in KINDS:
-            here, known = found.nearest(kind), self.contacts[kind]
-            if here is not None and (known is None or here.margin < known.margin):
-                self.contacts[kind] = _moved(here, first)
+        self.contacts = Nearest(*map(partial(_nearer, first=first), self.contacts, found.contacts))
         worst = found.nearest()
         if worst is not None and worst.margin < self.least:
             self.least, self.closest = worst.margin, found[worst.row]
 
 
-def _moved(contact: Contact, by: int) -> Contact:
-    return replace(contact, row=contact.row + by)
+def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:
+    """The nearer of what is known and of what a block has whose first row is sample *first*."""
+    if here is None or (known is not None and known.margin <= here.margin):
+        return known
+    return replace(here, row=here.row + first)
 
 
 def _grown(samples: Samples) -> Array:

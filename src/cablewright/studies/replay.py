@@ -6,7 +6,7 @@ import math
 import time
 from array import array
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -18,6 +18,7 @@ from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.slackness import Taut
 from cablewright.machine.log.log import Entry, LogHead, read_log
+from cablewright.progress import Progress
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
@@ -157,7 +158,7 @@ def replay(
     estimator: str = "paper",
     lasers: Sequence[Laser] = (),
     *,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Replay:
     """Run *estimator* on the log at *path*. *lasers*: what an operator measured at the start.
 

@@ -6,12 +6,12 @@ import hashlib
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import IO, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
@@ -19,7 +19,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.files import appearing, refused
+from cablewright.file_output import cannot_write
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import Study
@@ -37,7 +37,6 @@ __all__ = [
     "write_check",
     "write_manifest",
     "write_places",
-    "write_stream",
 ]
 
 MANIFEST: Final = "manifest.json"
@@ -89,7 +88,9 @@ def run_folder(folder: Path) -> Iterator[Path]:
         yield part
         _take_place(part, folder, aside / "old")
     except OSError as reason:
-        raise EnvironmentFault(f"{folder}: cannot be written: {reason.strerror or reason}") from None
+        raise cannot_write(folder, reason) from None
+    except EnvironmentFault as fault:  # it names a file in what is about to be removed
+        raise EnvironmentFault(str(fault).replace(str(part), str(folder))) from None
     finally:
         shutil.rmtree(aside, ignore_errors=True)
         if made:
@@ -120,7 +121,7 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     whole = [field.name for field in table.schema if field.name not in floats]
     with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
         pa.parquet.write_table(table, sink, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats)
-    columns = {"time": np.round(check.time, 6)}
+    columns = {"time": np.round(check.law.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
     inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
@@ -174,19 +175,6 @@ def write_places(study: Study, folder: Path) -> None:
         pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
 
 
-def write_stream(file: Path, write: Callable[[IO[bytes]], object]) -> None:
-    """Have *write* fill a file, which appears whole, by rename, in a folder that is made if need be.
-
-    Raises `EnvironmentFault`.
-    """
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as reason:
-        raise refused(file, reason) from reason
-    with appearing(file) as stream:
-        write(stream)
-
-
 def robot_hash(robot: str) -> str:
     """Of the text of a library robot, or of a file."""
     if robot in library_names():
@@ -204,8 +192,8 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     """One row per sample, one column per quantity and line, SI."""
     samples = check.samples
     columns: dict[str, object] = {
-        "time": check.time,
-        "speed": check.speed,
+        "time": check.law.time,
+        "speed": check.law.speed,
         "distance": samples.distance,
         "layer": samples.layer,
         "gcode_line": samples.line,
@@ -214,17 +202,19 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     }
     for prefix, points in (
         ("", samples.positions),
-        ("uncompensated_", check.uncompensated),
-        ("elastic_only_", check.elastic_only),
-        ("compensated_", check.compensated),
+        ("uncompensated_", check.nozzle(check.statics.uncompensated)),
+        ("elastic_only_", check.nozzle(check.statics.elastic_only)),
+        ("compensated_", check.nozzle(check.statics.compensated)),
     ):
         columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
     if check.robot.n == 6:
         columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
-        columns |= {name: getattr(check, name) for name in ("turned_uncompensated", "turned_compensated")}
+        columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
     if check.retraction is not None:
         columns["retraction"] = check.retraction
-    for quantity in ("rigid_lengths", "lengths", "tensions", "cable_speed", "torque", "swing", "lever"):
-        values = getattr(check, quantity)
+    statics, lines = check.statics, check.statics.lines
+    by_line = {"rigid_lengths": statics.rigid_lengths, "lengths": check.lengths, "tensions": statics.tensions}
+    by_line |= {"cable_speed": lines.winch_speed, "torque": lines.winch_torque}
+    for quantity, values in (by_line | {"swing": lines.swing, "lever": lines.lever}).items():
         columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}
     return pa.table(columns)

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, straight
-from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
+from cablewright.file_output import write_whole
 from cablewright.models.statics import Model
+from cablewright.progress import Progress, silent
+from cablewright.results import plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
-from cablewright.solvers.arguments import silent
-from cablewright.studies.store import write_stream
 
 __all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]
 
-Progress = Callable[[str, int, int], None]
 
 COUNTS = ("volume", "nodes")
 INERTIAS = ("given", "box")
@@ -56,7 +56,7 @@ class Asked:
     box: tuple[float, ...] | None = None
     point: str = "nozzle"
     orientations: tuple[tuple[float, ...], ...] | None = None
-    retraction: float | Law | None = None
+    retraction: float | RetractionLaw | None = None
     seed: int = 0
     boundary_grid: int = GRID
     geometric: bool = True
@@ -73,7 +73,7 @@ class Asked:
             raise InputError("tolerance: does not go with count nodes, whose error is that of its grid")
         if not (math.isfinite(self.clearance) and self.clearance >= 0.0):
             raise InputError(f"sheave clearance {self.clearance:g}: a length of 0 or more is wanted, m")
-        if self.inertia == "box" and isinstance(self.retraction, Law):
+        if self.inertia == "box" and isinstance(self.retraction, RetractionLaw):
             raise InputError("inertia box: does not go with a retraction law, along which the box would change")
 
     @property
@@ -199,7 +199,7 @@ def _robots(robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: Ask
         made = changed(robot, dict(zip(ranges, values, strict=True)))
         if asked.inertia == "box":
             if asked.retraction is not None:
-                assert not isinstance(asked.retraction, Law)  # `Asked` refuses it
+                assert not isinstance(asked.retraction, RetractionLaw)  # `Asked` refuses it
                 made = made.retracted(asked.retraction)
             made = with_box_inertia(made)
         robots[values] = made
@@ -209,7 +209,7 @@ def _robots(robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: Ask
 def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combination:
     lines = model if asked.criterion == "static" else straight(model)
     if asked.count == "nodes":
-        nodes = count_nodes(lines, asked.criterion, grid=41 if asked.grid is None else asked.grid, **asked.of_workspace)
+        nodes = count_nodes(lines, asked.criterion, grid=asked.grid, **asked.of_workspace)
         volume, error, fraction, converged = nodes.volume, nodes.volume_error, nodes.fraction, True
     else:
         more: dict[str, Any] = {"tolerance": asked.tolerance, "grid": asked.grid, "seed": asked.seed}
@@ -223,7 +223,7 @@ def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combi
         holding=asked.holding,
         **asked.of_workspace,
     )
-    least, median, greatest = (None if math.isnan(value) else value for value in held.spread)
+    least, median, greatest = plain(held.spread)
     exits = nearest_exits(model.robot)
     return Combination(
         values=values,
@@ -302,5 +302,5 @@ class _Done:
             return
         held = _Stored(self.question, list(self.known.values()))
         content = (json.dumps(asdict(held), indent=1) + "\n").encode()
-        write_stream(self.file, lambda stream: stream.write(content))
+        write_whole(self.file, content, parents=True)
         self.written = time.monotonic()

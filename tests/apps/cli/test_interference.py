@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.analyses.interference import interference
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.interference import interference
 
 AT = ("--at", "0.2,0.1,0.9")
 KEYS = {
@@ -176,8 +176,8 @@ def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
         ([], "either a JOB or --at"),
         (["part.toml", *AT], "either a JOB or --at"),
         (["part.toml", "--retraction", "1.3"], "--retraction is for --at"),
-        ([*AT, "--clearance", "-1"], "--clearance = -1"),
-        ([*AT, "--clearance", "nan"], "--clearance = nan"),
+        ([*AT, "--clearance", "-1"], "clearance = -1"),
+        ([*AT, "--clearance", "nan"], "clearance = nan"),
         ([*AT, "--ends", "-1"], "ends = -1 m"),
         ([*AT, "--tolerance", "0"], "tolerance = 0 m"),
         ([*AT, "--mesh", "no.stl"], "No such file"),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.analyses.feasibility import Finding
+from cablewright.analyses.feasibility import Finding, LineQuantities
 from cablewright.printing import LayerTable, TimeLaw, layer_table, load_job
 from cablewright.robot import Robot, load, loads
-from cablewright.studies.check import Check
+from cablewright.studies.check import Check, PathStatics
 
 GRAVITY = 9.81
 
@@ -90,7 +90,6 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
     swing = np.arctan2(positions[:, 1:2] - exits[:, 1], positions[:, 0:1] - exits[:, 0])
     swing = np.angle(np.exp(1j * (swing - np.arctan2(-exits[:, 1], -exits[:, 0]))))
     winch = robot.lines[0].winch
-    lengths = span + 1e-3
     rate = np.gradient(span, axis=0) / np.maximum(np.gradient(law.time), 1e-6)[:, None] if k > 1 else 0 * span
     unknown = np.full((k, m), np.nan)
     findings = tuple(_findings(robot, samples, tensions))
@@ -101,21 +100,26 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         law=law,
         poses=positions,
         retraction=None,
-        rigid_lengths=span,
-        uncompensated=positions + sag[:, None] * down,
-        turned_uncompensated=np.zeros(k),
-        lengths=lengths,
-        turned_compensated=np.zeros(k),
-        compensated=positions + wobble * down,
-        elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
-        tensions=tensions,
-        lowest_tension=tensions - 4.0,
-        highest_tension=tensions + 0.5,
-        swing=swing if getattr(robot.lines[0].sheave, "swing", None) else unknown,
-        lever=-np.arctan2(drop, span) if getattr(robot.lines[0].sheave, "lever_range", None) else unknown,
-        cable_speed=np.clip(np.abs(rate), 0.0, 0.5),
-        torque=tensions * winch.drum_radius if winch.drum_radius else unknown,
-        codes=np.zeros(k, dtype=np.int64) if feasible else np.where(tensions[:, 0] < 20, 7, 0),
+        statics=PathStatics(
+            codes=np.zeros(k, dtype=np.int64) if feasible else np.where(tensions[:, 0] < 20, 7, 0),
+            violations=np.zeros(k),
+            tensions=tensions,
+            lines=LineQuantities(
+                lowest_tension=tensions - 4.0,
+                highest_tension=tensions + 0.5,
+                cable_length=span + 1e-3,
+                swing=swing if getattr(robot.lines[0].sheave, "swing", None) else unknown,
+                lever=-np.arctan2(drop, span) if getattr(robot.lines[0].sheave, "lever_range", None) else unknown,
+                winch_speed=np.clip(np.abs(rate), 0.0, 0.5),
+                winch_torque=tensions * winch.drum_radius if winch.drum_radius else unknown,
+                sheave_clearance=unknown,
+            ),
+            rigid_lengths=span,
+            lengths=span + 1e-3,
+            uncompensated=positions + sag[:, None] * down,
+            elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
+            compensated=positions + wobble * down,
+        ),
         findings=findings,
         feasible=feasible,
         unknown={"M104": 1},
@@ -125,15 +129,30 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
     return check, layer_table(samples, law)
 
 
+def arrays_of(check: Check) -> dict[str, np.ndarray]:
+    """All that the statics of a check say, by name."""
+    own = dict(vars(check.statics))
+    return own | vars(own.pop("lines"))
+
+
+def changed(check: Check, arrays: dict[str, np.ndarray], **fields) -> Check:
+    """The check with other *arrays* of its statics, and other *fields*."""
+    ours = {name: values for name, values in arrays.items() if hasattr(check.statics, name)}
+    lines = dataclasses.replace(
+        check.statics.lines, **{name: values for name, values in arrays.items() if name not in ours}
+    )
+    return dataclasses.replace(check, statics=dataclasses.replace(check.statics, lines=lines, **ours), **fields)
+
+
 def first_sample(check: Check, layers: LayerTable) -> tuple[Check, LayerTable]:
     """The same check of nothing but the start of the path."""
     kind = type(check.samples)
     samples = kind(**{field.name: getattr(check.samples, field.name)[:1] for field in dataclasses.fields(kind)})
     law = TimeLaw(np.zeros(1), np.zeros(1), 0.0)
-    arrays = {field.name: getattr(check, field.name) for field in dataclasses.fields(check)}
-    arrays = {name: value[:1] for name, value in arrays.items() if isinstance(value, np.ndarray)}
+    arrays = {name: values[:1] for name, values in arrays_of(check).items()}
     findings = tuple(dataclasses.replace(finding, sample=0) for finding in check.findings)
-    cut = dataclasses.replace(check, samples=samples, law=law, findings=findings, layer_count=0, **arrays)
+    poses = check.poses[:1]
+    cut = changed(check, arrays, samples=samples, law=law, findings=findings, layer_count=0, poses=poses)
     return cut, layer_table(samples, law)
 
 

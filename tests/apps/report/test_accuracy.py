@@ -8,29 +8,29 @@ from functools import cache
 
 import numpy as np
 import pytest
+from cablewright.analyses.workspace.accessible import Rule, accessible
+from cablewright.apps.pictures.accessible import workspace
 from matplotlib.image import imread
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
-from cablewright.analyses.workspace.accessible import Rule, accessible
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.accessible import workspace
+from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report import boundary
 from cablewright.apps.report.accuracy import write, write_place
+from cablewright.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.robot.uncertainty import of_moduli
+from cablewright.robot.uncertainty import modulus_ranges
 from cablewright.studies.accuracy import (
     Places,
     Study,
     accuracy_over,
     accuracy_over_workspace,
-    along_helix,
-    on_plane,
 )
 from cablewright.studies.accuracy_at_pose import accuracy_at
 
@@ -44,9 +44,9 @@ def studied(shape: str, name: str = "house-printer", **options) -> Study:
     if shape == "workspace":
         return accuracy_over_workspace(robot, 2.5 if name == "house-printer" else 1.4, **options)
     if shape == "plane":
-        return accuracy_over(robot, on_plane(robot, 1.0, None, 1.5), **options)
+        return accuracy_over(robot, Places.plane(robot, 1.0, None, 1.5), **options)
     if shape == "helix":
-        return accuracy_over(robot, along_helix(robot, 2.0, 1.0, 0.5, 3.0, 0.5), **options)
+        return accuracy_over(robot, Places.helix(robot, 2.0, 1.0, 0.5, 3.0, 0.5), **options)
     angle = np.linspace(0.0, 2.0 * np.pi, 30)
     positions = np.column_stack([2.0 * np.cos(angle), np.sin(angle), np.ones(30)])
     return accuracy_over(robot, Places("path", positions, 2.0 * angle), **options)
@@ -63,7 +63,7 @@ def renamed(study: Study, name: str) -> Study:
     robot = study.accuracy.robot
     line = robot.lines[0].model_copy(update={"name": name})
     robot = robot.model_copy(update={"name": name, "description": name, "lines": (line, *robot.lines[1:])})
-    ranges = of_moduli(robot)
+    ranges = modulus_ranges(robot)
     return dataclasses.replace(study, accuracy=dataclasses.replace(study.accuracy, robot=robot, ranges=ranges))
 
 
@@ -164,9 +164,7 @@ def test_foreign_text_is_escaped(folder, shape):
 def test_foreign_text_of_a_place_is_escaped(folder):
     found = placed()
     study = renamed(Study(Places("path", np.zeros((1, 3))), found.accuracy, None, ()), EVIL)
-    tables = found.summary()
-    tables["remains"] = [row | {"compensation": EVIL} for row in tables["remains"]]
-    page = write_place(study.accuracy, found.region, tables, folder).read_text(encoding="utf-8")
+    page = write_place(study.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8")
     assert "<script>alert" not in page
     assert "<b>" not in page
     assert page.count("<script") == 1
@@ -191,7 +189,7 @@ def test_place(folder, name):
     assert f"Full compensation removes {(1 - left / found.accuracy.spread.max_error[0]) * 100:.3g} % of that" in text
     assert f"{found.region.interior.samples:,}".replace(",", "\N{NO-BREAK SPACE}").split()[0] in text
     assert "None is worse than the corners." in text
-    assert "compensated with the full model" in text
+    assert all(each.words in text for each in COMPENSATIONS.values())
     assert ("Tensions that let the numbers do least" in text) == (found.best is not None)
     assert not has_nan(text)
 
@@ -260,7 +258,7 @@ def test_warnings(folder):
 
 def test_small_ranges_need_no_warning(folder):
     robot = load("house-printer")
-    page = write(studied("path", ranges=of_moduli(robot, 0.99, 1.01)), folder).read_text(encoding="utf-8")
+    page = write(studied("path", ranges=modulus_ranges(robot, 0.99, 1.01)), folder).read_text(encoding="utf-8")
     assert 'class="notice"' not in page
 
 
@@ -271,7 +269,7 @@ def test_samples_have_a_likely_error(folder):
 
 def test_one_uncertain_number(folder):
     robot = load("house-printer")
-    found = accuracy_at(robot, [1.0, 0.5, 1.5], of_moduli(robot)[:1])
+    found = accuracy_at(robot, [1.0, 0.5, 1.5], modulus_ranges(robot)[:1])
     text = told(write_place(found.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8"))
     assert "one number is uncertain" in text
     assert "0 mm³" in text
@@ -302,7 +300,7 @@ def test_wanted_place_is_told_where_it_is_too_far_to_draw():
 
 def test_most_important_numbers_come_first_and_are_twenty():
     robot = load("cogiro")
-    ranges = of_moduli(robot)
+    ranges = modulus_ranges(robot)
     wide = tuple(dataclasses.replace(one, low=one.low - 0.01 * k) for k, one in enumerate(ranges * 4))
     found = accuracy(robot, [0.0, 0.0, 1.5, 0.0, 0.0, 0.0], ranges)
     effects = np.tile(found.spread.effects, (1, 1, 4)) * np.linspace(1.0, 2.0, 32)
@@ -396,6 +394,6 @@ def test_surfaces_are_drawn_over_holes():
         assert style.png(plane(holed(study, np.arange(len(study.accuracy.codes)) % 3 == 0))).startswith(b"\x89PNG")
 
 
-def test_a_folder_that_is_not_there_is_an_os_error(folder):
-    with pytest.raises(OSError, match="nowhere"):
+def test_a_folder_that_is_not_there_cannot_be_written(folder):
+    with pytest.raises(EnvironmentFault, match=r"nowhere/.*: cannot be written: No such file"):
         write(studied("path"), folder / "nowhere")

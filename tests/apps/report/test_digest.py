@@ -1,11 +1,9 @@
 """Bands against NumPy's own, and stretches and heights of jobs of several shapes."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
-from apps.report.synthetic import make_check, ring_robot, small_job
+from apps.report.synthetic import changed, make_check, ring_robot, small_job
 from cablewright.apps.report.digest import Digest, band, extreme, median
 
 
@@ -44,7 +42,7 @@ def layered(tmp_path, count: int, points: int = 3):
         f";LAYER:{i} Z:{i + 1}\nG1 Z{i + 1} X0 Y0\n" + "".join(f"G1 X{10 * (j + 1)} E1\n" for j in range(points))
         for i in range(count)
     )
-    return Digest.of(*make_check(ring_robot(3), small_job(tmp_path, text)))
+    return Digest(*make_check(ring_robot(3), small_job(tmp_path, text)))
 
 
 @pytest.mark.parametrize(("count", "by_layer"), [(3, False), (30, True), (700, False)])
@@ -77,19 +75,19 @@ def test_many_heights_are_sliced(tmp_path):
 
 def test_worst_is_where_material_is_laid(small):
     check, layers = small
-    off = check.uncompensated.copy()
+    off = check.statics.uncompensated.copy()
     travel = int(np.flatnonzero(~check.samples.extruding)[-1])
     off[travel] += 5.0
-    digest = Digest.of(dataclasses.replace(check, uncompensated=off), layers)
+    digest = Digest(changed(check, {"uncompensated": off}), layers)
     assert digest.worst != travel
     assert check.samples.extruding[digest.worst]
 
 
 def test_nearest_lines_are_those_with_least_room(small):
     check, layers = small
-    tensions = np.full_like(check.tensions, 2000.0)
+    tensions = np.full_like(check.statics.tensions, 2000.0)
     tensions[7, 2], tensions[9, 0] = 21.0, 4990.0
-    digest = Digest.of(dataclasses.replace(check, lowest_tension=tensions, highest_tension=tensions), layers)
+    digest = Digest(changed(check, {"lowest_tension": tensions, "highest_tension": tensions}), layers)
     assert digest.nearest_lines(2) == [0, 2]
     assert digest.nearest_lines(1) == [2]
     assert digest.nearest_lines(9) == [0, 1, 2, 3]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.analyses.feasibility import Finding
+from cablewright.analyses.feasibility import LIMITS, Finding
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.findings import findings_table, ranked
 
@@ -24,7 +24,7 @@ def test_violations_come_first_and_the_worst_of_them_leads():
 
 
 def rows(small, *findings):
-    digest = Digest.of(replace(small[0], findings=findings), small[1])
+    digest = Digest(replace(small[0], findings=findings), small[1])
     table = str(findings_table(digest)).replace("\N{NO-BREAK SPACE}", " ").replace("\N{MINUS SIGN}", "-")
     cells = [re.findall(r"<td.*?</td>", row) for row in re.findall(r"<tr>.*?</tr>", table)]
     return [[re.sub(r"<[^>]+>", " ", cell).strip() for cell in row] for row in cells if row]
@@ -57,5 +57,11 @@ def test_each_kind_in_words(small, finding, words):
         assert any(word in cell for cell in row), (word, row)
 
 
+@pytest.mark.parametrize("name", [*(limit.name for limit in LIMITS), "frame, x", "frame, y", "frame, z"])
+def test_every_limit_says_what_it_is_for(small, name):
+    [row] = rows(small, replace(HIGH, limit=name))
+    assert len(row[0].removeprefix(name).split()) > 4
+
+
 def test_no_findings(small):
-    assert "nothing was judged" in findings_table(Digest.of(replace(small[0], findings=()), small[1]))
+    assert "nothing was judged" in findings_table(Digest(replace(small[0], findings=()), small[1]))

@@ -21,7 +21,7 @@ def unpacked(digest):
 
 
 def test_points_are_those_of_the_path_to_a_grid_step(small):
-    digest = Digest.of(*small)
+    digest = Digest(*small)
     data, points, level = unpacked(digest)
     assert len(points) == len(level)
     nearest = np.linalg.norm(points[:, None] - digest.check.samples.positions, axis=2).min(axis=1)
@@ -31,17 +31,17 @@ def test_points_are_those_of_the_path_to_a_grid_step(small):
 
 
 def test_colours_rise_with_the_error(small):
-    digest = Digest.of(*small)
+    digest = Digest(*small)
     data, points, level = unpacked(digest)
     assert level[0] == PEN_UP
     assert level[level != PEN_UP].max() == len(data["ramp"]) - 1
     top = points[np.argmax(np.where(level == PEN_UP, -1, level))]
-    error = digest.uncompensated[np.argmin(np.linalg.norm(digest.check.samples.positions - top, axis=1))]
+    error = digest.check.error_uncompensated[np.argmin(np.linalg.norm(digest.check.samples.positions - top, axis=1))]
     assert error * 1e3 > data["low"] + 0.9 * (data["high"] - data["low"])
 
 
 def test_a_house_stays_small():
-    digest = Digest.of(*house_check())
+    digest = Digest(*house_check())
     _, points, _ = unpacked(digest)
     assert 8_000 < len(points) < 25_000
     assert len(canvas(digest)) < 300_000

@@ -5,37 +5,28 @@ Paty 2021, section 2.3: the error when cables are taken as rigid, and the uncert
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.analyses.accuracy.compensation import Compensation, Reached
 from cablewright.analyses.accuracy.spread import Method, Spread, SpreadProblem, Vertices
-from cablewright.errors import AnswerError, InputError, Status, UnknownName
-from cablewright.kernels.layout import Code
-from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
+from cablewright.errors import AnswerError, InputError, Status
+from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.robot.uncertainty import Range, of_moduli
-from cablewright.solvers.arguments import as_poses, of_rows, silent
-from cablewright.solvers.forward import solve_forward
+from cablewright.robot.uncertainty import Range, modulus_ranges
+from cablewright.solvers.arguments import as_poses, of_rows
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["COMPENSATIONS", "Accuracy", "accuracy", "around", "commanded"]
+__all__ = ["Accuracy", "AccuracyOptions", "AccuracyQuestion", "accuracy"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, what is done of it and how much it is in all."""
-
-COMPENSATIONS = {
-    "none": Fidelity(CableLaw.RIGID),
-    "elastic": Fidelity(CableLaw.ELASTIC),
-    "eyelets": Fidelity(CableLaw.CATENARY, SheaveLaw.EYELET),
-    "full": Fidelity(),
-}
-"""What a controller's lengths come from: rigid cables, no sag, no sheaves, the full model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +45,7 @@ class Accuracy:
     commanded: Array  # (N, m) lengths
     codes: NDArray[np.int64]  # (N,)
     nominal: Array  # (N, n) where the machine goes if all numbers are nominal
+    problem: SpreadProblem  # of the poses that have an answer
     spread: Spread
 
     @property
@@ -94,6 +86,88 @@ class Accuracy:
         return self.spread.worst - self.wanted_nozzle
 
 
+class AccuracyOptions(TypedDict, total=False):
+    """What all that is built on `accuracy` takes by name, as it does."""
+
+    compensation: str
+    method: Method | None
+    tension_limits: tuple[float, float] | None
+    home: ArrayLike | None
+    progress: Progress | None
+
+
+class HeldPoses(NamedTuple):
+    """N poses that are wanted, and what the full model makes of them."""
+
+    wanted: Array  # (N, n) as given; NaN where gravity decides
+    retraction: Array | None  # (N,) m
+    equilibria: Equilibrium
+
+
+@dataclass(frozen=True, eq=False)
+class AccuracyQuestion:
+    """What is asked of a robot's accuracy, wherever it is asked. It is checked when it is made; see `accuracy`."""
+
+    model: Model  # the full one
+    ranges: tuple[Range, ...]
+    compensation: Compensation
+    method: Method
+    home: Equilibrium | None  # of the full model, where the machine was zeroed
+    progress: Progress
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        ranges: Sequence[Range] | None = None,
+        compensation: str = "none",
+        method: Method | None = None,
+        tension_limits: tuple[float, float] | None = None,
+        home: ArrayLike | None = None,
+        progress: Progress | None = None,
+    ) -> Self:
+        """The question that the arguments of `accuracy` ask. Raises `InputError` for what cannot be used."""
+        model = Model(robot, Fidelity(), tension_limits)
+        known = tuple(modulus_ranges(robot) if ranges is None else ranges)
+        if not known:
+            raise InputError("ranges: none are given; at least one number has to be uncertain")
+        zeroed = None if home is None else solve_inverse(model, as_poses(model, home, "home")[0][0])
+        if zeroed is not None and not zeroed.ok:
+            raise InputError(f"home: {zeroed.sentence()}")
+        return cls(model, known, Compensation.of(compensation), method or Vertices(), zeroed, progress or silent)
+
+    def hold(self, poses: ArrayLike, retraction: ArrayLike | None = None) -> HeldPoses:
+        """Solve the inverse problem of *poses*, (n,) or (N, n), under the full model."""
+        wanted, _ = as_poses(self.model, poses, "pose", free=True)
+        drawn = of_rows(retraction, len(wanted), "retraction", "m")
+        return HeldPoses(wanted, drawn, solve_inverse(self.model, wanted, path=True, retraction=drawn))
+
+    def answer(self, there: HeldPoses) -> Accuracy:
+        """How far off the machine is at some poses. Raises `AnswerError` where none of them has an answer."""
+        held, some = there.equilibria, there.equilibria.ok
+        drawn = None if there.retraction is None else there.retraction[some]
+        lengths = np.full_like(held.lengths, np.nan)
+        lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=drawn, home=self.home)
+        reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
+        codes = np.where(some, reached.codes, held.code)
+        ok = codes == 0
+        if not ok.any():
+            raise AnswerError(_refusal(held, codes))
+        problem = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges, self.progress)
+        return Accuracy(
+            robot=self.model.robot,
+            ranges=self.ranges,
+            compensation=self.compensation.name,
+            method=self.method.name,
+            wanted=held.pose,
+            commanded=lengths,
+            codes=codes,
+            nominal=reached.poses,
+            problem=problem,
+            spread=_scattered(self.method(problem), ok),
+        )
+
+
 def accuracy(
     robot: Robot,
     poses: ArrayLike,
@@ -114,84 +188,8 @@ def accuracy(
     limits (N, in place of the lines' own) do not allow have no answer. Raises `InputError` for what cannot be used,
     `AnswerError` where no pose has an answer.
     """
-    model = Model(robot, Fidelity(), tension_limits)
-    given, _ = as_poses(model, poses, "pose", free=True)
-    held = solve_inverse(model, given, path=True, retraction=retraction)
-    lengths = commanded(held, given, compensation, retraction=retraction, home=home)
-    known = tuple(of_moduli(robot) if ranges is None else ranges)
-    if not known:
-        raise InputError("ranges: none are given; at least one number has to be uncertain")
-    return around(held, lengths, known, compensation, method or Vertices(), retraction=retraction, progress=progress)
-
-
-def commanded(
-    held: Equilibrium,
-    poses: Array,
-    compensation: str,
-    *,
-    retraction: ArrayLike | None = None,
-    home: ArrayLike | None = None,
-) -> Array:
-    """Lengths (N, m), m, that the model named *compensation* gives for *poses* (N, n), as the full model has *held*.
-
-    Raises `UnknownName`, or `InputError` for a *home* pose at which the machine cannot be.
-    """
-    if compensation not in COMPENSATIONS:
-        raise UnknownName("compensation", compensation, COMPENSATIONS)
-    if compensation == "full":
-        return held.lengths
-    full = held.model
-    model = Model(full.robot, COMPENSATIONS[compensation], full.tension_limits)
-    lengths = np.full_like(held.lengths, np.nan)
-    drawn = of_rows(retraction, len(poses), "retraction", "m")
-    some = None if drawn is None else drawn[held.ok]
-    lengths[held.ok] = solve_inverse(model, poses[held.ok], path=True, retraction=some).lengths
-    return lengths if home is None else lengths + _zeroing(full, model, home)
-
-
-def _zeroing(full: Model, model: Model, home: ArrayLike) -> Array:
-    """What a machine that was zeroed at *home* adds to the lengths of its *model*, (m,), m."""
-    true = solve_inverse(full, as_poses(full, home, "home")[0][0])
-    if not true.ok:
-        raise InputError(f"home: {true.sentence()}")
-    return np.asarray(true.lengths - solve_inverse(model, true.pose).checked().lengths)
-
-
-def around(
-    held: Equilibrium,
-    lengths: Array,
-    ranges: tuple[Range, ...],
-    compensation: str,
-    method: Method,
-    *,
-    retraction: ArrayLike | None = None,
-    progress: Progress | None = None,
-) -> Accuracy:
-    """`accuracy` of poses *held* by the full model, with *lengths* (N, m) commanded there; see `commanded`.
-
-    Raises `AnswerError` where none of them has an answer.
-    """
-    robot = held.model.robot
-    codes = held.code.copy()
-    usable = held.ok & (lengths > 0.0).all(axis=1)  # false for NaN
-    codes[held.ok & ~usable] = Code.NOT_FINITE
-    nominal = np.full_like(held.pose, np.nan)
-    some = held[usable]
-    drawn = of_rows(retraction, len(held.pose), "retraction", "m")
-    solved = solve_forward(
-        some.model, lengths[usable], guess=some.pose, retraction=None if drawn is None else drawn[usable]
-    )
-    codes[usable] = solved.code
-    ok = codes == 0
-    nominal[ok] = solved.pose[solved.ok]
-    if not ok.any():
-        raise AnswerError(_refusal(held, codes))
-    report = progress or silent
-    problem = SpreadProblem(
-        solved[solved.ok], lengths[ok], held.pose[ok], ranges, lambda done, total: report("solving", done, total)
-    )
-    spread = _scattered(method(problem), ok)
-    return Accuracy(robot, ranges, compensation, method.name, held.pose, lengths, codes, nominal, spread)
+    asked = AccuracyQuestion.of(robot, ranges, compensation, method, tension_limits, home, progress)
+    return asked.answer(asked.hold(poses, retraction))
 
 
 def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:

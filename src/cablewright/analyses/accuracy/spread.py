@@ -7,7 +7,7 @@ samples. Each takes a `SpreadProblem` and returns a `Spread`; whatever else has 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Protocol
 
@@ -18,7 +18,9 @@ from cablewright.analyses.accuracy.corners import ALL_VERTICES, extreme_signs, s
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
-from cablewright.models.statics import Equilibrium, rows_of
+from cablewright.models.rows import rows_of
+from cablewright.models.statics import Equilibrium
+from cablewright.progress import Progress, silent
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.parameters import at_nozzle, departures, response
@@ -37,17 +39,11 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
-"""Called with how many places are done and how many there are."""
 
 SOLVES = 32_768  # forward problems solved between two reports: bounds memory, and the wait for an interrupt
 LIKELY = 0.95  # share of samples that stay within the likely error
 TRIED = 8  # corners that first order solves to tell how far it is off, beside the farthest
 QUANTILES = (np.arange(1001) + 0.5) / 1001.0  # of one number's distribution
-
-
-def _silent(_done: int, _total: int) -> None:
-    pass
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +58,7 @@ class SpreadProblem:
     commanded: Array
     wanted: Array
     ranges: tuple[Range, ...]
-    progress: Progress = field(default=_silent)
+    progress: Progress = silent
 
     def rows(self, index: slice) -> SpreadProblem:
         """Some of its places."""
@@ -350,9 +346,9 @@ def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProble
     places, rows = len(problem.commanded), max(1, SOLVES // count)
     found = []
     for first in range(0, places, rows):
-        problem.progress(first, places)
+        problem.progress("solving", first, places)
         found.append(block(problem.rows(slice(first, first + rows))))
-    problem.progress(places, places)
+    problem.progress("solving", places, places)
     if not found:
         raise AnswerError("no place is left at which to look")
     names = Spread.__dataclass_fields__

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.spread import Method, SpreadProblem
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
@@ -46,17 +45,18 @@ class BestTensions:
         return 1.0 - self.max_deviation / least if least > 0.0 else 0.0
 
 
-def best_tensions(model: Model, pose: Array, ranges: tuple[Range, ...], method: Method) -> BestTensions:
-    """Choose the tensions at *pose* (n,) within the limits so that the largest deviation is least.
+def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) -> BestTensions:
+    """Choose the tensions at the one pose of a batch *held* within the limits so that the largest deviation is least.
 
     Looked for on a grid over the distributions that balance the load, ever finer about the best: what it finds is
     held to by a solve, a better one elsewhere is not excluded. The full model's lengths are commanded. Raises
     `InputError` where no line is redundant or more than three are, `AnswerError` where the pose cannot be held.
     """
+    model = held.model
     redundant = model.m - model.n
     if redundant not in GRID:
         raise InputError(f"robot {model.robot.name}: {redundant} redundant lines; tensions are chosen among 1 to 3")
-    start = solve_inverse(model, pose[None]).checked()
+    start = held.checked()
     directions = _free_directions(start)
     grid = np.array(list(product(np.linspace(-1.0, 1.0, GRID[redundant]), repeat=redundant)))
     least = float(method(_problem(start, ranges)).max_deviation[0])
@@ -64,11 +64,11 @@ def best_tensions(model: Model, pose: Array, ranges: tuple[Range, ...], method: 
     centre, width, tried = np.zeros(redundant), _widest(model), 1
     for number in range(ROUNDS):
         wanted = start.tensions + (centre + width * grid) @ directions
-        found = solve_inverse(model, np.repeat(pose[None], len(grid), axis=0), preferred=wanted)
+        found = solve_inverse(model, np.repeat(start.pose, len(grid), axis=0), preferred=wanted)
         found = found[found.ok]
-        if not len(found.code):
+        if not len(found):
             break
-        tried += len(found.code)
+        tried += len(found)
         deviations = method(_problem(found, ranges)).max_deviation
         at = int(np.nanargmin(deviations))
         if deviations[at] < best:
@@ -95,5 +95,4 @@ def _free_directions(held: Equilibrium) -> Array:
 
 def _widest(model: Model) -> float:
     """More than tensions within the limits can differ by, N."""
-    lines = model.packed.lines
-    return float(np.linalg.norm(lines[:, layout.TENSION_MAX] - lines[:, layout.TENSION_MIN]))
+    return float(np.linalg.norm(model.lines.tension_max - model.lines.tension_min))

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, UniversalJoint
@@ -177,9 +176,9 @@ def _loads(design: str, held: Equilibrium) -> Loads:
         for key in ("lever", "radius", "lever_weight", "lever_mass_centre")
     )
     azimuth = np.where(held.ok[:, None], _azimuth(held, exits), np.nan)
-    phi, psi = held.states[..., layout.PHI], held.states[..., layout.PSI]
-    beta = np.where(held.ok[:, None], held.states[..., layout.BETA], np.nan)
-    turn = held.column(layout.SIDE) * radii
+    phi, psi = held.line_states.free_angle, held.line_states.dead_angle
+    beta = np.where(held.ok[:, None], held.line_states.lever_angle, np.nan)
+    turn = held.lines.side * radii
 
     def world(out: Array, up: Array) -> Array:
         return np.stack([out * np.cos(azimuth), out * np.sin(azimuth), up], axis=-1)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes_at
-from cablewright.analyses.workspace.criterion import Law, Progress
+from cablewright.analyses.workspace.criterion import Criterion, Options
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 
 __all__ = ["GRID", "HOLDING", "Boundary", "boundary_modes", "straight"]
 
@@ -22,18 +23,18 @@ Array = NDArray[np.float64]
 GRID = 21
 GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
 HOLDING = ("least", "middle")
-"""Which tensions hold the platform where several would: those of least norm, or nearest to the middle of the limits."""
+"""Which tensions hold the platform where many would: those of least norm, or nearest to the middle of the limits."""
 
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """Modes at the outermost nodes of a workspace; with K orientations each node has K rows, one orientation at a time.
+    """Modes at the outermost nodes of a workspace: with K orientations K rows for each node, one orientation at a time.
 
-    Rows that do not balance are NaN. Properties that tell a frequency are NaN where none of the rows does.
+    Rows that do not balance are NaN. Frequencies of properties are NaN where no row balances.
     """
 
     nodes: NodeCount
-    places: Array  # (N / K, 3) m, of the point that the question asks of
+    places: Array  # (N / K, 3) m, of the nozzle or the platform's origin, as the criterion has it
     holding: str
     modes: Modes  # of N rows
 
@@ -86,21 +87,16 @@ def boundary_modes(
     grid: int = GRID,
     geometric: bool = True,
     holding: str | None = None,
-    box: ArrayLike | None = None,
-    point: str = "nozzle",
-    wrench: ArrayLike | None = None,
-    wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
-    arm: float = 1.0,
-    orientations: ArrayLike | None = None,
-    retraction: float | Law | None = None,
     progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Boundary:
     """Modes along the boundary of a workspace: at the nodes of a grid that are inside and have a neighbour that is not.
 
-    What is inside is asked as in `count_nodes`, of straight lines unless the *criterion* is ``static``; a node on a
-    side of the box is on the boundary. Modes are those of *model* with all that its fidelity has. The tensions that
-    hold it there are by *holding* those of least norm, or those nearest to the middle of the limits, which are the
-    closed forms' own and the default with them. *geometric*: see `modes`. Raises `InputError`.
+    The nodes are those of `count_nodes`, *grid* along each side of the box, counted with straight lines unless the
+    *criterion* is ``static``; a node on a side of the box is on the boundary. Modes are those of *model* with all that
+    its fidelity has. *holding* chooses the tensions there: ``least``, those of least norm, or ``middle``, those nearest
+    to the middle of the limits (default: ``middle`` for the closed forms, whose own they are; else ``least``).
+    *geometric*: see `modes`. *options*: see `workspace`. Raises `InputError`.
     """
     if holding is None:
         holding = "middle" if criterion.endswith("closed-form") else "least"
@@ -111,12 +107,10 @@ def boundary_modes(
         raise InputError(f"robot {model.robot.name!r}: {few}: a grid of places says too little about its poses")
     if not GRIDS[0] <= grid <= GRIDS[1]:
         raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")
-    given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
-    given |= {"box": box, "orientations": orientations, "retraction": retraction}
     asked = model if criterion == "static" else straight(model)
-    nodes = count_nodes(asked, criterion, grid=grid, **given, progress=progress)
+    nodes = count_nodes(asked, criterion, grid=grid, progress=progress, **options)
     places = outermost(nodes)
-    held = _modes_at(nodes, places, replace(model, robot=nodes.question.model.robot), geometric, holding)
+    held = _modes_at(nodes.criterion, places, replace(model, robot=nodes.criterion.model.robot), geometric, holding)
     return Boundary(nodes, places, holding, held)
 
 
@@ -134,15 +128,13 @@ def outermost(nodes: NodeCount) -> Array:
     for axis in range(3):
         for side in (-1, 1):
             inner &= np.roll(beyond, side, axis)[1:-1, 1:-1, 1:-1]
-    places = np.stack(np.meshgrid(*nodes.axes, indexing="ij"), axis=-1)
-    return np.asarray(places[nodes.inside & ~inner])
+    return nodes.places[~inner[nodes.inside]]
 
 
-def _modes_at(nodes: NodeCount, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
-    asked = nodes.question
-    poses = np.concatenate([asked.poses(places, turn) for turn in asked.orientations])
+def _modes_at(criterion: Criterion, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
+    poses = criterion.all_poses(places)
     preferred = _middle(model) if holding == "middle" else None
-    return modes_at(model, poses, geometric=geometric, retraction=asked.lengths(poses), preferred=preferred)
+    return modes_at(model, poses, geometric=geometric, retraction=criterion.lengths(poses), preferred=preferred)
 
 
 def _middle(model: Model) -> Array:

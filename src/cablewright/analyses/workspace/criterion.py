@@ -1,41 +1,57 @@
-"""What a workspace is asked for: which places count, by which criterion, how the platform is held there."""
+"""The criterion of a workspace: which places count, and how the platform is held there."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sized
 from dataclasses import dataclass, replace
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.feasibility import broken_limits
+from cablewright.analyses.workspace.refinement import SearchBox
 from cablewright.errors import InputError, UnknownName
-from cablewright.models.fidelity import CableLaw
+from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
+from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, distribute, wrench_closure
 
-__all__ = ["CRITERIA", "POINTS", "Law", "Question", "ask"]
+__all__ = ["CONTINUOUS", "CRITERIA", "POINTS", "Criterion", "Options", "RetractionLaw", "box_of"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
+Flags = NDArray[np.bool_]
 
 CRITERIA = ("closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static")
 POINTS = ("nozzle", "origin")
-TENDING = ("closed-form", "exact", "capacity", "wrench-closure")
-"""Criteria whose margin goes evenly to zero at the boundary. The improved closed form's is zero far inside."""
+CONTINUOUS = ("closed-form", "exact", "capacity", "wrench-closure")
+"""Criteria whose margin is continuous at the boundary. That of the improved closed form is zero far inside."""
 
 BLOCK = 16384  # poses between two reports, and robots that differ by row in memory at once
 HALF_TURN = math.pi * (1.0 + 1e-9)
 
 
-@dataclass(frozen=True)
-class Law:
-    """Retraction length slope * z + intercept, m, by the height z of the nozzle or of the platform's origin, m.
+class Options(TypedDict, total=False):
+    """Keyword arguments of `Criterion.of`, which `count_nodes` and `boundary_modes` pass on."""
 
-    Below `least` and above `most`, its clamps, the length stays there; None: it has none.
+    box: ArrayLike | None
+    point: str
+    wrench: ArrayLike | None
+    wrench_box: tuple[ArrayLike, ArrayLike] | None
+    arm: float
+    orientations: ArrayLike | None
+    retraction: float | RetractionLaw | None
+
+
+@dataclass(frozen=True)
+class RetractionLaw:
+    """Retraction length slope * z + intercept, m, where z is the height of the nozzle or of the platform's origin, m.
+
+    The length is clamped to `least` and `most`, m; None: it is not clamped.
     """
 
     slope: float
@@ -51,36 +67,74 @@ class Law:
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
-    """A criterion for a place: made by `ask`, which checks it."""
+class Criterion:
+    """What has to hold at a place for it to be in the workspace. `Criterion.of` makes one and checks its arguments."""
 
     model: Model
-    criterion: str
+    name: str  # one of CRITERIA
+    box: SearchBox  # where places are looked for
     point: str  # what is at the place: the platform's nozzle or its origin
-    orientations: Array  # (K, 3) rotation vectors, rad: a place counts if it does under each
-    retraction: float | Law | None
-    wrench_box: tuple[Array, Array] | None  # lowest and highest (n,), N and N m, of `capacity`
+    orientations: Array  # (K, 3) rotation vectors, rad: the criterion has to hold under each
+    retraction: float | RetractionLaw | None  # m
+    wrench_box: tuple[Array, Array] | None  # lowest and highest (n,), N and N m, for `capacity`
     arm: float  # m, on which a moment counts as a force for `capacity`
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot | Model,
+        name: str = "exact",
+        *,
+        box: ArrayLike | None = None,
+        point: str = "nozzle",
+        wrench: ArrayLike | None = None,
+        wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
+        arm: float = 1.0,
+        orientations: ArrayLike | None = None,
+        retraction: float | RetractionLaw | None = None,
+    ) -> Criterion:
+        """The criterion *name*; arguments as for `workspace`. Raises `InputError`."""
+        if name not in CRITERIA:
+            raise UnknownName("criterion", name, CRITERIA)
+        if point not in POINTS:
+            raise UnknownName("point", point, POINTS)
+        model = robot if isinstance(robot, Model) else Model(robot, _plainest(name))
+        if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
+            raise InputError(f"cable = catenary: {name} is of straight lines; use rigid or elastic, or static")
+        if wrench is not None:
+            values = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
+            moment = values[3:] if model.n == 6 else (0, 0, 0)
+            model = replace(model, robot=model.robot.under_wrench(values[:3], moment))
+        wrenches = None
+        if wrench_box is not None:
+            if name != "capacity":
+                raise InputError(f"a box of wrenches goes with criterion capacity, not with {name}")
+            low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
+            wrenches = low, high
+        turns, where = _turns(model, orientations), box_of(model.robot, box)
+        made = cls(model, name, where, point, turns, retraction, wrenches, float(arm))
+        made._check_retraction()
+        return made
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the margin goes continuously through zero at the boundary, so that it can be interpolated there."""
+        return self.name in CONTINUOUS
 
     def margin(self, places: Array, progress: Progress | None = None, stage: str = "places") -> Array:
         """Signed margins (N,) of *places* (N, 3), m, the least over the orientations: inside where at least 0.
 
-        N of tension; of a wrench for `capacity`, a share of the mean tension for `wrench-closure`. `static` has no
-        margin: it is 1 or -1. A place where nothing balances has -inf.
+        In N of tension; of a wrench for `capacity`; a share of the mean tension for `wrench-closure`; 1 or -1 for
+        `static`. It is -inf where no tensions balance the load, and everywhere if there is no orientation.
         """
-        found = np.full(len(places), np.inf)
+        found = np.full(len(places), np.inf if len(self.orientations) else -np.inf)
         for first in range(0, len(places), BLOCK):
             block = slice(first, first + BLOCK)
             for turn in self.orientations:
-                found[block] = np.minimum(found[block], self._of(self.poses(places[block], turn)))
+                found[block] = np.minimum(found[block], self._margins(self.poses(places[block], turn)))
             if progress:
                 progress(stage, min(first + BLOCK, len(places)), len(places))
         return found
-
-    def tending(self, places: Array, stage: str, progress: Progress | None = None) -> Array:
-        """What `refine` can interpolate: the margin where it tends to zero at the boundary, else 1 or -1."""
-        margins = self.margin(places, progress, stage)
-        return margins if self.criterion in TENDING else np.where(margins >= 0.0, 1.0, -1.0)
 
     def poses(self, places: Array, turn: Array) -> Array:
         """Poses (N, n) that bring the point to *places* (N, 3), turned by a rotation vector (3,), rad."""
@@ -89,109 +143,104 @@ class Question:
         poses = np.concatenate([places, np.broadcast_to(turn, places.shape)], axis=1)
         return self.model.at_nozzle(poses) if self.point == "nozzle" else poses
 
+    def all_poses(self, places: Array) -> Array:
+        """Poses (K * N, n) at *places* (N, 3), m, one orientation after the other."""
+        rows = [self.poses(places, turn) for turn in self.orientations]
+        return np.concatenate([np.empty((0, self.model.n)), *rows])
+
     def lengths(self, poses: Array) -> Array | float | None:
         """Retraction lengths at *poses* (N, n), m."""
         law = self.retraction
-        if not isinstance(law, Law):
+        if not isinstance(law, RetractionLaw):
             return law
         return law.at(poses[:, 2] if law.of == "origin" else self.model.nozzle(poses)[:, 2])
 
-    def _of(self, poses: Array) -> Array:
+    def broken_limits(self, poses: Array) -> tuple[tuple[str, ...], Flags]:
+        """For `static`: the names of all limits, and which of them each of *poses* (N, n) breaks, (N, L)."""
+        return broken_limits(solve_inverse(self.model, poses, retraction=self.lengths(poses)))
+
+    def _margins(self, poses: Array) -> Array:
+        """Signed margins (N,) of *poses* (N, n)."""
+        if self.name == "static":
+            return np.where(self.broken_limits(poses)[1].any(axis=1), -1.0, 1.0)
         lengths = self.lengths(poses)
         found: Distribution | Capacity
-        if self.criterion == "static":
-            held = solve_inverse(self.model, poses, retraction=lengths)
-            return np.where(broken_limits(held)[1].any(axis=1), -1.0, 1.0)
-        if self.criterion == "capacity":
+        if self.name == "capacity":
             found = capacity(self.model, poses, box=self.wrench_box, length=self.arm, retraction=lengths)
-        elif self.criterion == "wrench-closure":
+        elif self.name == "wrench-closure":
             found = wrench_closure(self.model, poses, retraction=lengths)
         else:
-            found = distribute(self.model, poses, self.criterion, retraction=lengths)
+            found = distribute(self.model, poses, self.name, retraction=lengths)
         no = np.where(found.margin < 0.0, found.margin, np.where(np.isfinite(found.margin), -1e-300, -np.inf))
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
 
+    def _check_retraction(self) -> None:
+        """Refuse lengths that the platform does not have. Raises `InputError`."""
+        law, robot = self.retraction, self.model.robot
+        if law is None:
+            return
+        if not isinstance(law, RetractionLaw):
+            robot.retraction_to(law)
+            return
+        if law.of not in POINTS:
+            raise UnknownName("point", law.of, POINTS)
+        if not (math.isfinite(law.slope) and math.isfinite(law.intercept)):
+            raise InputError(f"retraction law {law.slope:g} z + {law.intercept:g} m: finite numbers are wanted")
+        if (law.least is None) != (law.most is None):
+            raise InputError("retraction law: both clamps are wanted, or none")
+        if law.least is not None and law.most is not None:
+            if not law.least < law.most:
+                raise InputError(f"retraction law: clamps {law.least:g} to {law.most:g} m: least < most is wanted")
+            robot.retraction_to(law.least)
+            robot.retraction_to(law.most)
+            return
+        if robot.retraction is None:
+            raise InputError(f"robot {robot.name!r} has no retraction: a law of it has no meaning")
+        self._check_unclamped(law)
 
-def ask(
-    model: Model,
-    criterion: str,
-    heights: tuple[float, float],
-    *,
-    point: str = "nozzle",
-    wrench: ArrayLike | None = None,
-    wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
-    arm: float = 1.0,
-    orientations: ArrayLike | None = None,
-    retraction: float | Law | None = None,
-) -> Question:
-    """Check what is asked for between two *heights* of the point, m. Raises `InputError`; see `workspace`."""
-    if criterion not in CRITERIA:
-        raise UnknownName("criterion", criterion, CRITERIA)
-    if point not in POINTS:
-        raise UnknownName("point", point, POINTS)
-    if criterion != "static" and model.fidelity.cable is CableLaw.CATENARY:
-        raise InputError(f"cable = catenary: {criterion} is of straight lines; use rigid or elastic, or static")
-    if wrench is not None:
-        values = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
-        model = replace(model, robot=model.robot.under_wrench(values[:3], values[3:] if model.n == 6 else (0, 0, 0)))
-    box = None
-    if wrench_box is not None:
-        if criterion != "capacity":
-            raise InputError(f"a box of wrenches goes with criterion capacity, not with {criterion}")
-        low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
-        box = low, high
-    asked = Question(model, criterion, point, _turns(model, orientations), retraction, box, float(arm))
-    _check_retraction(asked, heights)
-    return asked
+    def _check_unclamped(self, law: RetractionLaw) -> None:
+        """Refuse a law without clamps that leaves the platform's range in the box. Raises `InputError`."""
+        heights = [float(self.box.low[2]), float(self.box.high[2])]
+        poses = self.all_poses(np.column_stack([np.zeros((2, 2)), heights]))
+        for height, length in zip(heights * len(self.orientations), np.asarray(self.lengths(poses)), strict=True):
+            try:
+                self.model.robot.retraction_to(float(length))
+            except InputError as reason:
+                told = f"retraction law {law.slope:g} z + {law.intercept:g} m leaves its range at height {height:g} m"
+                raise InputError(f"{told}: {reason}; give it clamps") from None
+
+
+def box_of(robot: Robot, ends: ArrayLike | None) -> SearchBox:
+    """The box from *ends* (6,) x0, x1, y0, y1, z0, z1, m; the robot's frame if None. Raises `InputError`."""
+    if ends is None:
+        return SearchBox(np.array(robot.scene.frame_min), np.array(robot.scene.frame_max))
+    numbers = np.asarray(ends, dtype=np.float64)
+    if numbers.shape != (6,) or not np.isfinite(numbers).all():
+        raise InputError(f"box: 6 finite numbers are wanted, x0,x1,y0,y1,z0,z1 in m; got {numbers.tolist()}")
+    low, high = numbers[::2], numbers[1::2]
+    if (low >= high).any():
+        axis = int(np.argmax(low >= high))
+        raise InputError(f"box: {'xyz'[axis]} from {low[axis]:g} to {high[axis]:g} m: lowest < highest is wanted")
+    return SearchBox(low, high)
+
+
+def _plainest(name: str) -> Fidelity:
+    """The fidelity that a robot is looked at with if none is given: sag for ``static``, rigid lines for all else."""
+    return Fidelity() if name == "static" else Fidelity.of("rigid")
 
 
 def _turns(model: Model, orientations: ArrayLike | None) -> Array:
     """Rotation vectors (K, 3), rad. Raises `InputError`."""
     if orientations is None:
         return np.zeros((1, 3))
-    turns, _ = as_rows(orientations, 3, "orientations", "rad")
+    none = isinstance(orientations, Sized) and not len(orientations)
+    turns, _ = as_rows(np.empty((0, 3)) if none else orientations, 3, "orientations", "rad")
     if model.n == 3:
         raise InputError(f"orientations: {model.robot.name!r} has a point platform, which has none")
-    if not len(turns):
-        raise InputError("orientations: at least one is wanted")
-    angles = np.linalg.norm(turns, axis=1)
-    if angles.max() > HALF_TURN:
-        far = float(angles.max())
+    far = float(np.linalg.norm(turns, axis=1).max(initial=0.0))
+    if far > HALF_TURN:
         raise InputError(
             f"orientations: a rotation of {far:g} rad ({math.degrees(far):.4g} degrees); "
             "at most pi (180 degrees) either way is allowed"
         )
     return turns
-
-
-def _check_retraction(asked: Question, heights: tuple[float, float]) -> None:
-    """Refuse lengths that the platform does not have. Raises `InputError`."""
-    law, robot = asked.retraction, asked.model.robot
-    if law is None:
-        return
-    if not isinstance(law, Law):
-        robot.retraction_to(law)
-        return
-    if law.of not in POINTS:
-        raise UnknownName("point", law.of, POINTS)
-    if not (math.isfinite(law.slope) and math.isfinite(law.intercept)):
-        raise InputError(f"retraction law {law.slope:g} z + {law.intercept:g} m: finite numbers are wanted")
-    if (law.least is None) != (law.most is None):
-        raise InputError("retraction law: both clamps are wanted, or none")
-    if law.least is not None and law.most is not None:
-        if not law.least < law.most:
-            raise InputError(f"retraction law: clamps {law.least:g} to {law.most:g} m: least < most is wanted")
-        robot.retraction_to(law.least)
-        robot.retraction_to(law.most)
-        return
-    if robot.retraction is None:
-        raise InputError(f"robot {robot.name!r} has no retraction: a law of it has no meaning")
-    ends = np.column_stack([np.zeros((2, 2)), heights])
-    for turn in asked.orientations:
-        lengths = asked.lengths(asked.poses(ends, turn))
-        for height, length in zip(heights, np.broadcast_to(np.asarray(lengths), 2), strict=True):
-            try:
-                robot.retraction_to(float(length))
-            except InputError as reason:
-                told = f"retraction law {law.slope:g} z + {law.intercept:g} m leaves its range at height {height:g} m"
-                raise InputError(f"{told}: {reason}; give it clamps") from None

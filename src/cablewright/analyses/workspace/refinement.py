@@ -1,8 +1,8 @@
 """Volume and surface of where a function is at least zero in a box, by a lattice that is refined along the surface.
 
 A cell is split where its corners differ in sign. Where a split cell shows that its neighbour is crossed too, that one
-follows, so that the surface on the finest lattice is closed. Random places in a first lattice's cells look for what its
-corners do not see, and what they find is followed as well.
+is split as well, so that the surface on the finest lattice is closed. Random places in the cells of the first lattice
+look for parts and holes that its corners miss; the cells where they find some are split too.
 """
 
 from __future__ import annotations
@@ -14,26 +14,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
-from cablewright.analyses.workspace.mesh import Mesh
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["Refined", "SearchBox", "refine"]
 
 Array = NDArray[np.float64]
 Keys = NDArray[np.int64]
-Margin = Callable[[Array, str], Array]  # of places (N, 3), m, and what they are for: at least 0 inside; (N,)
+Margin = Callable[[Array, str], Array]  # (N,) of places (N, 3), m, and the name of this stage: at least 0 inside
 
 FIRST = 16  # cells of the first lattice along the longest side of the box
 FEWEST = 4  # along any side
-FINEST = 8  # lattices
-MOST_CELLS = 1_500_000  # on the surface
+FINEST = 8  # halvings of the first lattice
+MOST_PLACES = 20_000_000
+MOST_PLACES_THIN = 2_000_000  # while the error is over half of the volume: it may have no thickness
 PROBES = (4096, 400_000)  # fewest and most random places
 PROBES_FOR_NOTHING = 50_000  # where the first lattice has found nothing
-UNSEEN = 3.0  # expected number of finds at which none is found once in twenty times
-CLOSE = 0.1  # of the smaller value at the ends of an edge: near enough to zero for a straight line
-SHORT = 1.0 / 16.0  # of an edge: near enough to where the surface crosses it
+UNSEEN = 3.0  # expected number of finds at which nothing is found in one of 20 runs
+CLOSE = 0.1  # of the smaller value at the ends of an edge: so near to zero the rest is interpolated
+SHORT = 1.0 / 16.0  # of an edge: to which the surface is bracketed
 STEPS = 6
-DOUBT = 4e-3  # of a volume after the first change: twice what chunky bodies are off by on a first lattice split once
-HELD_OFF = 1e-4  # of an edge: no crossing is nearer to a node, so that no two are in one place
+DOUBT = 4e-3  # of a volume after the first change: twice the error of compact bodies on a first lattice split once
+HELD_OFF = 1e-4  # of an edge: no crossing is nearer to a node, so that no two coincide
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,52 +50,61 @@ class SearchBox:
         return float(np.prod(self.high - self.low))
 
     def at(self, shares: Array) -> Array:
-        """Places (..., 3) at *shares* (..., 3) of the sides; the same from either side."""
+        """Places (..., 3) at *shares* (..., 3) of the sides; symmetric in rounding too."""
         return np.asarray((1.0 - shares) * self.low + shares * self.high)
+
+    def axes(self, counts: tuple[int, ...]) -> tuple[Array, Array, Array]:
+        """Coordinates of *counts* (3,) evenly spaced nodes along x, y, z, from side to side, m."""
+        x, y, z = (self.at(np.arange(n)[:, None] / (n - 1))[:, axis] for axis, n in enumerate(counts))
+        return x, y, z
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """What is inside: as a surface, and how well it is known."""
+    """The surface of what is inside, and how well its volume is known."""
 
-    mesh: Mesh
+    mesh: TriangleMesh
     error: float  # m^3
-    unseen: float  # m^3: of `error`, what random places would have missed once in twenty times
-    poses: int  # how often the function was asked
+    unseen: float  # m^3: of `error`, more than random places would have missed in 19 of 20 runs
+    places: int  # at how many the function was evaluated
     cells: tuple[int, int, int]  # of the finest lattice along the sides
-    converged: bool  # whether the error is what was asked for
+    converged: bool  # whether the error is at most the tolerance
 
 
 def refine(
-    margin: Margin, box: SearchBox, *, tolerance: float | None = 2e-3, finest: int | None = None, seed: int = 0
+    margin: Margin, box: SearchBox, *, tolerance: float = 2e-3, finest: int | None = None, seed: int = 0
 ) -> Refined:
     """Refine until the error is at most *tolerance* of the volume, or to *finest* cells along the longest side.
 
-    The error is that of `_left`, and besides what the random places may have missed.
+    The error is that of the surface, see `_surface_error`, and what random places (*seed*) may have missed. Refinement
+    ends early, not converged, where a next lattice would take too many places, or would not help: MOST_PLACES,
+    MOST_PLACES_THIN, and an error that random places cannot make smaller.
     """
     lattice = _Lattice(margin, box, _first(box, finest), seed)
     volumes = [lattice.surface().volume]
-    goal = tolerance if finest is None else None
+    lattice.place_probes(None if finest is not None else tolerance * volumes[0])
     while True:
-        lattice.split(goal or 0.0, volumes[-1])
+        before = lattice.places
+        lattice.split()
         mesh = lattice.surface()
         volumes.append(mesh.volume)
-        unseen = lattice.unseen()
-        error = _left(volumes) + unseen
-        converged = goal is not None and error <= goal * volumes[-1]
-        nothing = len(volumes) > 2 and not mesh.vertices.size
-        ended = lattice.level >= FINEST or len(lattice.crossed) > MOST_CELLS
+        off, unseen, goal = _surface_error(volumes), lattice.unseen(), tolerance * mesh.volume
         if finest is not None:
-            converged = ended = lattice.cells.max() >= finest
-        if converged or nothing or ended:
-            return Refined(mesh, error, unseen, lattice.poses, _three(lattice.cells), converged or nothing)
+            converged = ended = bool(lattice.cells.max() >= finest)
+        else:
+            converged = off + unseen <= goal or (len(volumes) > 2 and not mesh.vertices.size)
+            thin = off + unseen > 0.5 * mesh.volume
+            too_many = lattice.places + 4 * (lattice.places - before) > (MOST_PLACES_THIN if thin else MOST_PLACES)
+            ended = converged or too_many or lattice.level >= FINEST or off < lattice.least_unseen > goal
+        if ended:
+            return Refined(mesh, off + unseen, unseen, lattice.places, _three(lattice.cells), converged)
 
 
-def _left(volumes: list[float]) -> float:
-    """How far off the last volume is: its last change or, if larger, a quarter of the one before.
+def _surface_error(volumes: list[float]) -> float:
+    """Error of the last of *volumes*, m^3: its last change or, if larger, a quarter of the one before.
 
-    Where the surface is smooth or has edges the change falls fourfold with each lattice: about a third of it is left. A
-    first change may be small by chance: twice it counts, and at least `DOUBT`.
+    Where the surface is smooth or has edges the change falls fourfold with each lattice: the error is about a third of
+    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`.
     """
     *before, last = np.abs(np.diff(volumes)).tolist()
     return float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volumes[-1]))
@@ -117,14 +127,17 @@ def _first(box: SearchBox, finest: int | None) -> NDArray[np.int64]:
 
 
 class _Lattice:
-    """Nodes, one layer of cells around the box among them, whose outer nodes are outside whatever the function says."""
+    """Cells near the surface and the function at their nodes.
+
+    One layer of cells is around the box; their outer nodes count as outside, whatever the function is there.
+    """
 
     def __init__(self, margin: Margin, box: SearchBox, first: NDArray[np.int64], seed: int) -> None:
         self.margin, self.box, self.first = margin, box, first
         self.all_cells: Keys
         self.inside: NDArray[np.bool_]  # (K, 8) corners of all cells
         self.mixed: NDArray[np.bool_]  # (K,)
-        self.level, self.poses, self.seed = 0, 0, seed
+        self.level, self.places, self.seed = 0, 0, seed
         grid = np.stack(np.meshgrid(*(np.arange(n + 2) for n in first), indexing="ij"), axis=-1)
         self.nodes, self.values = np.empty(0, dtype=np.int64), np.empty(0)
         self._take(np.sort(key_of(grid.reshape(-1, 3))))
@@ -143,9 +156,9 @@ class _Lattice:
         return np.asarray(self.all_cells[self.mixed])
 
     def _take(self, cells: Keys) -> None:
-        """Look at *cells*, sorted, and at all neighbours into which the surface goes on."""
+        """Evaluate the function in *cells*, sorted, and in all neighbours into which the surface continues."""
         corners = cells[:, None] + CORNERS
-        self._ask(np.unique(corners))
+        self._evaluate(np.unique(corners))
         self.all_cells, self.inside = cells, self._inside(corners)
         self.mixed = _differ(self.inside)
         fresh = np.flatnonzero(self.mixed)
@@ -154,7 +167,7 @@ class _Lattice:
             if not len(beyond):
                 break
             corners = beyond[:, None] + CORNERS
-            self._ask(np.unique(corners))
+            self._evaluate(np.unique(corners))
             inside = self._inside(corners)
             mixed = _differ(inside)
             order = np.argsort(np.concatenate([self.all_cells, beyond]), kind="stable")
@@ -165,7 +178,7 @@ class _Lattice:
             fresh = np.flatnonzero(new & self.mixed)
 
     def _beyond(self, rows: NDArray[np.int64]) -> Keys:
-        """Neighbours of cells that are behind a crossed face and have not been looked at."""
+        """Neighbours of cells behind a face that the surface crosses, of those that are not known yet."""
         steps = [1 << 2 * BITS, 1 << BITS, 1]
         found = []
         for axis, side, corners in FACES:
@@ -178,8 +191,8 @@ class _Lattice:
     def _inside(self, corners: Keys) -> NDArray[np.bool_]:
         return np.asarray(self.values[np.searchsorted(self.nodes, corners)] >= 0.0)
 
-    def _ask(self, keys: Keys) -> None:
-        """Have the values of the nodes of sorted *keys*."""
+    def _evaluate(self, keys: Keys) -> None:
+        """Find the values of the nodes with the sorted *keys* that are not known yet."""
         new = keys[~_among(keys, self.nodes)]
         values = self._values(new)
         order = np.argsort(np.concatenate([self.nodes, new]), kind="stable")
@@ -189,7 +202,7 @@ class _Lattice:
     def _values(self, keys: Keys) -> Array:
         shares, within = self._shares(keys)
         values = np.full(len(keys), -np.inf)
-        values[within] = self._margin(self.box.at(shares[within]), f"lattice of {self._told}")
+        values[within] = self._margin(self.box.at(shares[within]), f"lattice of {self._size}")
         return values
 
     def _shares(self, keys: Keys) -> tuple[Array, NDArray[np.bool_]]:
@@ -199,20 +212,17 @@ class _Lattice:
         return index / self.cells, within
 
     @property
-    def _told(self) -> str:
+    def _size(self) -> str:
         return f"{self.cells.max()} cells"
 
     def _margin(self, places: Array, purpose: str) -> Array:
-        self.poses += len(places)
+        self.places += len(places)
         values = self.margin(places, purpose) if len(places) else np.empty(0)
         return np.where(np.isnan(values), -np.inf, values)
 
-    def split(self, tolerance: float, volume: float) -> None:
-        """Go on to cells of half the size where the surface is, or where a random place tells of more."""
-        if self.level == 0:
-            self._probe(tolerance, volume)
-        else:
-            self._track()
+    def split(self) -> None:
+        """Halve the cells where the surface is, or where a random place contradicts the corners of its cell."""
+        self._track()
         parents = np.union1d(self.crossed, self._probe_cells(self.tracked))
         keep = np.unique(self.crossed[:, None] + CORNERS)
         known = np.searchsorted(self.nodes, keep)
@@ -220,21 +230,23 @@ class _Lattice:
         self.level += 1
         self._take(np.sort((2 * parents[:, None] + CORNERS).ravel()))
 
-    def _probe(self, tolerance: float, volume: float) -> None:
-        """Ask at random places, as many in each cell of the first lattice."""
+    def place_probes(self, goal: float | None) -> None:
+        """Evaluate random places, as many in each cell: enough for an error of *goal* (m^3), a few if None."""
         cells = int(np.prod(self.first))
-        wanted = 4.0 * UNSEEN * self.box.volume / max(tolerance * volume, 1e-300)
-        if tolerance == 0.0:
-            wanted = 8.0 * cells
-        elif volume == 0.0:
-            wanted = PROBES_FOR_NOTHING
+        wanted = 8.0 * cells
+        if goal is not None:
+            wanted = 4.0 * UNSEEN * self.box.volume / goal if goal else PROBES_FOR_NOTHING
         each = int(np.ceil(np.clip(wanted, *PROBES) / cells))
         index = np.stack(np.meshgrid(*(np.arange(n) for n in self.first), indexing="ij"), axis=-1).reshape(-1, 3)
         jitter = np.random.default_rng(self.seed).random((each, cells, 3))
         self.probes = ((index + jitter) / self.first).reshape(-1, 3)
         self.probe_signs = self._margin(self.box.at(self.probes), "random places") >= 0.0
         self.tracked = np.arange(len(self.probes))
-        self._track()
+
+    @property
+    def least_unseen(self) -> float:
+        """What `unseen` cannot fall below, however fine the lattice, m^3."""
+        return UNSEEN / len(self.probes) * self.box.volume
 
     def _probe_cells(self, rows: NDArray[np.int64]) -> Keys:
         return key_of(np.floor(self.probes[rows] * self.cells).astype(np.int64) + (1 << self.level))
@@ -247,13 +259,13 @@ class _Lattice:
         self.tracked = self.tracked[self.mixed[at] | contradicted]
 
     def unseen(self) -> float:
-        """Volume, m^3, that may be on the wrong side of a surface that was not found: more once in twenty times."""
+        """Volume, m^3, of parts and holes that were not found: it is larger in one of 20 runs at most."""
         cells = self._probe_cells(self.tracked)
         at = np.searchsorted(self.all_cells, cells)
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
-        return (UNSEEN + against + 2.0 * float(np.sqrt(against))) / len(self.probes) * self.box.volume
+        return self.least_unseen * (1.0 + (against + 2.0 * float(np.sqrt(against))) / UNSEEN)
 
-    def surface(self) -> Mesh:
+    def surface(self) -> TriangleMesh:
         """The closed surface on this lattice."""
         keys, within, without, triangles = crossings(self.crossed, self.inside[self.mixed])
         shares, _ = self._shares(within)
@@ -266,10 +278,10 @@ class _Lattice:
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         used, numbers = np.unique(triangles, return_inverse=True)
-        return Mesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
+        return TriangleMesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
     def _cross(self, inner: Array, outer: Array, in_box: NDArray[np.bool_], within: Keys, without: Keys) -> Array:
-        """Shares (E,) of the ways from inside to outside where the surface is; 0 if the outer node is off the box."""
+        """Where the surface crosses edges: shares (E,) of the way from inside to outside; 0 at a side of the box."""
         found = np.zeros(len(inner))
         rows = np.flatnonzero(in_box)
         start, way = inner[rows], outer[rows] - inner[rows]
@@ -282,7 +294,7 @@ class _Lattice:
             share = np.clip(share, 0.1, 0.9) if step % 2 == 0 else np.full(len(active), 0.5)
             at = low[active] + share * (high[active] - low[active])
             places = self.box.at(start[active] + at[:, None] * way[active])
-            values = self._margin(places, f"surface in {self._told}, step {step + 1}")
+            values = self._margin(places, f"surface in {self._size}, step {step + 1}")
             good = values >= 0.0
             low[active[good]], near[active[good]] = at[good], values[good]
             high[active[~good]], far[active[~good]] = at[~good], values[~good]

@@ -11,14 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Law, Progress
-from cablewright.analyses.workspace.workspace import Workspace, box_of, workspace
+from cablewright.analyses.workspace.criterion import RetractionLaw, box_of
+from cablewright.analyses.workspace.workspace import Workspace, workspace
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 
 __all__ = ["Retracting", "best_retraction"]
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 STEPS = (3, 200)
 HEIGHTS = (4, 1000)
 
@@ -33,8 +35,8 @@ class Retracting:
     volumes: Array  # (L,) m^3 of the workspaces at constant lengths
     best: Array  # (Z,) m, the length at which a slice is largest; NaN where no length has any
     best_areas: Array  # (Z,) m^2
-    fitted: NDArray[np.bool_]  # (Z,) which slices the law was fitted to
-    law: Law
+    fitted: Flags  # (Z,) which slices the law was fitted to
+    law: RetractionLaw
     held: Workspace  # the workspace with the law in force
 
     @property
@@ -116,8 +118,8 @@ def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:
     return np.where(areas.max(axis=1) > 0.0, best, np.nan), peak
 
 
-def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -> tuple[Law, NDArray[np.bool_]]:
-    """The line through the best lengths of the slices that have a choice, and which those are."""
+def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -> tuple[RetractionLaw, Flags]:
+    """The line through the best lengths of the slices that have a choice, and which slices those are (Z,)."""
     some = areas > 0.0
     fitted = some & (best > ends[0]) & (best < ends[1])
     if fitted.sum() < 2:
@@ -125,4 +127,4 @@ def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -
     if fitted.sum() < 2:
         raise AnswerError("at most one of the heights can be reached at any length: no law can be fitted")
     slope, intercept = np.polyfit(heights[fitted], best[fitted], 1)
-    return Law(float(slope), float(intercept), *ends), fitted
+    return RetractionLaw(float(slope), float(intercept), *ends), fitted

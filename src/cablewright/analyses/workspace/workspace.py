@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Law, Progress, Question, ask
-from cablewright.analyses.workspace.mesh import Mesh
-from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
+from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw
+from cablewright.analyses.workspace.refinement import SearchBox, refine
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.robot import Robot
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]
 
 Array = NDArray[np.float64]
 
 NODES = (3, 400)  # fewest and most along a side
+GRID = 41  # nodes along a side
+MOST_NODES = 20_000_000
+TOLERANCE = 2e-3
 TOLERANCES = (1e-5, 0.5)
 NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on the floor
 
@@ -29,18 +32,22 @@ NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on
 class Workspace:
     """Where a criterion holds in a box, as a closed surface."""
 
-    question: Question
-    box: SearchBox
-    mesh: Mesh  # m
+    criterion: Criterion
+    mesh: TriangleMesh  # m
     volume_error: float  # m^3; see `refine`
     unseen: float  # m^3: of the error, parts or holes so small that random places may have missed them
     nodes: int  # how many places were tried
     cells: tuple[int, int, int]  # of the finest lattice along the sides of the box
-    converged: bool  # whether the error is what was asked for
+    converged: bool  # whether the error is at most the tolerance
+
+    @property
+    def box(self) -> SearchBox:
+        """Where places were looked for."""
+        return self.criterion.box
 
     @property
     def volume(self) -> float:
-        """m^3."""
+        """Volume that the surface encloses, m^3."""
         return self.mesh.volume
 
     @property
@@ -49,7 +56,7 @@ class Workspace:
         return self.volume / self.box.volume
 
     def slices(self, heights: ArrayLike) -> Array:
-        """Areas (k,), m^2, of the sections at *heights* (k,), m."""
+        """Areas (k,), m^2, of the level sections at *heights* (k,), m."""
         low, high = self.box.low[2], self.box.high[2]
         floor = low + NEAR * (high - low)
         inside = [low <= z <= high for z in np.atleast_1d(heights)]
@@ -59,15 +66,25 @@ class Workspace:
 
 @dataclass(frozen=True, eq=False)
 class NodeCount:
-    """Which nodes of a grid are inside; each counts as an equal part of the box, as in Jung 2020.
+    """Which nodes of a grid over a box are inside."""
 
-    Nodes on the sides of the box stand for as much as others, so that the volume is off by about one cell's width of
-    its surface: 2.97 instead of 3.19 m^3 for his Table 1.
-    """
-
-    question: Question
-    box: SearchBox
+    criterion: Criterion
     inside: NDArray[np.bool_]  # (X, Y, Z)
+
+    @property
+    def box(self) -> SearchBox:
+        """Where the nodes are: from side to side of it."""
+        return self.criterion.box
+
+    @property
+    def axes(self) -> tuple[Array, Array, Array]:
+        """Coordinates of the nodes along x, y, z, m."""
+        return self.box.axes(self.inside.shape)
+
+    @property
+    def places(self) -> Array:
+        """The nodes that are inside, (N, 3) m: z changes fastest, then y, then x."""
+        return _grid(self.axes)[self.inside]
 
     @property
     def nodes(self) -> int:
@@ -81,31 +98,32 @@ class NodeCount:
 
     @property
     def fraction(self) -> float:
-        """Share of the nodes."""
+        """Share of the nodes that is inside."""
         return self.counted / self.nodes
 
     @property
     def volume(self) -> float:
-        """That share of the box, m^3."""
+        """That share of the box, m^3, as in Jung 2020.
+
+        Nodes on the sides of the box stand for as much as others, so that the volume is off by about one cell's width
+        of its surface: 2.97 instead of 3.19 m^3 for his Table 1. `trapezoid_volume` is not.
+        """
         return self.fraction * self.box.volume
 
     @property
+    def trapezoid_volume(self) -> float:
+        """Volume, m^3, in which a node on a side of the box stands for half a cell, on an edge for a quarter."""
+        widths = [np.r_[0.5, np.ones(len(axis) - 2), 0.5] * (axis[1] - axis[0]) for axis in self.axes]
+        return float(np.einsum("ijk,i,j,k->", self.inside.astype(np.float64), *widths))
+
+    @property
     def volume_error(self) -> float:
-        """Half of what the boundary's cells take, and what the count is off by in a box that is full, m^3."""
+        """Error of `volume`, m^3: half the boundary's cells, and what the count is off by in a box that is full."""
         cells = np.array(self.inside.shape) - 1
         corners = [self.inside[i : i + cells[0], j : j + cells[1], k : k + cells[2]] for i, j, k in np.ndindex(2, 2, 2)]
         crossed = np.any(corners, axis=0) & ~np.all(corners, axis=0)
         ends = 1.0 - float(np.prod(cells / (cells + 1.0)))
         return 0.5 * float(crossed.mean()) * self.box.volume + ends * self.volume
-
-    @property
-    def axes(self) -> tuple[Array, Array, Array]:
-        """Coordinates of the nodes along x, y, z, m."""
-        x, y, z = (
-            np.linspace(float(self.box.low[axis]), float(self.box.high[axis]), self.inside.shape[axis])
-            for axis in range(3)
-        )
-        return x, y, z
 
     def slices(self) -> Array:
         """Areas (Z,), m^2, of the layers of nodes: the share of a layer's nodes times the floor of the box."""
@@ -113,22 +131,8 @@ class NodeCount:
         return np.asarray(self.inside.mean(axis=(0, 1)) * sides[0] * sides[1])
 
 
-def box_of(robot: Robot, ends: ArrayLike | None) -> SearchBox:
-    """The box from *ends* (6,) x0, x1, y0, y1, z0, z1, m, or the robot's frame. Raises `InputError`."""
-    if ends is None:
-        return SearchBox(np.array(robot.scene.frame_min), np.array(robot.scene.frame_max))
-    numbers = np.asarray(ends, dtype=np.float64)
-    if numbers.shape != (6,) or not np.isfinite(numbers).all():
-        raise InputError(f"box: 6 finite numbers are wanted, x0,x1,y0,y1,z0,z1 in m; got {numbers.tolist()}")
-    low, high = numbers[::2], numbers[1::2]
-    if (low >= high).any():
-        axis = int(np.argmax(low >= high))
-        raise InputError(f"box: {'xyz'[axis]} from {low[axis]:g} to {high[axis]:g} m: lowest < highest is wanted")
-    return SearchBox(low, high)
-
-
 def workspace(
-    model: Model,
+    robot: Robot | Model,
     criterion: str = "exact",
     *,
     tolerance: float | None = None,
@@ -139,74 +143,86 @@ def workspace(
     wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
     arm: float = 1.0,
     orientations: ArrayLike | None = None,
-    retraction: float | Law | None = None,
+    retraction: float | RetractionLaw | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Workspace:
-    """Where in the frame of *model*, or a *box* (x0, x1, y0, y1, z0, z1, m), a *criterion* holds.
+    """Where in a *box* (x0, x1, y0, y1, z0, z1, m; default: the robot's frame) a *criterion* holds.
 
     ``closed-form``, ``improved-closed-form`` and ``exact`` are the methods of `distribute`: tensions of straight lines
     within their limits balance the weight and the platform's own wrench, or *wrench* (n,), N and N m, in its place.
     ``capacity``: they balance each wrench of *wrench_box*, the lowest and the highest (n,), moments on an *arm* (m).
-    ``wrench-closure``: any wrench, with tensions without limit. ``static``: the inverse problem with all that the
-    fidelity of *model* has, sag among it, and every limit of the hardware at rest.
+    ``wrench-closure``: tensions without limit balance any wrench. ``static``: the inverse problem has a solution with
+    all that the model's fidelity has, such as sag, and it is within every limit of the hardware at rest.
 
-    A place is that of the nozzle or, by *point*, the platform's origin. *orientations* (K, 3), rotation vectors of at
-    most pi, rad: a place counts if the criterion holds for each, the total-orientation workspace; unrotated if None.
-    *retraction* is the platform's length, m, or a `Law` of it.
+    A `Robot` is given sagging, elastic lines for ``static`` and rigid ones for all else; a `Model` is taken as it is.
+    A place is that of the nozzle or, with *point* ``origin``, of the platform's origin. *orientations* (K, 3) are
+    rotation vectors of at most pi, rad (default: unrotated): a place counts if the criterion holds for each, the
+    total-orientation workspace; nothing counts if there is none. *retraction* is the platform's length, m, or a law.
 
-    The surface is refined until the volume's error is at most *tolerance* of it (0.002 if neither is given), or to
-    *grid* nodes along the longest side. Parts, holes and walls thinner than a sixteenth of that side can be missed;
-    random places (*seed*) look for them, and their share is in the error. Raises `InputError`.
+    The surface is refined until the volume's error is at most *tolerance* of the volume (default: 0.002), or to *grid*
+    nodes along the longest side. Where it cannot be reached with some 20 million places, the result has not converged.
+    Parts, holes and walls thinner than a sixteenth of the longest side can be missed; random places (*seed*) look for
+    them, and their share is in the error. Raises `InputError`.
     """
-    where = box_of(model.robot, box)
     if tolerance is not None and grid is not None:
         raise InputError("grid and tolerance: give one of them")
     if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         raise InputError(f"tolerance {tolerance:g}: {TOLERANCES[0]:g} to {TOLERANCES[1]:g} of the volume is allowed")
     if seed < 0:
         raise InputError(f"seed {seed}: 0 or more is wanted")
-    given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
-    asked = ask(model, criterion, _heights(where), **given, orientations=orientations, retraction=retraction)
+    options = Options(box=box, point=point, wrench=wrench, wrench_box=wrench_box, arm=arm)
+    options |= {"orientations": orientations, "retraction": retraction}
+    asked = Criterion.of(robot, criterion, **options)
+
+    def margin(places: Array, stage: str) -> Array:
+        """What can be interpolated: the margin where it is continuous, else its sign."""
+        margins = asked.margin(places, progress, stage)
+        return margins if asked.continuous else np.where(margins >= 0.0, 1.0, -1.0)
+
     finest = None if grid is None else _checked_grid(grid) - 1
-    tolerance = 2e-3 if tolerance is None else tolerance
-    found = refine(partial(asked.tending, progress=progress), where, tolerance=tolerance, finest=finest, seed=seed)
-    return _as_workspace(asked, where, found)
+    found = refine(margin, asked.box, tolerance=tolerance or TOLERANCE, finest=finest, seed=seed)
+    return Workspace(asked, found.mesh, found.error, found.unseen, found.places, found.cells, found.converged)
 
 
 def count_nodes(
-    model: Model,
+    robot: Robot | Model,
     criterion: str = "exact",
     *,
-    grid: int = 41,
-    box: ArrayLike | None = None,
-    point: str = "nozzle",
-    wrench: ArrayLike | None = None,
-    wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
-    arm: float = 1.0,
-    orientations: ArrayLike | None = None,
-    retraction: float | Law | None = None,
+    grid: int | None = None,
+    step: float | None = None,
     progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> NodeCount:
-    """Which nodes of *grid* along each side of the box are inside; all else as for `workspace`."""
-    where = box_of(model.robot, box)
-    given: dict[str, Any] = {"point": point, "wrench": wrench, "wrench_box": wrench_box, "arm": arm}
-    asked = ask(model, criterion, _heights(where), **given, orientations=orientations, retraction=retraction)
-    along = np.arange(_checked_grid(grid)) / (grid - 1)
-    shares = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)
-    inside = asked.margin(where.at(shares), progress, "nodes") >= 0.0
-    return NodeCount(asked, where, inside.reshape(grid, grid, grid))
+    """Which nodes of a grid are inside: *grid* along each side (default: 41), or at most *step* (m) apart.
+
+    Other arguments are as for `workspace`. Raises `InputError`.
+    """
+    if grid is not None and step is not None:
+        raise InputError("grid and step: give one of them")
+    asked = Criterion.of(robot, criterion, **options)
+    counts = (_checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(asked.box, step)
+    inside = asked.margin(_grid(asked.box.axes(counts)).reshape(-1, 3), progress, "nodes") >= 0.0
+    return NodeCount(asked, inside.reshape(counts))
 
 
-def _heights(box: SearchBox) -> tuple[float, float]:
-    return float(box.low[2]), float(box.high[2])
+def _grid(axes: tuple[Array, Array, Array]) -> Array:
+    """Places (X, Y, Z, 3), m, of all nodes of a grid."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def _counts(box: SearchBox, step: float) -> tuple[int, int, int]:
+    """How many nodes along x, y, z are at most *step* apart, m. Raises `InputError`."""
+    shortest = float((box.high - box.low).min())
+    if not 0.0 < step <= shortest:
+        raise InputError(f"step {step:g} m: more than 0 and at most {shortest:g} m, a side of the box, is allowed")
+    x, y, z = (int(np.ceil(side / step - 1e-9)) + 1 for side in box.high - box.low)
+    if x * y * z > MOST_NODES:
+        raise InputError(f"step {step:g} m: {x * y * z} nodes; at most {MOST_NODES} are allowed")
+    return x, y, z
 
 
 def _checked_grid(grid: int) -> int:
     if not NODES[0] <= grid <= NODES[1]:
         raise InputError(f"grid {grid}: {NODES[0]} to {NODES[1]} nodes along a side are allowed")
     return grid
-
-
-def _as_workspace(asked: Question, where: SearchBox, found: Refined) -> Workspace:
-    return Workspace(asked, where, found.mesh, found.error, found.unseen, found.poses, found.cells, found.converged)

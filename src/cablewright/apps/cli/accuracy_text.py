@@ -22,17 +22,12 @@ FINEST = 1e-9  # m: below it the solver speaks
 MOST = 8
 """Uncertain numbers that are listed."""
 
-LEAVES = {
-    "none": "no compensation: rigid cables",
-    "elastic": "stretch compensated, sag not",
-    "eyelets": "all but the sheaves compensated",
-    "full": "all compensated",
-}
-
 
 def print_place(found: AccuracyAtPose, report: str | None) -> None:
     """The figures of one pose."""
     import numpy as np
+
+    from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 
     at, spread, corners = found.accuracy, found.accuracy.spread, found.region
     place = ", ".join(f"{x:g}" for x in at.wanted[0])
@@ -52,9 +47,11 @@ def print_place(found: AccuracyAtPose, report: str | None) -> None:
         inner = corners.interior
         verdict = "none is worse than" if inner.corner_is_worst else "SOME ARE WORSE than"
         typer.echo(f"of {inner.samples} inner points, {inner.climbs} of them climbed from, {verdict} the corners")
-    typer.echo("what each controller leaves:      nominal  largest error")
+    typer.echo("what is left of the error:         nominal  largest")
     for name, left in found.remains.items():
-        typer.echo(f"  {LEAVES[name]:<30} {_mm(left.nominal_error[0]):>8}  {_mm(left.spread.max_error[0]):>8} mm")
+        typer.echo(
+            f"  {COMPENSATIONS[name].words:<31} {_mm(left.nominal_error[0]):>8}  {_mm(left.spread.max_error[0]):>8} mm"
+        )
     if found.best is not None:
         best = found.best
         typer.echo(
@@ -83,11 +80,11 @@ def print_study(found: Study, report: str) -> None:
     low_z, high_z = np.nanmin(spread.low[:, 2]), np.nanmax(spread.high[:, 2])
     typer.echo(f"vertical error from {_mm(low_z)} to {_mm(high_z)} mm")
     typer.echo(f"largest deviation from the nominal point {_mm(np.nanmax(spread.max_deviation))} mm")
-    if found.accessible is not None:
-        typer.echo(f"accessible {found.accessible.volume:.1f} m^3, ended by")
-        for edge in found.accessible.edges:
+    if found.workspace is not None:
+        typer.echo(f"accessible {found.workspace.nodes.trapezoid_volume:.1f} m^3, ended by")
+        for each in found.workspace.by_limit:
             typer.echo(
-                f"  {edge.limit:<30} {edge.ends:>7} times, from {edge.lowest[2]:.2f} to {edge.highest[2]:.2f} m high"
+                f"  {each.limit:<30} {each.ends:>7} times, from {each.lowest[2]:.2f} to {each.highest[2]:.2f} m high"
             )
     _print_contributions(at)
     typer.echo(f"report {report}")

@@ -20,8 +20,9 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
 from cablewright.errors import AnswerError, EnvironmentFault, InputError
+from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
     from cablewright.analyses.bracket.stress import Comparison, Design, Peak

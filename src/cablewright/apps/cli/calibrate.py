@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cablewright.apps.cli.options import AsJson, RobotName
-from cablewright.apps.cli.output import print_json, progress, tell, write_whole
+from cablewright.apps.cli.output import print_json, progress, tell
 from cablewright.errors import AnswerError, InputError
+from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -53,6 +53,8 @@ def check(
 
 def _print(found: Check, page: Path) -> None:
     """The figures for people."""
+    from cablewright.analyses.accuracy.compensation import COMPENSATIONS
+
     hours, minutes = divmod(round(found.law.duration / 60), 60)
     summary = found.summary()
     typer.echo(found.verdict)
@@ -60,13 +62,9 @@ def _print(found: Check, page: Path) -> None:
         f"layers {found.layer_count}, {found.samples.extruded_length / 1e3:.2f} km laid, {hours} h {minutes:02d} min"
     )
     typer.echo(f"tension {summary['min_tension']:.0f} to {summary['max_tension']:.0f} N")
-    millimetres = {
-        "without compensation": "max_error_uncompensated",
-        "compensating elasticity alone": "max_error_elastic_only",
-        "compensating all": "max_error_compensated",
-    }
-    for what, key in millimetres.items():
-        typer.echo(f"largest error {what}: {summary[key] * 1e3:.3g} mm")  # type: ignore[operator]
+    for name, key in (("none", "uncompensated"), ("elastic", "elastic_only"), ("full", "compensated")):
+        off = summary[f"max_error_{key}"] * 1e3  # type: ignore[operator]
+        typer.echo(f"largest error {COMPENSATIONS[name].words}: {off:.3g} mm")
     if found.robot.n == 6:
         angle = summary["max_turn_uncompensated"]
         typer.echo(f"largest turn of the platform without compensation: {angle * 1e3:.3g} mrad")  # type: ignore[operator]

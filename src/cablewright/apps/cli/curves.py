@@ -42,7 +42,7 @@ def curves(
         raise InputError(f"--seed = {seed}: 0 or more is wanted")
     wanted = Wanted(length, (sides[0], sides[1]), crossings, least_radius)
     with progress() as show:
-        found = draw_many(wanted, seed, count, lambda done, total: show("drawing curves", done, total))
+        found = draw_many(wanted, seed, count, show)
     order = ranked(found, wanted.area)
     if plot is not None:
         from cablewright.apps.pictures.curves import curves_picture

@@ -67,7 +67,7 @@ def equilibria(
         found, finished = _search(found, corners, 600.0 if time_limit is None else time_limit, out)
     torn = _is_torn(found)
     if as_json:
-        print_json({"status": "unfinished" if not finished else "overstretched" if torn else "ok"} | _values(found))
+        print_json({"status": "unfinished" if not finished else "overstretched" if torn else "ok"} | found.to_dict())
     else:
         _print(found)
     if torn:
@@ -77,8 +77,7 @@ def equilibria(
 
 def _is_torn(found: Equilibria) -> bool:
     """Whether there are stable equilibria, and cables would break in all of them."""
-    stable = [found.solutions[int(row)].status for row in found.stable.nonzero()[0]]
-    return bool(stable) and all(status is Status.OVERSTRETCHED for status in stable)
+    return set(found[found.stable].status) == {Status.OVERSTRETCHED}
 
 
 def _search(found: Equilibria, box: list[float] | None, time_limit: float, out: Path | None) -> tuple[Equilibria, bool]:
@@ -95,51 +94,15 @@ def _search(found: Equilibria, box: list[float] | None, time_limit: float, out: 
     return every, finished
 
 
-def _values(found: Equilibria) -> dict[str, object]:
-    """The figures of the JSON, SI."""
-    rows = [
-        {
-            "status": one.status.word,
-            "stable": bool(stable),
-            "pose": one.pose,
-            "tensions": one.tensions,
-            "slack": slack,
-            "certified": bool(certified),
-            "bound": bound,
-        }
-        for one, stable, slack, certified, bound in zip(
-            (found.solutions[row] for row in range(len(found.stable))),
-            found.stable,
-            found.slack,
-            found.certificates.certified,
-            found.certificates.bound,
-            strict=True,
-        )
-    ]
-    return {
-        "robot": found.solutions.model.robot.name,
-        "lengths": found.solutions.lengths[0],
-        "solutions": rows,
-        "complete": found.complete,
-        "why": found.why,
-        "undecided_boxes": [
-            {"box": box, "why": why} for box, why in zip(found.undecided, found.undecided_why, strict=True)
-        ],
-        "starts": found.starts,
-        "outside": found.outside,
-    }
-
-
 def _print(found: Equilibria) -> None:
     """The equilibria for people, one a line."""
     names = [line.name for line in found.solutions.model.robot.lines]
-    count = len(found.stable)
+    count = len(found)
     typer.echo(f"{count} equilibri{'um' if count == 1 else 'a'}, {int(found.stable.sum())} stable")
-    for row in range(count):
-        one = found.solutions[row]
+    for one, slack, proof in zip(found, found.slack, found.certificates, strict=True):
         pose = " ".join(f"{x:9.4f}" for x in one.pose)
-        loose = ", ".join(name for name, slack in zip(names, found.slack[row], strict=True) if slack) or "none"
-        proved = "certified" if found.certificates.certified[row] else "not certified"
+        loose = ", ".join(name for name, hangs in zip(names, slack, strict=True) if hangs) or "none"
+        proved = "certified" if proof.certified else "not certified"
         typer.echo(f"{one.status.word:<15} {pose}  {proved}, slack: {loose}")
     if found.outside:
         typer.echo(f"and {found.outside} outside the box: --box widens it")

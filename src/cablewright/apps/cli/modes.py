@@ -29,7 +29,7 @@ from cablewright.apps.cli.options import (
     turns,
 )
 from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
-from cablewright.apps.cli.workspace import of_question
+from cablewright.apps.cli.workspace import of_criterion
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _tell_boundary(found: Boundary, plot: Path | None, as_json: bool) -> int:
         write_picture(plot, boundary_picture, found)
     if as_json:
         fidelity = found.modes.equilibrium.model.fidelity  # of the modes: the question has straight lines
-        values = {"status": status} | of_question(found.nodes.question) | {"cable": fidelity.cable.value}
+        values = {"status": status} | of_criterion(found.nodes.criterion) | {"cable": fidelity.cable.value}
         values |= dict.fromkeys((*_OF_POSE, *_OF_MODES)) if held is None else _values(held, worst, geometric)
         values |= {"status": status, "boundary": _boundary_values(found)}
         print_json(values | {"plot": None if plot is None or held is None else str(plot)})
@@ -171,10 +171,10 @@ def _boundary_values(found: Boundary) -> dict[str, Any]:
 
 
 def _print_boundary(found: Boundary) -> None:
-    asked = found.nodes.question
+    criterion = found.nodes.criterion
     least, median, greatest = found.spread
     counted = "" if found.modes.geometric else ", without geometric stiffness"
-    typer.echo(f"{asked.model.robot.name}: {asked.criterion}, boundary of the workspace of the {asked.point}")
+    typer.echo(f"{criterion.model.robot.name}: {criterion.name}, boundary of the workspace of the {criterion.point}")
     typer.echo(f"nodes     {len(found.places)} of {found.nodes.nodes}, the outermost of {found.nodes.counted} inside")
     if found.worst is None:
         return

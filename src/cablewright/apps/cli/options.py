@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 
@@ -11,7 +13,7 @@ from cablewright.apps.cli.output import numbers
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace.criterion import Law
+    from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.robot import Robot
 
 __all__ = [
@@ -38,6 +40,7 @@ __all__ = [
     "Tolerance",
     "Wrench",
     "check_plot",
+    "command",
     "described",
     "retracting",
     "slack_excess",
@@ -111,6 +114,21 @@ Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="W
 Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
 
 
+class _Command(Protocol):
+    def run(self) -> int: ...
+
+
+def command(asked: type[_Command]) -> Callable[..., int]:
+    """The command whose arguments and options are the fields of a dataclass, and whose help is its docstring."""
+
+    @wraps(asked)
+    def run(**given: Any) -> int:
+        return asked(**given).run()
+
+    run.__annotations__ = {}  # Typer reads those of the fields, from the signature
+    return run
+
+
 def described(name: str, load: str | None = None, wrench: str | None = None) -> Robot:
     """The robot that a command line speaks of. Raises `InputError`."""
     from cablewright.robot import load as load_robot
@@ -141,9 +159,9 @@ def turns(text: str | None) -> list[list[float]] | None:
     return [numbers(part, "--orientations") or [] for part in text.split(";")]
 
 
-def retracting(length: float | None, law: str | None, point: str) -> float | Law | None:
+def retracting(length: float | None, law: str | None, point: str) -> float | RetractionLaw | None:
     """What --retraction and --retraction-law ask for. Raises `InputError`."""
-    from cablewright.analyses.workspace.criterion import Law
+    from cablewright.analyses.workspace.criterion import RetractionLaw
 
     if law is not None and length is not None:
         raise InputError("--retraction and --retraction-law: give one of them")
@@ -154,7 +172,7 @@ def retracting(length: float | None, law: str | None, point: str) -> float | Law
         raise InputError(f"--retraction-law = {law!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps")
     slope, intercept, *clamps = values
     least, most = clamps or (None, None)
-    return Law(slope, intercept, least, most, point)
+    return RetractionLaw(slope, intercept, least, most, point)
 
 
 def slack_excess(robot: Robot, text: str) -> dict[str, float]:

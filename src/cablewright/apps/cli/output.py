@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.errors import InputError
+from cablewright.file_output import write_whole
+from cablewright.progress import Progress
+from cablewright.results import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_picture", "write_whole"]
+__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_picture"]
 
 SCHEMA = 1
 """Version of the JSON that commands print."""
@@ -31,32 +32,7 @@ FREE = "free"
 
 def print_json(values: dict[str, Any]) -> None:
     """Print one JSON object: numbers that are not finite as null."""
-    typer.echo(json.dumps({"schema": SCHEMA} | values, default=_plain) if _finite(values) else _nulled(values))
-
-
-def _nulled(values: dict[str, Any]) -> str:
-    return json.dumps({"schema": SCHEMA} | _without_nan(json.loads(json.dumps(values, default=_plain))))
-
-
-def _finite(values: dict[str, Any]) -> bool:
-    try:
-        json.dumps(values, default=_plain, allow_nan=False)
-    except ValueError:
-        return False
-    return True
-
-
-def _plain(value: Any) -> Any:
-    """Arrays and NumPy scalars as lists and numbers."""
-    return value.tolist()
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    typer.echo(json.dumps({"schema": SCHEMA} | plain(values)))
 
 
 def tell(line: str) -> None:
@@ -84,25 +60,9 @@ def limits(text: str | None) -> tuple[float, float] | None:
     return values[0], values[1]
 
 
-def write_whole(file: Path, content: bytes) -> None:
-    """Write a file beside its place and rename it, so that it is there whole or not at all.
-
-    Raises `EnvironmentFault` where it cannot be written.
-    """
-    try:
-        aside = Path(mkdtemp(prefix=f".{file.name}-", dir=file.absolute().parent))
-        try:
-            (aside / "content").write_bytes(content)
-            (aside / "content").replace(file)
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
-    except OSError as reason:
-        raise EnvironmentFault(f"{file}: cannot be written: {reason.strerror or reason}") from None
-
-
 def write_picture(file: Path, draw: Callable[..., Figure], *found: object) -> None:
     """Write what *draw* makes of *found* as a PNG. Raises `EnvironmentFault` where it cannot be written."""
-    from cablewright.apps.pictures import style
+    from cablewright.apps import style
 
     with style.drawing():
         picture = style.png(draw(*found))
@@ -132,17 +92,17 @@ class _Bar:
     """Progress for a terminal."""
 
     def __init__(self) -> None:
+        from rich import progress as shown
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
         columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(),
+            shown.TextColumn("{task.description}"),
+            shown.BarColumn(),
+            shown.MofNCompleteColumn(),
+            shown.TextColumn("{task.fields[rate]}"),
+            shown.TimeRemainingColumn(),
         )
-        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.bar = shown.Progress(*columns, console=Console(stderr=True), transient=True)
         self.tasks: dict[str, Any] = {}
 
     def __call__(self, stage: str, done: int, total: int) -> None:
@@ -154,8 +114,8 @@ class _Bar:
 
 
 @contextmanager
-def progress() -> Iterator[Any]:
-    """A callback (stage, done, total) that shows rate and time left: a bar in a terminal, lines in a log."""
+def progress() -> Iterator[Progress]:
+    """A callback that shows rate and time left: a bar in a terminal, lines in a log."""
     if not sys.stderr.isatty():
         yield _Plain()
         return

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, RobotName
-from cablewright.apps.cli.output import limits, print_json, write_whole
+from cablewright.apps.cli.output import limits, print_json
 from cablewright.errors import InputError
+from cablewright.file_output import write_whole
 
 __all__ = ["poses"]
 
@@ -49,8 +50,7 @@ def poses(
         raise InputError(f"--sigma = {sigma:g}: over 0 and under 1 m is wanted")
     machine, within = load(robot), limits(tension_limits)
     if within is not None:
-        lines = tuple(line.model_copy(update={"tension_limits": within}) for line in machine.lines)
-        machine = machine.model_copy(update={"lines": lines})
+        machine = machine.limited(within)
     found = choose(
         machine,
         count,

@@ -11,6 +11,7 @@ from cablewright.apps.cli.options import AsJson, RobotName
 from cablewright.apps.cli.output import print_json, progress, tell
 
 if TYPE_CHECKING:
+    from cablewright.progress import Progress
     from cablewright.studies.prints.plan import MachineTwin
     from cablewright.studies.prints.run import PrintRun
 
@@ -85,15 +86,15 @@ def _options(choices: Any) -> dict[str, Any]:
     return {key: value for key, value in dataclasses.asdict(choices).items() if key != "lasers"}
 
 
-def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Any) -> dict[str, Any]:
+def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Progress) -> dict[str, Any]:
     """Make and write all that is known of the print; return what is told of it."""
     import numpy as np
 
     from cablewright.apps.report import print as report
     from cablewright.studies.prints.finish import finish, write_metrics
 
-    track, ground = twin.course.track, run.machine.rig.ground.field
-    found, log = finish(run.folder, track, twin.course.print_speed, ground, show)
+    track, ground = twin.path.track, run.machine.rig.ground.field
+    found, log = finish(run.folder, track, twin.path.print_speed, ground, show)
     page = report.write(found, run.folder, name, np.array(run.timing.wall))
     status = "finished" if run.finished else run.state.value
     more: dict[str, object] = {"status": status, "reason": run.reason, "log": str(log), "report": str(page)}

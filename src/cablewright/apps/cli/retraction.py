@@ -92,14 +92,14 @@ def _draw(found: Retracting, file: Path) -> None:
 
 
 def _print_json(found: Retracting, plot: Path | None) -> None:
-    asked = found.held.question
+    criterion = found.held.criterion
     print_json(
         {
             "status": "ok",
-            "robot": asked.model.robot.name,
-            "criterion": asked.criterion,
-            "cable": asked.model.fidelity.cable.value,
-            "point": asked.point,
+            "robot": criterion.model.robot.name,
+            "criterion": criterion.name,
+            "cable": criterion.model.fidelity.cable.value,
+            "point": criterion.point,
             "box": [found.held.box.low, found.held.box.high],
             "lengths": found.lengths,
             "heights": found.heights,
@@ -119,8 +119,8 @@ def _print_json(found: Retracting, plot: Path | None) -> None:
 
 def _print(found: Retracting) -> None:
     """For people: the volumes, the law, and the best length by height."""
-    asked, law = found.held.question, found.law
-    typer.echo(f"{asked.model.robot.name}: {asked.criterion}, heights of the {asked.point}")
+    criterion, law = found.held.criterion, found.law
+    typer.echo(f"{criterion.model.robot.name}: {criterion.name}, heights of the {criterion.point}")
     for length, volume in zip(found.lengths, found.volumes, strict=True):
         typer.echo(f"always {length:.3f} m          {volume:8.4f} m^3")
     typer.echo(f"best at each height     {found.best_volume:8.4f} m^3")

@@ -11,6 +11,7 @@ import typer
 from cablewright.apps.cli.options import AsJson, Plot, RobotName, check_plot
 from cablewright.apps.cli.output import numbers, print_json, progress, tell, write_picture
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.file_output import cannot_write
 
 if TYPE_CHECKING:
     from cablewright.machine.log.log import LogHead
@@ -132,7 +133,7 @@ def _run(
             part.unlink(missing_ok=True)
             raise
         except OSError as reason:
-            raise EnvironmentFault(f"{out}: cannot be written: {reason.strerror or reason}") from None
+            raise cannot_write(out, reason) from None
         return found
 
 

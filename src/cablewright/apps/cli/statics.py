@@ -74,8 +74,7 @@ def _held(found: Equilibrium, more: dict[str, Any], as_json: bool) -> int:
     status, sentence = found.status, found.sentence()
     if status is Status.OK and (broken := _broken_limit(found)):
         status, sentence = Status.OUT_OF_LIMITS, broken
-    values = {"status": status.word} | _values(found) | {"margin": found.margin(), "violation": found.violation}
-    return _answer(found, values | more, status is Status.OK, sentence, as_json)
+    return _answer(found, found.to_dict() | {"status": status.word} | more, status is Status.OK, sentence, as_json)
 
 
 def _retracted(model: Model, retraction: float | None) -> Model:
@@ -168,7 +167,7 @@ def forward(
         modulus_factors=numbers(modulus_factors, "--modulus-factors"),
         retraction=retraction,
     )
-    values = {"status": found.status.word} | _values(found)
+    values = found.to_dict()
     yes, sentence = found.status is Status.OK, found.sentence()
     if certify:
         values |= _certified(found)
@@ -181,20 +180,13 @@ def forward(
 
 def _certified(found: Equilibrium) -> dict[str, Any]:
     """Whether an equilibrium is certified, and what its certificate says."""
-    from cablewright.kernels.layout import UNKNOWNS
     from cablewright.solvers.certify import certify, is_only_one
 
     proof = certify(found)
-    certified = bool(proof.certified)
-    levers = {1: "stable", -1: "unstable", 0: "not sure"}[int(proof.levers)]
-    certificate = {
-        "bound": proof.bound,
-        "box": proof.box,
-        "levers": levers if (found.column(UNKNOWNS) == 6).any() else None,
-        "unique": ("globally" if is_only_one(found) else "locally") if certified else None,
-        "reason": proof.reason(),
-    }
-    return {"certified": certified, "certificate": certificate}
+    only = ("globally" if is_only_one(found) else "locally") if proof.certified else None
+    levers = {} if found.lines.has_lever.any() else {"levers": None}
+    certificate = proof.to_dict() | levers | {"unique": only}
+    return {"certified": certificate.pop("certified"), "certificate": certificate}
 
 
 def _pose_box(found: Equilibrium, length_error: str, budget: int | None) -> dict[str, Any]:
@@ -244,23 +236,6 @@ def _proof(values: dict[str, Any]) -> str:
     return f"certified: an equilibrium within {max(certificate['bound'][:3]):.1e} m{turned}, {only}{levers}"
 
 
-def _values(found: Equilibrium) -> dict[str, Any]:
-    """The figures of an equilibrium."""
-    return {
-        "robot": found.model.robot.name,
-        "cable": found.model.fidelity.cable.value,
-        "sheave": None if found.model.fidelity.sheave is None else found.model.fidelity.sheave.value,
-        "pose": found.pose,
-        "nozzle": found.nozzle,
-        "lengths": found.lengths,
-        "tensions": found.tensions,
-        "platform_tensions": found.platform_tensions,
-        "winch_tensions": found.winch_tensions,
-        "residual": found.residual_norm(),
-        "unbalanced_force": found.unbalanced_force(),
-    }
-
-
 def _broken_limit(found: Equilibrium) -> str | None:
     """The first limit of the machine, other than tension, that a balanced pose breaks, in one line."""
     from cablewright.analyses.feasibility import judge_pose
@@ -291,7 +266,7 @@ def _answer(found: Equilibrium, values: dict[str, Any], yes: bool, sentence: str
             typer.echo(_proof(values))
         if "pose_box" in values:
             typer.echo(_box_lines(values["pose_box"]))
-        typer.echo(f"residual  {float(found.residual_norm()):.1e} m, {float(found.unbalanced_force()):.1e} N")
+        typer.echo(f"residual  {found.residual_norm():.1e} m, {found.unbalanced_force():.1e} N")
     if not yes:
         tell(f"cablewright: {sentence}")
     return 0 if yes else NO

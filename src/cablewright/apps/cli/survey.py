@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, check_plot
-from cablewright.apps.cli.output import print_json, tell, write_picture, write_whole
+from cablewright.apps.cli.output import print_json, tell, write_picture
 from cablewright.errors import InputError
+from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

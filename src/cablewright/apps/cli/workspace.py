@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,14 +32,15 @@ from cablewright.apps.cli.options import (
     retracting,
     turns,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture, write_whole
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
 from cablewright.errors import InputError, UnknownName
+from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace.criterion import Question
+    from cablewright.analyses.workspace import criterion as criteria
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace
 
-__all__ = ["of_question", "workspace"]
+__all__ = ["of_criterion", "workspace"]
 
 NO = 1
 COUNTS = ("volume", "nodes")
@@ -96,8 +98,7 @@ def workspace(
     model = Model(machine, fidelity, limits(tension_limits))
     with progress() as show:
         if count == "nodes":
-            nodes = 41 if grid is None else grid
-            return _tell_nodes(volumes.count_nodes(model, criterion, grid=nodes, **given, progress=show), as_json)
+            return _tell_nodes(volumes.count_nodes(model, criterion, grid=grid, **given, progress=show), as_json)
         more: dict[str, Any] = {"tolerance": tolerance, "grid": grid, "seed": seed}
         found = volumes.workspace(model, criterion, **more, **given, progress=show)
     written = _write(found, mesh, plot)
@@ -142,26 +143,21 @@ def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, 
     return written
 
 
-def of_question(asked: Question) -> dict[str, Any]:
-    """What was asked, for the JSON of every command that asks for a workspace."""
-    from cablewright.analyses.workspace.criterion import Law
+def of_criterion(criterion: criteria.Criterion) -> dict[str, Any]:
+    """The criterion in the JSON of every command that finds a workspace."""
+    from cablewright.analyses.workspace.criterion import RetractionLaw
 
-    law, fidelity = asked.retraction, asked.model.fidelity
-    told = (
-        {"slope": law.slope, "intercept": law.intercept, "least": law.least, "most": law.most, "of": law.of}
-        if (isinstance(law, Law))
-        else None
-    )
+    law, fidelity = criterion.retraction, criterion.model.fidelity
     return {
-        "robot": asked.model.robot.name,
-        "criterion": asked.criterion,
+        "robot": criterion.model.robot.name,
+        "criterion": criterion.name,
         "cable": fidelity.cable.value,
         "sheave": None if fidelity.sheave is None else fidelity.sheave.value,
-        "point": asked.point,
-        "orientations": asked.orientations if asked.model.n == 6 else None,
-        "retraction": None if isinstance(law, Law) else law,
-        "retraction_law": told,
-        "wrench_box": None if asked.wrench_box is None else [side.tolist() for side in asked.wrench_box],
+        "point": criterion.point,
+        "orientations": criterion.orientations if criterion.model.n == 6 else None,
+        "retraction": None if isinstance(law, RetractionLaw) else law,
+        "retraction_law": asdict(law) if isinstance(law, RetractionLaw) else None,
+        "wrench_box": None if criterion.wrench_box is None else [side.tolist() for side in criterion.wrench_box],
     }
 
 
@@ -180,7 +176,7 @@ def _tell_nodes(found: NodeCount, as_json: bool) -> int:
     status = "ok" if found.counted else "empty"
     heights, areas = found.axes[2], found.slices()
     if as_json:
-        values = {"status": status} | of_question(found.question) | {"count": "nodes"} | _figures(found)
+        values = {"status": status} | of_criterion(found.criterion) | {"count": "nodes"} | _figures(found)
         print_json(values | {"counted": found.counted, "slices": {"heights": heights, "areas": areas}})
     else:
         _print_head(found)
@@ -196,7 +192,7 @@ def _tell_volume(found: Workspace, written: dict[str, str | None], as_json: bool
     heights = np.linspace(found.box.low[2], found.box.high[2], SLICES)
     areas = found.slices(heights)
     if as_json:
-        values = {"status": status} | of_question(found.question) | {"count": "volume"} | _figures(found)
+        values = {"status": status} | of_criterion(found.criterion) | {"count": "volume"} | _figures(found)
         values |= {"unseen": found.unseen, "cells": found.cells, "surface_area": found.mesh.area}
         print_json(values | {"slices": {"heights": heights, "areas": areas}} | written)
     else:
@@ -212,8 +208,8 @@ def _tell_volume(found: Workspace, written: dict[str, str | None], as_json: bool
 
 
 def _print_head(found: Workspace | NodeCount) -> None:
-    asked = found.question
-    typer.echo(f"{asked.model.robot.name}: {asked.criterion}, place of the {asked.point}")
+    criterion = found.criterion
+    typer.echo(f"{criterion.model.robot.name}: {criterion.name}, place of the {criterion.point}")
     typer.echo(f"volume    {found.volume:.4g} m^3, give or take {found.volume_error:.2g}")
     typer.echo(f"share     {100.0 * found.fraction:.2f} % of the box of {found.box.volume:.4g} m^3")
 

@@ -16,9 +16,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, add_lines, bar, draw_frame, heights, scale_of, space
+from cablewright.apps import style
 from cablewright.apps.report.digest import Band
+from cablewright.apps.space_axes import add_faces, add_lines, bar, draw_frame, heights, scale_of, space
 from cablewright.robot import Robot
 from cablewright.studies.accuracy import Study
 

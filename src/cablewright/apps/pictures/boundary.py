@@ -11,8 +11,8 @@ from matplotlib.gridspec import SubplotSpec
 
 from cablewright.analyses.modes import FREEDOMS
 from cablewright.analyses.workspace.boundary_modes import Boundary
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import draw_frame, space
+from cablewright.apps import style
+from cablewright.apps.space_axes import draw_frame, space
 
 __all__ = ["boundary_picture"]
 
@@ -23,7 +23,7 @@ def boundary_picture(found: Boundary) -> Figure:
     """Draw the places by their lowest frequency, and by the freedom of that mode. Call within `style.drawing`."""
     drawn = style.figure(10.4, 5.2)
     grid = drawn.add_gridspec(1, 2)
-    places = np.tile(found.places, (len(found.nodes.question.orientations), 1))[found.known]
+    places = np.tile(found.places, (len(found.nodes.criterion.orientations), 1))[found.known]
     lowest = found.lowest[found.known]
     left = _frame(drawn, grid[0, 0], found)
     colours = {"cmap": style.error_colours().reversed(), "norm": Normalize(*found.spread[::2])}
@@ -46,7 +46,7 @@ def boundary_picture(found: Boundary) -> Figure:
 
 
 def _frame(drawn: Figure, where: SubplotSpec, found: Boundary) -> Any:
-    robot, box = found.nodes.question.model.robot, found.nodes.box
+    robot, box = found.nodes.criterion.model.robot, found.nodes.box
     exits = [line.exit_point for line in robot.lines]
     ends = np.vstack([robot.scene.frame_min, robot.scene.frame_max, exits, box.low, box.high])
     axes, _ = space(drawn, where, ends.min(axis=0), ends.max(axis=0), "m")
@@ -55,8 +55,8 @@ def _frame(drawn: Figure, where: SubplotSpec, found: Boundary) -> Any:
 
 
 def _title(found: Boundary) -> str:
-    asked = found.nodes.question
-    least, median, greatest = found.spread
-    told = f"{style.label(asked.model.robot.name)}, boundary by {asked.criterion}: {least:.3g} to {greatest:.3g} Hz, "
+    criterion, (least, median, greatest) = found.nodes.criterion, found.spread
+    name = style.label(criterion.model.robot.name)
+    told = f"{name}, boundary by {criterion.name}: {least:.3g} to {greatest:.3g} Hz, "
     told += f"median {median:.3g} Hz" + ("" if found.modes.geometric else ", without geometric stiffness")
     return told.replace("-", "\N{MINUS SIGN}") if least < 0.0 else told

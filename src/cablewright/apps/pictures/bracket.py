@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.stress import Comparison, Design
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_lines, space
+from cablewright.apps import style
+from cablewright.apps.space_axes import add_lines, space
 
 __all__ = ["bracket_picture"]
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.calibration.solve import Calibration
 
 __all__ = ["correlation_picture", "exits_picture", "residuals_picture"]

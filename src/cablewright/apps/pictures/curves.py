@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.printing.curve import Curve, Wanted
 
 __all__ = ["curves_picture"]

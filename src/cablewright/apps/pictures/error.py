@@ -1,4 +1,4 @@
-"""How far off the nozzle is at each height: not compensated, compensated for stretch alone, fully compensated."""
+"""How far off the nozzle is at each height: without, with stretch alone and with full compensation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
+from cablewright.apps import style
 from cablewright.apps.report.digest import Band, Digest
 
 __all__ = ["error_by_height"]
@@ -33,18 +34,18 @@ def error_by_height(digest: Digest) -> Figure | None:
     drawn = style.figure(9.0, 4.0)
     plain, log = drawn.subplots(1, 2, sharey=True, width_ratios=(1, 1.5))
     kinds = (
-        ("not compensated", digest.uncompensated, style.RED),
-        ("stretch compensated, sag not", digest.elastic_only, style.ORANGE),
-        ("fully compensated", digest.compensated, style.BLUE),
+        ("none", digest.check.error_uncompensated, style.RED),
+        ("elastic", digest.check.error_elastic_only, style.ORANGE),
+        ("full", digest.check.error_compensated, style.BLUE),
     )
     for name, error, colour in kinds:
-        found = heights.band(error * 1e3)
-        if name == "not compensated":
-            _draw(plain, heights.z, found, colour, name)
-        _draw(log, heights.z, Band(*(np.maximum(part, _FLOOR) for part in found)), colour, name)
-    plain.set(xlabel="error without compensation in mm", ylabel="height of the nozzle in m")
+        found, words = heights.band(error * 1e3), COMPENSATIONS[name].words
+        if name == "none":
+            _draw(plain, heights.z, found, colour, words)
+            plain.set_title(words)
+        _draw(log, heights.z, Band(*(np.maximum(part, _FLOOR) for part in found)), colour, words)
+    plain.set(xlabel="error in mm", ylabel="height of the nozzle in m")
     plain.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    plain.set_title("not compensated")
     log.set_xscale("log")
     log.set_xlim(left=_FLOOR / 2)
     log.xaxis.set_major_locator(LogLocator(numticks=12))

@@ -10,9 +10,9 @@ from matplotlib.gridspec import SubplotSpec
 from numpy.typing import NDArray
 
 from cablewright.analyses.interference import Contact, Interference
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, add_lines, draw_frame, point, space
+from cablewright.apps import style
 from cablewright.apps.report.quantities import quantity
+from cablewright.apps.space_axes import add_faces, add_lines, draw_frame, point, space
 from cablewright.kernels.collision.clearance import BEADS
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle

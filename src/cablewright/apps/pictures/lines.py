@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.analyses.feasibility import LIMITS
+from cablewright.apps import style
 from cablewright.apps.report.digest import Digest, band
 from cablewright.apps.report.quantities import quantity
 from cablewright.robot import Line
@@ -21,6 +22,14 @@ Array = NDArray[np.float64]
 
 MOST_LINES: Final = 8
 """Lines that one picture shows; of more, those nearest to their limits."""
+
+_USED: Final = {
+    "winch speed": ("winch speed", "m/s", 1.0),
+    "winch torque": ("winch torque", "N m", 1.0),
+    "swing": ("swing of the sheave", "degrees", 180 / math.pi),
+    "lever": ("angle of the lever", "degrees", 180 / math.pi),
+}
+"""Title, unit and the factor to it from SI of the limits that are drawn, by name."""
 
 _FAR: Final = 4.0  # a limit this many times above the highest tension is told, not drawn
 
@@ -41,7 +50,7 @@ def tensions(digest: Digest) -> Figure | None:
     Nothing is drawn where no tension is known.
     """
     check = digest.check
-    if np.isnan(check.tensions).all():
+    if np.isnan(check.statics.tensions).all():
         return None
     lines = digest.nearest_lines(MOST_LINES)
     columns = 1 if len(lines) == 1 else 2
@@ -50,10 +59,10 @@ def tensions(digest: Digest) -> Figure | None:
     grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     starts = digest.stretches
     unit, seconds = _time_unit(check.law.duration)
-    time = np.append(check.time[starts], check.law.duration) / seconds
-    low = np.fmin.reduceat(check.lowest_tension, starts)
-    middle = band(check.tensions, starts).middle
-    high = np.fmax.reduceat(check.highest_tension, starts)
+    time = np.append(check.law.time[starts], check.law.duration) / seconds
+    low = np.fmin.reduceat(check.statics.lines.lowest_tension, starts)
+    middle = band(check.statics.tensions, starts).middle
+    high = np.fmax.reduceat(check.statics.lines.highest_tension, starts)
     top = float(np.nanmax(high[:, lines], initial=0.0))
     for i, axes in zip(lines, grid.flat, strict=False):
         axes.fill_between(time, _held(low[:, i]), _held(high[:, i]), step="post", color=style.BLUE, alpha=0.3, lw=0)
@@ -105,20 +114,14 @@ def _draw_tension_limits(axes: Axes, line: Line, top: float) -> None:
 
 def uses(digest: Digest) -> list[Use]:
     """Return what is known of winch speed, winch torque, swing and lever, in the units that are drawn."""
-    check = digest.check
-    lines = check.robot.lines
-    degrees = 180 / math.pi
-    everything = (
-        ("winch speed", "m/s", np.abs(check.cable_speed), 1.0, [_up_to(line.winch.max_speed) for line in lines]),
-        ("winch torque", "N m", check.torque, 1.0, [_up_to(line.winch.max_torque) for line in lines]),
-        ("swing of the sheave", "degrees", check.swing, degrees, [_swing(line) for line in lines]),
-        ("angle of the lever", "degrees", check.lever, degrees, [_lever(line) for line in lines]),
-    )
-    known = []
-    for title, unit, values, factor, allowed in everything:
-        low, high = np.fmin.reduce(values, axis=0) * factor, np.fmax.reduce(values, axis=0) * factor
-        if np.isfinite(high).any():
-            known.append(Use(title, unit, low, high, np.array(allowed) * factor))
+    lines, known = digest.check.robot.lines, []
+    for limit in LIMITS:
+        if limit.name in _USED:
+            title, unit, factor = _USED[limit.name]
+            values = limit.values(digest.check.statics.lines)
+            low, high = np.fmin.reduce(values, axis=0) * factor, np.fmax.reduce(values, axis=0) * factor
+            if np.isfinite(high).any():
+                known.append(Use(title, unit, low, high, limit.allowed(lines) * factor))
     return known
 
 
@@ -165,17 +168,3 @@ def _draw_use(axes: Axes, use: Use, lines: list[int], names: list[str]) -> None:
     if not np.isfinite(allowed).any() and np.nanmin(low) >= 0 and "degrees" not in use.unit:
         axes.set_xlim(left=0)
     axes.set_xlabel(f"{use.title} in {use.unit}")
-
-
-def _up_to(limit: float | None) -> tuple[float, float]:
-    return (-math.inf, math.inf if limit is None else limit)
-
-
-def _swing(line: Line) -> tuple[float, float]:
-    swing = getattr(line.sheave, "swing", None)
-    return (-math.inf, math.inf) if swing is None else (-swing, swing)
-
-
-def _lever(line: Line) -> tuple[float, float]:
-    bounds = getattr(line.sheave, "lever_range", None)
-    return (-math.inf, math.inf) if bounds is None else bounds

@@ -11,8 +11,8 @@ from matplotlib.gridspec import SubplotSpec
 from numpy.typing import NDArray
 
 from cablewright.analyses.modes import FREEDOMS, Modes
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_lines, space
+from cablewright.apps import style
+from cablewright.apps.space_axes import add_lines, space
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
@@ -42,7 +42,7 @@ class ErrorScale(NamedTuple):
 
 def error_scale(digest: Digest) -> ErrorScale:
     """Return the scale of the uncompensated error of what is extruded; a few outliers do not stretch it."""
-    error = digest.uncompensated[digest.extruding] * 1e3
+    error = digest.check.error_uncompensated[digest.extruding] * 1e3
     if len(error) == 0:
         return ErrorScale(0.0, 1.0, "neither")
     ends = np.array([error.min(), error.max()])
@@ -64,7 +64,7 @@ def plan(digest: Digest) -> Figure:
     axes.add_patch(
         Rectangle(low[:2], high[0] - low[0], high[1] - low[1], fill=False, edgecolor=style.GREY, linewidth=1.4)
     )
-    pieces = worst_of_each_place(samples, digest.extruding, digest.uncompensated, _MOST_PLAN)
+    pieces = worst_of_each_place(samples, digest.extruding, digest.check.error_uncompensated, _MOST_PLAN)
     flat = samples.positions[:, :2]
     exits = np.array([line.exit_point for line in robot.lines])
     extent = max(float(np.ptp([*exits[:, :2], low[:2], high[:2]], axis=0).max()), 1e-3)
@@ -172,7 +172,7 @@ def _draw_pieces(drawn: Figure, axes: Axes, flat: Array, pieces: Pieces, digest:
     scale = error_scale(digest)
     bundle = LineCollection(
         np.stack([flat[pieces.begin], flat[pieces.end]], axis=1),  # type: ignore[arg-type]  # (p, 2, 2) is one
-        array=digest.uncompensated[pieces.end] * 1e3,
+        array=digest.check.error_uncompensated[pieces.end] * 1e3,
         cmap=style.error_colours(),
         norm=Normalize(scale.low, scale.high),
         linewidths=width,
@@ -190,7 +190,7 @@ def _mark_worst(axes: Axes, flat: Array, digest: Digest) -> None:
     at = digest.worst
     if at is None:
         return
-    worst = quantity(float(digest.uncompensated[at]), "m")
+    worst = quantity(float(digest.check.error_uncompensated[at]), "m")
     ring: dict[str, Any] = {
         "markersize": 11,
         "markerfacecolor": "none",

@@ -12,7 +12,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PathFollowing, PrintRecord
 from cablewright.studies.running_statistics import Histogram

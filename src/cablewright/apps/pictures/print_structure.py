@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.printing.heightfield import HeightField
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.structure import CrossSection, PrintedStructure

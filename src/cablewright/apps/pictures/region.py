@@ -12,9 +12,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.region import PLANES, Region
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, add_lines, bar, scale_of, space, towards_eye
+from cablewright.apps import style
 from cablewright.apps.report.quantities import quantity
+from cablewright.apps.space_axes import add_faces, add_lines, bar, scale_of, space, towards_eye
 
 __all__ = ["region"]
 

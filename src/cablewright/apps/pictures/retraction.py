@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from cablewright.analyses.workspace.retraction import Retracting
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 
 __all__ = ["retraction_picture"]
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.studies.drive import SLACK, Drive
 
 __all__ = ["simulation_picture"]

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.calibration.tensile.modulus import PAPER_SPREAD, TensileResult, TensileTest
 
 __all__ = ["tensile_picture"]

@@ -12,10 +12,10 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from cablewright.analyses.workspace.criterion import Law
+from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import Workspace
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, draw_frame, space, towards_eye
+from cablewright.apps import style
+from cablewright.apps.space_axes import add_faces, draw_frame, space, towards_eye
 
 __all__ = ["volume_picture"]
 
@@ -45,13 +45,14 @@ def volume_picture(found: Workspace) -> Figure:
 
 
 def _title(found: Workspace) -> str:
-    asked = found.question
-    told = f"{style.label(asked.model.robot.name)}, {asked.criterion}: {found.volume:.4g} m³ of the {asked.point}"
+    criterion = found.criterion
+    robot = style.label(criterion.model.robot.name)
+    told = f"{robot}, {criterion.name}: {found.volume:.4g} m³ of the {criterion.point}"
     told += f", {100.0 * found.fraction:.1f} % of the box"
-    if len(asked.orientations) > 1:
-        told += f", under {len(asked.orientations)} orientations"
-    law = asked.retraction
-    if isinstance(law, Law):
+    if len(criterion.orientations) > 1:
+        told += f", under {len(criterion.orientations)} orientations"
+    law = criterion.retraction
+    if isinstance(law, RetractionLaw):
         sign = "\N{MINUS SIGN}" if law.intercept < 0 else "+"
         told += f"; length {law.slope:.3g} z {sign} {abs(law.intercept):.3g} m".replace("-", "\N{MINUS SIGN}")
     elif law is not None:
@@ -61,7 +62,7 @@ def _title(found: Workspace) -> str:
 
 def _surface(drawn: Figure, where: Any, found: Workspace) -> None:
     """Draw the surface in the frame, what is far from the eye first."""
-    robot, mesh = found.question.model.robot, found.mesh
+    robot, mesh = found.criterion.model.robot, found.mesh
     exits = np.array([line.exit_point for line in robot.lines])
     ends = np.vstack([robot.scene.frame_min, robot.scene.frame_max, exits, found.box.low, found.box.high])
     axes, _ = space(drawn, where, ends.min(axis=0), ends.max(axis=0), "m")

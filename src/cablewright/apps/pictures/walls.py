@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.estimation.lidar.scan import Points
 from cablewright.estimation.lidar.wall_lines import WallLine
 

@@ -9,16 +9,18 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.analyses.accuracy.region import Interior, Region
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.accessible import workspace
+from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
+from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report import accuracy_tables as tell
-from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
+from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.provenance import assumptions, list_of
 from cablewright.apps.report.quantities import count, quantity
+from cablewright.file_output import write_whole
 from cablewright.studies.accuracy import Study
 
 __all__ = ["write", "write_place"]
@@ -37,7 +39,7 @@ def write(study: Study, folder: Path, options: Mapping[str, Any] | None = None) 
     """Write ``report.html`` of a study and its pictures into ``folder``, which exists; return the report's path.
 
     *options* are those of the command; the page names what changed its figures. It holds its pictures and asks nothing
-    of any other place. The same study gives the same bytes. Raises `OSError` where the folder cannot be written.
+    of any other place. The same study gives the same bytes. Raises `EnvironmentFault` where it cannot be written.
     """
     drawn = _pictures(study) if _answered(study.accuracy) else {}
     title = f"Accuracy of {study.accuracy.robot.name} {_SHAPES[study.places.shape]}"
@@ -66,9 +68,9 @@ def write_place(
 
 def _written(folder: Path, title: str, drawn: Pictures, body: Callable[[Pictures], Iterator[Html]]) -> Path:
     for name, png in drawn.items():
-        save(folder / f"{name}.png", png)
+        write_whole(folder / f"{name}.png", png)
     report = folder / "report.html"
-    save(report, page(title, body(drawn), "").encode("utf-8"))
+    write_whole(report, page(title, body(drawn), "").encode("utf-8"))
     return report
 
 
@@ -101,7 +103,7 @@ def _study_body(study: Study, title: str, pictures: Pictures, options: Mapping[s
     if pictures:
         yield section("How far off", *_study_pictures(study, pictures))
         yield section("Extreme places", tell.extremes_table(study))
-    if study.accessible is not None:
+    if study.workspace is not None:
         yield section("What ends the workspace", tell.ends_table(study))
     if pictures:
         yield section("What each uncertain number does", *_contributions(found, pictures))
@@ -114,7 +116,7 @@ def _study_verdict(study: Study) -> Html:
         return _verdict("Nothing can be said", f"At none of {count(len(found.codes))} places is there an answer.", "no")
     nominal, deviation = float(np.nanmax(found.nominal_error)), float(np.nanmax(spread.max_deviation))
     most, least = float(np.nanmax(spread.max_error)), float(np.nanmin(spread.max_error))
-    where = tell.COMMANDED.get(found.compensation, found.compensation).partition(":")[0]
+    where = COMPENSATIONS[found.compensation].words
     told = (
         f"{_SHAPES[study.places.shape].capitalize()}, {where}, {found.robot.name} prints "
         f"{_up_to(nominal)} off with the numbers of its file, and {quantity(least, 'm')} to "
@@ -162,8 +164,8 @@ def _study_figures(study: Study) -> Iterator[tuple[str, str, str]]:
     if found.robot.n == 6:
         yield "turn", quantity(float(np.nanmax(spread.max_turn)), "rad"), f"from the wanted rotation, {where}"
     yield "places", count(int(found.ok.sum())), f"with an answer, of {count(len(found.codes))}"
-    if study.accessible is not None:
-        yield "workspace", f"{study.accessible.volume:.4g} m³", "accessible, by its nodes"
+    if study.workspace is not None:
+        yield "workspace", f"{study.workspace.nodes.trapezoid_volume:.4g} m³", "accessible, by its nodes"
 
 
 def _study_pictures(study: Study, pictures: Pictures) -> Iterator[Html]:
@@ -237,9 +239,9 @@ def _place_verdict(accuracy: Accuracy, tables: Mapping[str, Any]) -> Html:
         return _verdict("Nothing can be said", f"At {where} m there is no answer.", "no")
     most = tell.number(tables, "max_error")
     told = (
-        f"At {where} m, {tell.COMMANDED.get(accuracy.compensation, accuracy.compensation).partition(':')[0]}, "
-        f"{accuracy.robot.name} is {_size(tell.number(tables, 'nominal_error'))} off with the numbers of its "
-        f"file, and up to {quantity(most, 'm')} off while {_numbers(accuracy)}."
+        f"At {where} m, {COMPENSATIONS[accuracy.compensation].words}, {accuracy.robot.name} is "
+        f"{_size(tell.number(tables, 'nominal_error'))} off with the numbers of its file, and up to "
+        f"{quantity(most, 'm')} off while {_numbers(accuracy)}."
     )
     left = next((row for row in tables.get("remains", ()) if row["compensation"] == "full"), None)
     if left is not None and accuracy.compensation != "full":

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps.pictures.accuracy import effects
 from cablewright.apps.report.page import Html, element, table
@@ -17,7 +18,6 @@ from cablewright.errors import Status
 from cablewright.studies.accuracy import Study
 
 __all__ = [
-    "COMMANDED",
     "contributions_table",
     "ends_table",
     "extremes_table",
@@ -34,14 +34,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-COMMANDED: Final = {
-    "none": "without compensation: lengths of rigid cables",
-    "elastic": "stretch compensated, sag ignored",
-    "eyelets": "cables compensated, sheaves ignored",
-    "full": "compensated with the full model",
-}
-"""What each compensation does, in words."""
 
 _TOO_CURVED: Final = 0.05  # of the spread: beyond it first order is an estimate only
 
@@ -135,13 +127,13 @@ def contributions_table(accuracy: Accuracy) -> Html:
 
 def ends_table(study: Study) -> Html:
     """Return which limits end the workspace, how often and where."""
-    reach = study.accessible
-    if reach is None or not reach.edges:
+    ending = () if study.workspace is None else study.workspace.by_limit
+    if not ending:
         return element("p", "Nothing is accessible: no limit ends anything.")
-    total = sum(edge.ends for edge in reach.edges)
+    total = sum(each.ends for each in ending)
     rows = [
-        (edge.limit, f"{count(edge.ends)} ({share(edge.ends / total)})", place_of(edge.lowest), place_of(edge.highest))
-        for edge in reach.edges
+        (each.limit, f"{count(each.ends)} ({share(each.ends / total)})", place_of(each.lowest), place_of(each.highest))
+        for each in ending
     ]
     return table(("limit", "ends of grid lines", "lowest, in m", "highest, in m"), rows, numbers=(1,))
 
@@ -150,7 +142,7 @@ def remains_table(remains: Sequence[Mapping[str, Any]]) -> Html:
     """Return what each model of a controller leaves of the error."""
     rows = [
         (
-            COMMANDED.get(str(row["compensation"]), str(row["compensation"])),
+            COMPENSATIONS[row["compensation"]].words,
             *(quantity(number(row, key), "m") for key in ("nominal_error", "max_error", "max_deviation")),
         )
         for row in remains
@@ -167,7 +159,7 @@ def inputs_table(accuracy: Accuracy, where: str, options: Mapping[str, Any]) -> 
         ("description", robot.description),
         ("source of the robot", robot.source),
         ("platform", f"{body} of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
-        ("lengths commanded", COMMANDED.get(accuracy.compensation, accuracy.compensation)),
+        ("lengths commanded", COMPENSATIONS[accuracy.compensation].words),
         ("places", where),
         ("uncertain numbers", count(len(accuracy.ranges))),
         ("method", accuracy.method),

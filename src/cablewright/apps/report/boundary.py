@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.workspace.accessible import Accessible
+from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 
 __all__ = ["faces"]
 
@@ -17,20 +17,20 @@ Flags = NDArray[np.bool_]
 _MOST_NODES: Final = 45  # along one side: finer than that no picture shows
 
 
-def faces(reach: Accessible) -> Array:
+def faces(found: BoundaryLimits) -> Array:
     """Return the boundary as faces (F, 4, 3), m. Every k-th node is taken where there are many."""
-    kept = [_some(len(axis)) for axis in reach.axes]
-    axes = [axis[index] for axis, index in zip(reach.axes, kept, strict=True)]
-    inside = np.pad(reach.inside[np.ix_(*kept)], 1)
-    corners = _corners(reach, axes, inside)
-    found = []
+    kept = [_some(len(axis)) for axis in found.nodes.axes]
+    axes = [axis[index] for axis, index in zip(found.nodes.axes, kept, strict=True)]
+    inside = np.pad(found.nodes.inside[np.ix_(*kept)], 1)
+    corners = _corners(found, axes, inside)
+    quads = []
     for axis in range(3):
         # An edge between nodes i and i + 1 along one axis is shared by four cells, which the other two axes tell apart.
         cut = np.moveaxis(inside, axis, 0)
         cells = np.moveaxis(corners, axis, 0)
         i, j, k = np.nonzero(cut[1:] != cut[:-1])
-        found.append(np.stack([cells[i, j - 1, k - 1], cells[i, j, k - 1], cells[i, j, k], cells[i, j - 1, k]], axis=1))
-    return np.concatenate(found)
+        quads.append(np.stack([cells[i, j - 1, k - 1], cells[i, j, k - 1], cells[i, j, k], cells[i, j - 1, k]], axis=1))
+    return np.concatenate(quads)
 
 
 def _some(count: int) -> NDArray[np.int64]:
@@ -38,19 +38,19 @@ def _some(count: int) -> NDArray[np.int64]:
     return np.unique(np.append(np.arange(0, count, stride), count - 1))
 
 
-def _corners(reach: Accessible, axes: list[Array], inside: Flags) -> Array:
-    """Return a point (X, Y, Z, 3) for each cell of the padded grid: the mean of the ends in it, else of its cut edges.
+def _corners(found: BoundaryLimits, axes: list[Array], inside: Flags) -> Array:
+    """Return a point (X, Y, Z, 3) for each cell of the padded grid: the mean of its boundary points, else of cut edges.
 
-    The padding holds the cells beyond the frame, whose ends are nodes on its sides.
+    The padding holds the cells beyond the frame, whose points are nodes on its sides.
     """
     shape = tuple(size - 1 for size in inside.shape)
     total, count = np.zeros((*shape, 3)), np.zeros(shape)
-    framed = np.array([name == "frame" for name in reach.limits], dtype=bool)[reach.ended_by]
+    framed = np.array([name == "frame" for name in found.limits], dtype=bool)[found.ended_by]
     for side in range(8):
-        cell, touched = _cells(axes, reach.ends, [side & 1, side >> 1 & 1, side >> 2 & 1])
+        cell, touched = _cells(axes, found.points, [side & 1, side >> 1 & 1, side >> 2 & 1])
         beyond = ((cell == 0) | (cell == np.array(shape) - 1)).any(axis=1)
         used = touched & (beyond | ~framed)
-        np.add.at(total, tuple(cell[used].T), reach.ends[used])
+        np.add.at(total, tuple(cell[used].T), found.points[used])
         np.add.at(count, tuple(cell[used].T), 1.0)
     rough = _rough_corners(axes, inside)
     return np.where(count[..., None] > 0, total / np.maximum(count, 1.0)[..., None], rough)

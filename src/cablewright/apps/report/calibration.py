@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.calibration import correlation_picture, exits_picture, residuals_picture
 from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
 from cablewright.apps.report.provenance import list_of, program

@@ -7,18 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.apps.pictures import style
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
+from cablewright.apps import style
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MOST_LINES, limits, tensions
 from cablewright.apps.pictures.path import MOST_NAMES, plan, side_view
 from cablewright.apps.report.digest import Digest, extreme, median
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
+from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.per_line import line_table, unknowns
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.quantities import count, duration, quantity
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
+from cablewright.file_output import write_whole
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.check import Check
 
@@ -31,15 +33,15 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     """Write ``report.html`` and its pictures into ``folder``, which exists, and return the path of the report.
 
     The page holds its pictures and asks nothing of any other place. The same check gives the same bytes. Raises
-    `OSError` where the folder cannot be written.
+    `EnvironmentFault` where the folder cannot be written.
     """
-    digest = Digest.of(check, layers)
+    digest = Digest(check, layers)
     pictures = _pictures(digest)
     for name, png in pictures.items():
-        save(folder / f"{name}.png", png)
+        write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
     report = folder / "report.html"
-    save(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
+    write_whole(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
     return report
 
 
@@ -79,24 +81,24 @@ def _verdict(check: Check) -> Html:
 
 def _key_figures(digest: Digest) -> Iterator[tuple[str, str, str]]:
     """Yield what, how much and a note. Errors are those of the whole path, travel moves too."""
-    check = digest.check
+    check, lines = digest.check, digest.check.statics.lines
 
     def largest(error: np.ndarray) -> str:
         return quantity(extreme(error, highest=True), "m")
 
-    middle = quantity(float(median(digest.uncompensated)), "m")
+    middle = quantity(float(median(check.error_uncompensated)), "m")
     yield "layers", count(check.layer_count), ""
     yield "extruded length", quantity(check.samples.extruded_length, "m"), ""
     yield "duration", duration(check.law.duration), ""
-    yield "error without compensation", largest(digest.uncompensated), f"largest; median {middle}"
-    yield "error with compensation", largest(digest.compensated), "largest, of the model itself"
-    yield "error if sag is ignored", largest(digest.elastic_only), "largest, stretch alone compensated"
+    yield f"error {COMPENSATIONS['none'].words}", largest(check.error_uncompensated), f"largest; median {middle}"
+    yield f"error {COMPENSATIONS['full'].words}", largest(check.error_compensated), "largest, of the model itself"
+    yield f"error {COMPENSATIONS['elastic'].words}", largest(check.error_elastic_only), "largest"
     if check.robot.n == 6:
-        yield "turn without compensation", quantity(extreme(check.turned_uncompensated, highest=True), "rad"), "largest"
-    yield "lowest tension", quantity(extreme(check.lowest_tension, highest=False), "N"), ""
-    yield "highest tension", quantity(extreme(check.highest_tension, highest=True), "N"), ""
-    yield "highest winch speed", quantity(extreme(np.abs(check.cable_speed), highest=True), "m/s"), "of the cable"
-    torque = extreme(check.torque, highest=True)
+        yield "turn without compensation", quantity(extreme(check.turn_uncompensated, highest=True), "rad"), "largest"
+    yield "lowest tension", quantity(extreme(lines.lowest_tension, highest=False), "N"), ""
+    yield "highest tension", quantity(extreme(lines.highest_tension, highest=True), "N"), ""
+    yield "highest winch speed", quantity(extreme(lines.winch_speed, highest=True), "m/s"), "of the cable"
+    torque = extreme(lines.winch_torque, highest=True)
     note = "the robot file gives no drum radius" if np.isnan(torque) else "at the drum"
     yield "highest winch torque", quantity(torque, "N m"), note
 
@@ -106,7 +108,7 @@ def _notices(digest: Digest) -> Iterator[Html]:
     total = count(len(digest.check.samples))
     for code, times in digest.unsolved():
         yield element("p", f"At {count(times)} of {total} samples: {Status.of(code).value}.", class_="notice")
-    lost = int(np.isnan(digest.uncompensated).sum())
+    lost = int(np.isnan(digest.check.error_uncompensated).sum())
     if lost:
         told = f"At {count(lost)} of {total} samples nothing tells where the platform hangs without compensation"
         yield element("p", f"{told}; pictures of the error leave them out.", class_="notice")

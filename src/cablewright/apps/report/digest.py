@@ -51,14 +51,6 @@ class Digest:
 
     check: Check
     layers: LayerTable
-    uncompensated: Array  # (k,) m, how far off the platform is
-    compensated: Array  # (k,) m
-    elastic_only: Array  # (k,) m
-
-    @classmethod
-    def of(cls, check: Check, layers: LayerTable) -> Digest:
-        """Work out the errors."""
-        return cls(check, layers, check.error_uncompensated, check.error_compensated, check.error_elastic_only)
 
     @cached_property
     def by_layer(self) -> bool:
@@ -77,7 +69,7 @@ class Digest:
     @cached_property
     def extruding(self) -> Indices:
         """Samples whose segment lays material, and whose error is known."""
-        return np.flatnonzero(self.check.samples.extruding & np.isfinite(self.uncompensated))
+        return np.flatnonzero(self.check.samples.extruding & np.isfinite(self.check.error_uncompensated))
 
     @property
     def nothing_drawn(self) -> str:
@@ -87,8 +79,9 @@ class Digest:
     @cached_property
     def worst(self) -> int | None:
         """The extruding sample with the largest uncompensated error, or of all where none is extruded."""
-        candidates = self.extruding if len(self.extruding) else np.flatnonzero(np.isfinite(self.uncompensated))
-        return int(candidates[np.argmax(self.uncompensated[candidates])]) if len(candidates) else None
+        error = self.check.error_uncompensated
+        candidates = self.extruding if len(self.extruding) else np.flatnonzero(np.isfinite(error))
+        return int(candidates[np.argmax(error[candidates])]) if len(candidates) else None
 
     @cached_property
     def line_ends(self) -> Array:
@@ -116,8 +109,8 @@ class Digest:
     def nearest_lines(self, most: int) -> list[int]:
         """Return ``most`` lines in the robot's order: those whose tension comes nearest to its limits, or beyond."""
         limit = np.array([line.tension_limits for line in self.check.robot.lines])
-        lowest = np.fmin.reduce(self.check.lowest_tension, axis=0)
-        highest = np.fmax.reduce(self.check.highest_tension, axis=0)
+        lowest = np.fmin.reduce(self.check.statics.lines.lowest_tension, axis=0)
+        highest = np.fmax.reduce(self.check.statics.lines.highest_tension, axis=0)
         room = np.fmin(lowest - limit[:, 0], limit[:, 1] - highest) / np.ptp(limit, axis=1)
         return sorted(int(i) for i in np.argsort(room, kind="stable")[:most])
 

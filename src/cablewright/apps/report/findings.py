@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 from cablewright.analyses.feasibility import Finding
 from cablewright.apps.report.digest import Digest
@@ -11,18 +10,6 @@ from cablewright.apps.report.page import Html, element, join, short_name, table
 from cablewright.apps.report.quantities import allowed_range, count, duration, quantity
 
 __all__ = ["findings_table", "ranked"]
-
-_WHY: Final = {
-    "lowest tension": "below it a line hangs loose and no longer holds the platform",
-    "highest tension": "above it cable, winch or mounting may be overloaded",
-    "breaking load": "above it the cable may break",
-    "cable length": "more than that the drum does not hold",
-    "swing": "beyond it the sheave turns against its stop and the cable may leave the groove",
-    "lever": "beyond it the lever runs against its stop",
-    "winch speed": "faster than that the winch cannot wind",
-    "winch torque": "more than that the winch cannot hold",
-    "frame": "beyond it the platform leaves the space it may be in",
-}
 
 
 def ranked(findings: tuple[Finding, ...]) -> list[Finding]:
@@ -53,34 +40,18 @@ def _row(digest: Digest, finding: Finding) -> tuple[str, ...]:
     total = len(digest.check.samples)
     share = f" ({_percent(finding.violations / total)})" if finding.violations else ""
     outside = count(finding.violations) + share
+    where = (_place(digest, finding), outside)
     if not finding.unit:  # no number to compare: the statics have no answer there
         words = element("span", "no solution", class_="mark no")
-        return (
-            join([words, element("small", finding.limit)]),
-            _line(finding),
-            "",
-            "",
-            "",
-            _place(digest, finding),
-            outside,
-        )
-    return (
-        _limit(finding),
-        _line(finding),
-        _margin(finding),
-        quantity(finding.value, finding.unit),
-        allowed_range(*finding.allowed, finding.unit),
-        _place(digest, finding),
-        outside,
-    )
+        return (join([words, element("small", finding.limit)]), _line(finding), "", "", "", *where)
+    value, allowed = quantity(finding.value, finding.unit), allowed_range(*finding.allowed, finding.unit)
+    return (_limit(finding), _line(finding), _margin(finding), value, allowed, *where)
 
 
 def _limit(finding: Finding) -> Html:
     """Name the limit and say what it is for."""
-    kind, _, axis = finding.limit.partition(", ")
     mark = element("span", finding.limit, class_="mark no" if finding.violations else "mark")
-    why = _WHY.get(kind if len(axis) == 1 else finding.limit, "")
-    return join([mark, element("small", why)]) if why else mark
+    return join([mark, element("small", finding.why)]) if finding.why else mark
 
 
 def _line(finding: Finding) -> str:
@@ -104,7 +75,7 @@ def _place(digest: Digest, finding: Finding) -> Html:
     return join(
         [
             element("span", first, class_="keep"),
-            element("small", f"at ({x}, {y}, {z}) m, after {duration(float(digest.check.time[at]))}"),
+            element("small", f"at ({x}, {y}, {z}) m, after {duration(float(digest.check.law.time[at]))}"),
         ]
     )
 

@@ -7,10 +7,9 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import resources
-from pathlib import Path
 from typing import Final
 
-__all__ = ["Html", "bundled", "cards", "element", "join", "page", "picture", "save", "section", "short_name", "table"]
+__all__ = ["Html", "bundled", "cards", "element", "join", "page", "picture", "section", "short_name", "table"]
 
 
 _ONE_LINE: Final = 20  # characters
@@ -88,16 +87,6 @@ def page(title: str, body: Iterable[Html], script: str) -> str:
         + "\n".join(body)
         + f"\n</main>\n<script>{script}</script>\n</body>\n</html>\n"
     )
-
-
-def save(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all. Raises `OSError`."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(content)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _hash(text: str) -> str:

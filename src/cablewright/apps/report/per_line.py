@@ -17,19 +17,19 @@ Array = NDArray[np.float64]
 
 def line_table(digest: Digest) -> Html:
     """Return one row for each line; a column that has no value for any line is left out."""
-    check = digest.check
+    check, used = digest.check, digest.check.statics.lines
     lines = check.robot.lines
     columns: list[tuple[str, list[str]]] = [
         ("line", [short_name(line.name) for line in lines]),
-        ("lowest tension", _written(np.fmin.reduce(check.lowest_tension, axis=0), "N")),
-        ("median tension", _written(median(check.tensions), "N")),
-        ("highest tension", _written(np.fmax.reduce(check.highest_tension, axis=0), "N")),
+        ("lowest tension", _written(np.fmin.reduce(used.lowest_tension, axis=0), "N")),
+        ("median tension", _written(median(check.statics.tensions), "N")),
+        ("highest tension", _written(np.fmax.reduce(used.highest_tension, axis=0), "N")),
         ("allowed tension", [allowed_range(*line.tension_limits, "N") for line in lines]),
         ("greatest length", _written(np.fmax.reduce(check.lengths, axis=0), "m")),
-        ("highest speed", _written(np.fmax.reduce(np.abs(check.cable_speed), axis=0), "m/s")),
-        ("highest torque", _written(np.fmax.reduce(check.torque, axis=0), "N m")),
-        ("swing", _ranges(check.swing)),
-        ("lever", _ranges(check.lever)),
+        ("highest speed", _written(np.fmax.reduce(np.abs(used.winch_speed), axis=0), "m/s")),
+        ("highest torque", _written(np.fmax.reduce(used.winch_torque, axis=0), "N m")),
+        ("swing", _ranges(used.swing)),
+        ("lever", _ranges(used.lever)),
     ]
     kept = [(name, values) for name, values in columns if any(values)]
     rows = zip(*(values for _, values in kept), strict=True)
@@ -40,7 +40,7 @@ def unknowns(digest: Digest) -> list[str]:
     """Return what could not be judged, and what in the robot file is missing for it."""
     check, robot = digest.check, digest.check.robot
     told = []
-    if np.isnan(check.torque).all():
+    if np.isnan(check.statics.lines.winch_torque).all():
         told.append("Winch torque is not known: the robot file gives no drum radius.")
     elif not _gives(robot, "winch", "max_torque"):
         told.append("Winch torque has no limit to be judged by: the robot file gives no max_torque.")

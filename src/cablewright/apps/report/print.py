@@ -10,8 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.workspace.mesh import Mesh
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.print import (
     drum_picture,
     errors_picture,
@@ -27,7 +26,7 @@ from cablewright.apps.pictures.print_lines import (
     tensions_picture,
 )
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
-from cablewright.apps.report.page import Html, cards, element, page, picture, save, section
+from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.print_tables import (
     faults_table,
     following_table,
@@ -39,9 +38,11 @@ from cablewright.apps.report.print_tables import (
 )
 from cablewright.apps.report.provenance import list_of
 from cablewright.apps.report.quantities import count, duration, quantity
+from cablewright.file_output import write_whole
 from cablewright.printing.heightfield import HeightField
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["write"]
 
@@ -56,28 +57,28 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
     """Write ``report.html``, its pictures and the structure's meshes into *folder*, which exists; return the report.
 
     *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and asks
-    nothing of any other place. Raises `OSError` where the folder cannot be written.
+    nothing of any other place. Raises `EnvironmentFault` where the folder cannot be written.
     """
     pictures = _pictures(found, step_times)
     for each, png in pictures.items():
-        save(folder / f"{each}.png", png)
+        write_whole(folder / f"{each}.png", png)
     if found.structure is not None and found.structure.best is not None:
         mesh = _mesh(found.structure.best, found)
-        save(folder / "structure.stl", mesh.stl())
-        save(folder / "structure.glb", mesh.glb())
+        write_whole(folder / "structure.stl", mesh.stl())
+        write_whole(folder / "structure.glb", mesh.glb())
     title = f"Print of {name} on {found.head.robot.name}"
     report = folder / "report.html"
-    save(report, page(title, _body(found, title, name, pictures), "").encode("utf-8"))
+    write_whole(report, page(title, _body(found, title, name, pictures), "").encode("utf-8"))
     return report
 
 
-def _mesh(field: HeightField, found: PrintRecord) -> Mesh:
+def _mesh(field: HeightField, found: PrintRecord) -> TriangleMesh:
     """The structure about the path as a body on a plate; what no scan saw is floor."""
     low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
     high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
     corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))
     part = np.nan_to_num(field.heights[low[0] : high[0], low[1] : high[1]], nan=0.0)
-    return Mesh(*HeightField(corner, field.cell, part).solid(-_PLATE))
+    return HeightField(corner, field.cell, part).solid(-_PLATE)
 
 
 def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
@@ -47,8 +48,9 @@ def assumptions(robot: Robot) -> list[str]:
             "nothing swings, and no force of acceleration is counted."
         ),
         (
-            "“Without compensation” pays out the lengths of straight cables that do not stretch; “sag ignored” those "
-            "of straight cables that stretch. Where the platform then hangs is found with the full model."
+            f"Lengths paid out {COMPENSATIONS['none'].words} are those of straight cables that do not stretch, "
+            f"{COMPENSATIONS['elastic'].words} those of straight cables that stretch. Where the platform then hangs is "
+            "found with the full model."
         ),
         f"How cables leave their mountings: {_shared(robot, _sheave)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.path import error_scale
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, bundled, element
@@ -77,7 +77,7 @@ def _data(digest: Digest) -> dict[str, Any]:
             for line, end in zip(robot.lines, digest.line_ends.tolist(), strict=True)
         ],
         "worst": None if worst is None else [float(v) for v in samples.positions[worst]],
-        "label": "" if worst is None else f"largest: {quantity(float(digest.uncompensated[worst]), 'm')}",
+        "label": "" if worst is None else f"largest: {quantity(float(digest.check.error_uncompensated[worst]), 'm')}",
     }
 
 
@@ -85,7 +85,7 @@ def _vertices(digest: Digest, low: float, high: float) -> tuple[NDArray[np.intp]
     """Return samples and the colour levels of the pieces that end there; a piece that does not go on lifts the pen."""
     pieces = coarse_corners(digest.check.samples, digest.extruding, _MOST, _SPAN)
     lifted = np.append(True, pieces.begin[1:] != pieces.end[:-1])
-    share = (digest.uncompensated[pieces.end] * 1e3 - low) / max(high - low, 1e-12)
+    share = (digest.check.error_uncompensated[pieces.end] * 1e3 - low) / max(high - low, 1e-12)
     level = np.clip(share * _LEVELS, 0, _LEVELS - 1).astype(np.uint8)
     at = np.flatnonzero(lifted)
     return np.insert(pieces.end, at, pieces.begin[at]), np.insert(level, at, np.uint8(_PEN_UP))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from cablewright.machine.files import appearing, refused
+from cablewright.file_output import cannot_write, whole_file
 from cablewright.machine.log.log import begin_log
 from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 
@@ -27,7 +27,7 @@ def join_log(folder: Path) -> Path:
         return path
     segments = Segments(files)
     try:
-        with appearing(path) as file:
+        with whole_file(path) as file:
             chunk = min(max(_CHUNKS[0], segments.size // _SHARE), _CHUNKS[1])
             writer, channels = begin_log(file, segments.files[0].head, chunk)
             for step in segments.steps():
@@ -42,5 +42,5 @@ def join_log(folder: Path) -> Path:
             try:
                 each.unlink()
             except OSError as reason:
-                raise refused(each, reason) from None
+                raise cannot_write(each, reason) from None
     return path

@@ -15,7 +15,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 from pydantic import ValidationError
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.files import refused
+from cablewright.file_output import cannot_write, open_no_link
 from cablewright.machine.log.mcap_file import HEAD
 from cablewright.machine.log.messages import TOPICS_OF, Signal, decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
@@ -120,7 +120,7 @@ class LogWriter:
             yield
         except OSError as reason:
             self._failed = True
-            raise refused(self._name, reason) from None
+            raise cannot_write(self._name, reason) from None
 
     @property
     def _name(self) -> str:
@@ -145,10 +145,7 @@ def write_log(
     path: Path, head: LogHead, *, flush_every: float | None = 0.5, clock: Callable[[], float] | None = None
 ) -> Iterator[LogWriter]:
     """A log in a new file at *path*, as `LogWriter`. Raises `EnvironmentFault` where it cannot be written."""
-    try:
-        file = path.open("wb")
-    except OSError as reason:
-        raise refused(path, reason) from None
+    file = open_no_link(path)
     try:
         with LogWriter(file, head, flush_every=flush_every, clock=clock) as log:
             yield log

@@ -73,9 +73,9 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[
         case Encoders():
             return "/encoders", _dump(_joints(signal, lines, counts_per_turn))
         case LineAngles():
-            return "/line_angles", _dump({"time": signal.time, "angles": [_or_null(a) for a in signal.angles.tolist()]})
+            return "/line_angles", _dump({"time": signal.time, "angles": signal.angles.tolist()})
         case DistanceReading():
-            return "/distance", _dump({"time": signal.time, "distance": _or_null(signal.distance)})
+            return "/distance", _dump({"time": signal.time, "distance": signal.distance})
         case Climate():
             values = {"time": signal.time, "temperature": signal.temperature, "humidity": signal.humidity}
             return "/climate", _dump(values)
@@ -376,12 +376,12 @@ def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int) -> _V
 def _estimate(signal: Estimate) -> _Values:
     return {
         "time": signal.time,
-        **{name: [_or_null(value) for value in getattr(signal, name).tolist()] for name in ESTIMATE_FIELDS},
+        **{name: getattr(signal, name).tolist() for name in ESTIMATE_FIELDS},
         "slack": signal.slack.tolist(),
         "covariance": [] if signal.covariance is None else signal.covariance.ravel().tolist(),
         "faults": [{"source": f.source, "since": max(f.since, 0.0), "sentence": f.sentence} for f in signal.faults],
         "valid": signal.valid,
-        "clearance": _or_null(signal.clearance),
+        "clearance": signal.clearance,
     }
 
 
@@ -392,7 +392,7 @@ def _progress(signal: Progress) -> _Values:
         "layer": signal.layer,
         "distance": signal.distance,
         "target": signal.target.tolist(),
-        "error": _or_null(signal.error),
+        "error": signal.error,
         "reason": signal.reason,
     }
 
@@ -410,9 +410,6 @@ def _named(vector: Sequence[float]) -> dict[str, float]:
     return dict(zip("xyzw", vector, strict=False))
 
 
-def _or_null(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _dump(values: _Values) -> bytes:
-    return to_json(values)
+    """As JSON: what is not known, NaN or infinite, as null."""
+    return to_json(values, inf_nan_mode="null")

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
-from cablewright.kernels.layout import TAU
 from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.machine.simulated.rig import Rig
 from cablewright.machine.simulated.snapshot import Archive
+from cablewright.models.packed_views import LineStates
 from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
 
@@ -127,7 +127,7 @@ class QuasiStaticPlant:
         rig.states[:] = states
         rig.work.planes[:] = self._work.planes
         self._solved[:] = after
-        np.exp(states[:, TAU], out=rig.tensions)
+        rig.tensions[:] = LineStates(states).tension
         return []
 
     def archive_state(self, archive: Archive) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
@@ -18,6 +17,7 @@ from cablewright.machine.simulated.settings import ClimateLaw, MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.winches import Winches
+from cablewright.models.packed_views import PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Condition, Notice, Truth, frozen
@@ -88,7 +88,7 @@ class Rig:
         self._last_position = self.motion[:3].copy()
         self.drum[dynamics.YAW_REST] = self.motion[8] = settings.drum.yaw_wander * self._random.standard_normal()
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
-        self._scratch = np.zeros(layout.STATE)
+        self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
 
     @property
@@ -198,7 +198,7 @@ class Rig:
         yaw_rest = self.drum[dynamics.YAW_REST]
         self.drum = drum_parameters(self.settings, powder)
         self.drum[dynamics.YAW_REST] = yaw_rest
-        self.packed.platform[layout.PLATFORM_WEIGHT] = self._mass * self.robot.scene.gravity
+        PlatformNumbers(self.packed.platform).weight = self._mass * self.robot.scene.gravity
 
 
 def drum_parameters(settings: MachineSettings, powder: float) -> Array:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.machine.files import appearing
+from cablewright.file_output import whole_file
 from cablewright.machine.log.messages import decode, encode
 from cablewright.signals import Reading, SensorFrame
 
@@ -265,7 +265,7 @@ def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot]) -> None:
         parts[name] = {"values": dict(snapshot.values), "arrays": listed}
     head = json.dumps({"schema": 1, "parts": parts}, separators=(",", ":")).encode()
     body = np.concatenate([np.frombuffer(head, dtype=np.uint8), *data])
-    with appearing(path) as file:
+    with whole_file(path) as file:
         file.write(_START.pack(_MAGIC, len(head), zlib.crc32(body.data)))
         file.write(body.data)
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cablewright.machine.files import appearing
+from cablewright.file_output import write_whole
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
+from cablewright.progress import Progress
 from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.record import UNUSED, Recorder
 from cablewright.studies.prints.result import PrintRecord
@@ -29,7 +29,7 @@ def finish(
     track: Track,
     print_speed: float,
     true_structure: HeightField | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[PrintRecord, Path]:
     """Join the log of the print in *folder* and make its record; return both. May be done again.
 
@@ -48,8 +48,7 @@ def finish(
 def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> dict[str, Any]:
     """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
     text = metrics_text(found, {"step_time": step_times(timing), **more})
-    with appearing(folder / METRICS) as file:
-        file.write(text.encode())
+    write_whole(folder / METRICS, text.encode())
     told: dict[str, Any] = json.loads(text)
     return told
 

@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import layout
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -30,7 +29,7 @@ class LineTensions:
         """Take the description. Of a platform that may turn nothing is told: every answer is NaN."""
         self.robot, self._settings = robot, settings
         self._model = Model(with_drum_mass(robot, settings)) if robot.platform.kind == "point" else None
-        weight = None if self._model is None else self._model.packed.lines[:, layout.WEIGHT].copy()
+        weight = None if self._model is None else self._model.lines.weight.copy()
         self._weight = weight if weight is not None and (weight > 0.0).all() else None
 
     def at(self, position: Array) -> Taut | None:

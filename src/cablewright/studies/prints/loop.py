@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.control import guide, height, supervisor, velocity
-from cablewright.control.guide import Course, GuideState, Target
+from cablewright.control.guide import GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import Order, SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
@@ -33,7 +33,7 @@ class PrintPlan:
     ``flow``: kg/s of powder with the valve open, ``powder``: kg in a full drum; infinite where nothing runs out.
     """
 
-    course: Course
+    path: TimedPath
     velocity: VelocitySettings
     supervisor: SupervisorSettings
     height: HeightControl | None = None
@@ -74,7 +74,7 @@ class Printer:
         self.powder = plan.powder
         """kg in the drum, as believed."""
         self.target: Target | None = None
-        self.last_position = plan.course.track.at(0.0).position.copy()
+        self.last_position = plan.path.track.at(0.0).position.copy()
         """(3,) m, where the platform was when that was known last."""
         self.radii = np.zeros(plan.velocity.model.m)
         """(m,) m of the winch drums, as found out last; 0: never."""
@@ -137,7 +137,7 @@ class Printer:
             self.guide.lift = height.step(self.plan.height, self.guide.lift, estimate.clearance, dt)
         if self._approach_pending and estimate.valid:
             self.guide.place, self._approach_pending = estimate.position.copy(), False
-        target = guide.step(self.plan.course, self.guide, dt, verdict.wish)
+        target = guide.step(self.plan.path, self.guide, dt, verdict.wish)
         self.target = None if self._approach_pending else target
         self._command = self._decide(frame.time, verdict, estimate, target, dt)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target))
@@ -159,13 +159,13 @@ class Printer:
         if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(m)))
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt)
-        open_ = target.pace / self.plan.course.print_speed if target.laying and verdict.valve_allowed else 0.0
+        open_ = target.pace / self.plan.path.print_speed if target.laying and verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(open_, 0.0), 1.0))
 
     def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
         error = math.nan
         if verdict.state is PrintState.PRINTING and estimate.valid:
-            error = self.plan.course.track.nearest(estimate.position, target.distance).offset
+            error = self.plan.path.track.nearest(estimate.position, target.distance).offset
         return Progress(
             estimate.time, verdict.state, target.layer, target.distance, frozen(target.position), error, verdict.reason
         )

@@ -7,6 +7,7 @@ import json
 import math
 from typing import Any, Final
 
+from cablewright.results import plain
 from cablewright.studies.prints.result import ErrorLocation, PathFollowing, PrintRecord
 from cablewright.studies.prints.structure import HeightDifference, PrintedStructure
 from cablewright.studies.running_statistics import Summary
@@ -53,7 +54,7 @@ def metrics(found: PrintRecord) -> _Values:
 
 def metrics_text(found: PrintRecord, more: _Values | None = None) -> str:
     """Return `metrics`, and *more* of the same kind, as the text of a file."""
-    return json.dumps(_plain({"schema": SCHEMA} | metrics(found) | (more or {})), indent=1, allow_nan=False) + "\n"
+    return json.dumps(plain({"schema": SCHEMA} | metrics(found) | (more or {})), indent=1, allow_nan=False) + "\n"
 
 
 def _following(found: PathFollowing, own: str) -> _Values:
@@ -94,12 +95,3 @@ def _structure(found: PrintedStructure) -> _Values:
         "rms_difference_on_structure": likeness.on_structure,
         "share_seen": likeness.share_seen,
     }
-
-
-def _plain(value: Any) -> Any:
-    """Numbers that are not finite as None."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

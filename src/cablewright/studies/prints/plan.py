@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.control.guide import Course, course_of
+from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import LawName, VelocitySettings
@@ -67,7 +67,7 @@ class MachineTwin:
     settings: MachineSettings
     choices: Choices
     estimator: str
-    course: Course
+    path: TimedPath
 
 
 def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices) -> MachineTwin:
@@ -90,9 +90,9 @@ def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices
             raise InputError(f"period = {choices.period:g} s: over 0 and up to 60 s is wanted")
         settings = settings.model_copy(update={"quasi_static_period": choices.period})
     nozzle = 0.0 if settings.extrusion is None else settings.drum.valve  # a strand's path is the nozzle's
-    course = course_of(job, choices.layers, nozzle)
-    settings = _intruded(settings, choices, course.duration)
-    return MachineTwin(robot, settings, choices, choices.estimator or _best(settings, choices), course)
+    path = TimedPath.of(job, choices.layers, nozzle)
+    settings = _intruded(settings, choices, path.duration)
+    return MachineTwin(robot, settings, choices, choices.estimator or _best(settings, choices), path)
 
 
 def _best(settings: MachineSettings, choices: Choices) -> str:
@@ -118,16 +118,16 @@ def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> M
 
 def plan_print(twin: MachineTwin) -> PrintPlan:
     """Return the plan. Raises `AnswerError` where the path leaves the frame or lines cannot hold the platform."""
-    robot, settings, choices, course = twin.robot, twin.settings, twin.choices, twin.course
+    robot, settings, choices, path = twin.robot, twin.settings, twin.choices, twin.path
     model = Model(with_drum_mass(robot, settings))
-    _check_path(model, course)
+    _check_path(model, path)
     seen = "vertical" in settings.lidars and twin.estimator != "encoders"
     rule = choices.height or ("structure" if seen else "job")
     if rule == "structure" and not seen:
         raise InputError(f"height = structure: estimator {twin.estimator!r} on {settings.name!r} does not see it")
-    begin = course.track.at(0.0).position
+    begin = path.track.at(0.0).position
     scene = robot.scene
-    fastest = max(course.print_speed, course.travel_speed)
+    fastest = max(path.print_speed, path.travel_speed)
     barrier = settings.barrier
     limits = SupervisorSettings(
         scene.frame_min,
@@ -146,7 +146,7 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     )
     drum = settings.drum
     return PrintPlan(
-        course,
+        path,
         velocity,
         limits,
         HeightControl(float(begin[2]) - scene.frame_min[2]) if rule == "structure" else None,
@@ -165,20 +165,20 @@ def _most_tensions(robot: Robot) -> Array:
     return np.array([min(line.tension_limits[1], _BREAKS * b) for line, b in zip(robot.lines, breaking, strict=True)])
 
 
-def _check_path(model: Model, course: Course) -> None:
+def _check_path(model: Model, path: TimedPath) -> None:
     """Raise `AnswerError` at the first place of the path that is out of the frame or cannot be held."""
-    scene, places = model.robot.scene, course.track.positions
+    scene, places = model.robot.scene, path.track.positions
     inside = ((places >= scene.frame_min) & (places <= scene.frame_max)).all(axis=1)
     if not inside.all():
         bad = int(np.argmin(inside))
-        raise AnswerError(f"the path leaves the frame of {model.robot.name!r} {_where(course, bad)}")
+        raise AnswerError(f"the path leaves the frame of {model.robot.name!r} {_where(path, bad)}")
     held = solve_inverse(model, places, path=True)
     if not held.ok.all():
         bad = int(np.argmin(held.ok))
-        where = _where(course, bad)
+        where = _where(path, bad)
         raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {held[bad].sentence()}")
 
 
-def _where(course: Course, row: int) -> str:
-    place = ", ".join(f"{x:.3f}" for x in course.track.positions[row])
-    return f"at {place} m, {course.track.distance[row]:.1f} m along it"
+def _where(path: TimedPath, row: int) -> str:
+    place = ", ".join(f"{x:.3f}" for x in path.track.positions[row])
+    return f"at {place} m, {path.track.distance[row]:.1f} m along it"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -49,18 +49,14 @@ def record(
     *,
     print_speed: float,
     true_structure: HeightField | None = None,
-    progress: Callable[[int], None] | None = None,
 ) -> PrintRecord:
     """Make the record of the print whose log has *entries* and *head*, and which followed *track* (of the platform).
 
-    *print_speed*: m/s, wanted. *true_structure*: what truly lies at the end, where that is known. *progress* is told
-    how many steps were read, now and then.
+    *print_speed*: m/s, wanted. *true_structure*: what truly lies at the end, where that is known.
     """
     recorder = Recorder(head, track, print_speed)
-    for count, entry in enumerate(entries):
+    for entry in entries:
         recorder.add(entry)
-        if progress is not None and count % 1000 == 0:
-            progress(count)
     return recorder.finish(true_structure)
 
 

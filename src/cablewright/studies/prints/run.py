@@ -11,29 +11,31 @@ import gc
 import json
 import time
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
-from cablewright.errors import InputError
-from cablewright.machine.files import appearing, refused
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import LoadingArchive, SavingArchive, read_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
+from cablewright.progress import Progress
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
-from cablewright.studies.folder_lock import held
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
 from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
 
-__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "run_print"]
+__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "alone_in", "run_print"]
 
 Array = NDArray[np.float64]
 
@@ -93,7 +95,7 @@ def run_print(
     *,
     resume: bool = False,
     real_time: bool = False,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> PrintRun:
     """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
 
@@ -105,7 +107,7 @@ def run_print(
     """
     plan = plan_print(twin)
     _prepare(folder, manifest_of("print", inputs, options), resume)
-    with held(folder / LOCK):
+    with alone_in(folder):
         machine, printer = _printer(twin, plan, folder, resume)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
@@ -126,17 +128,30 @@ def run_print(
         return run
 
 
-def _go_on(
-    run: PrintRun,
-    log: LogWriter,
-    keeper: SnapshotWriter,
-    real_time: bool,
-    progress: Callable[[str, int, int], None] | None,
-) -> None:
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Hold the lock of *folder*, which the system lets go of when the program ends, however it ends.
+
+    Raises `EnvironmentFault` where another program holds it, or where it cannot be made: a link is not followed.
+    """
+    lock = FileLock(folder / LOCK, blocking=False, fallback_to_soft=False)  # a soft lock outlives a killed program
+    try:
+        lock.acquire()
+    except Timeout:
+        raise EnvironmentFault(f"{folder}: another program works in this folder") from None
+    except OSError as reason:
+        raise cannot_write(folder / LOCK, reason) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _go_on(run: PrintRun, log: LogWriter, keeper: SnapshotWriter, real_time: bool, progress: Progress | None) -> None:
     """Step until it is over."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
-    whole = round(1e3 * printer.plan.course.track.length)
+    whole = round(1e3 * printer.plan.path.track.length)
     saved = begun = time.monotonic()
     for run.steps in range(1, _MOST_STEPS):
         orders = attendant.orders(printer, machine.time)
@@ -173,7 +188,7 @@ def _save(run: PrintRun, keeper: SnapshotWriter) -> None:
 
 def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
     """Machine and print as the checkpoint has them, or at the beginning of the path where there is none."""
-    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.course.track.at(0.0).position
+    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.path.track.at(0.0).position
     found = read_snapshots(path) if resume and path.exists() else None
     if found is not None and not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
@@ -202,9 +217,8 @@ def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as reason:
-            raise refused(folder, reason) from None
-        with appearing(folder / MANIFEST) as file:
-            file.write(json.dumps(manifest, indent=2).encode() + b"\n")
+            raise cannot_write(folder, reason) from None
+        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         return
     try:
         text = (folder / MANIFEST).read_bytes()[:MANIFEST_BYTES]

@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.printing import layer_table, load_job
-from cablewright.printing.course import Helix, RandomCurve
+from cablewright.printing.numeric_path import Helix, RandomCurve
 
 CURVE = (
     'schema = 1\nname = "c"\n[curve]\nseed = 1\nlength = "28 m"\narea = [3.6, 8.0]\nlayers = 3\nlayer_height = "2 mm"\n'
@@ -80,9 +80,9 @@ def test_one_line_says_what_is_wrong(tmp_path: Path, text: str, words: str) -> N
 
 
 def test_a_path_of_too_many_pieces_is_refused_before_it_is_made() -> None:
-    course = Helix(radius=1000.0, layers=100_000, layer_height=0.1)
+    path = Helix(radius=1000.0, layers=100_000, layer_height=0.1)
     with pytest.raises(InputError, match="fewer layers"):
-        course.toolpath()
+        path.toolpath()
     with pytest.raises(InputError, match="fewer layers"):
         RandomCurve(seed=0, length=28.0, area=(3.6, 8.0), layers=100_000, layer_height=0.0).toolpath()
 

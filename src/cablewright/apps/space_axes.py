@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from cablewright.apps.pictures import style
+from cablewright.apps import style
 from cablewright.apps.pictures.path import ErrorScale, box_edges
 from cablewright.robot import Robot
 

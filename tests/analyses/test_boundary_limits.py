@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from cablewright.analyses.workspace.accessible import CLOSE, Accessible, accessible, box, sheave_rules
 
 import cases
 from cablewright.analyses.feasibility import broken_limits, judge_pose
-from cablewright.analyses.workspace.accessible import CLOSE, Accessible, accessible, box, sheave_rules
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

@@ -26,7 +26,7 @@ _Height = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 _Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 
 
-class _Course(BaseModel):
+class _Rounds(BaseModel):
     """Rounds about the job's origin, one over the other."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -37,7 +37,7 @@ class _Course(BaseModel):
     first_height: _Height = 0.0
 
 
-class RandomCurve(_Course):
+class RandomCurve(_Rounds):
     """A closed curve that crosses itself: number *number* of *seed*. See `printing/curve.py`."""
 
     seed: Annotated[int, Field(strict=True, ge=0, le=2**63 - 1)]
@@ -74,7 +74,7 @@ class RandomCurve(_Course):
         return _toolpath(places, np.ones(len(places) - 1, dtype=bool), number)
 
 
-class Helix(_Course):
+class Helix(_Rounds):
     """A helix about the origin that rises by *layer_height* a turn; each turn is a layer."""
 
     radius: _Distance

@@ -1,4 +1,4 @@
-"""The accessible workspace: its boundary in the frame, a section through its middle, and what ends it where."""
+"""The static workspace: its boundary in the frame, a section through its middle, and which limit ends it where."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from cablewright.analyses.workspace.accessible import Accessible
-from cablewright.apps.pictures import style
-from cablewright.apps.pictures.space_axes import add_faces, bar, draw_frame, point, scale_of, space
+from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
+from cablewright.apps import style
 from cablewright.apps.report import boundary
 from cablewright.apps.report.quantities import quantity
+from cablewright.apps.space_axes import add_faces, bar, draw_frame, point, scale_of, space
 from cablewright.studies.accuracy import Study
 
 __all__ = ["extremes", "workspace"]
@@ -38,9 +38,9 @@ def extremes(errors: Array) -> tuple[int, int] | None:
 
 def workspace(study: Study) -> Figure | None:
     """Draw boundary and section, coloured by the largest error; None without a workspace or any known error."""
-    reach, errors = study.accessible, study.accuracy.spread.max_error * 1e3
+    found, errors = study.workspace, study.accuracy.spread.max_error * 1e3
     known = np.isfinite(errors)
-    if reach is None or not known.any():
+    if found is None or not known.any():
         return None
     robot = study.accuracy.robot
     ends = np.array([robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)])
@@ -52,12 +52,12 @@ def workspace(study: Study) -> Figure | None:
     colours = bar(drawn, [axes, section], scale_of(errors[known]), "largest error in mm")
     draw_frame(axes, robot)
     places = study.places.positions
-    corners = boundary.faces(reach)
+    corners = boundary.faces(found)
     nearest = cKDTree(places[known]).query(corners.mean(axis=1))[1]
     add_faces(axes, corners, _shaded(colours, errors[known][nearest], corners), zorder=3)
     _mark(axes, places, errors)
     axes.set_title("boundary of the workspace")
-    _section(section, study, reach, colours)
+    _section(section, study, found, colours)
     sides_of: tuple[tuple[Any, _Where, int], ...] = (
         (axes, "outside lower left", 1),
         (section, "outside lower right", 3),
@@ -96,15 +96,15 @@ def _mark(axes: Any, places: Array, errors: Array) -> None:
         point(axes, places[at], name, above=above, label=f"{told} at ({where}) m")
 
 
-def _section(axes: Axes, study: Study, reach: Accessible, colours: ScalarMappable) -> None:
+def _section(axes: Axes, study: Study, found: BoundaryLimits, colours: ScalarMappable) -> None:
     """Draw the nodes of the vertical plane nearest to the middle that has any, and what ends the workspace in it."""
-    x, y, z = reach.axes
-    held = np.nonzero(reach.inside.any(axis=(0, 2)))[0]
+    x, y, z = found.nodes.axes
+    held = np.nonzero(found.nodes.inside.any(axis=(0, 2)))[0]
     if not len(held):
         return
     at = int(held[np.abs(y[held] - 0.5 * (y[0] + y[-1])).argmin()])
-    values = np.full(reach.inside.shape, np.nan)
-    values[reach.inside] = study.accuracy.spread.max_error * 1e3
+    values = np.full(found.nodes.inside.shape, np.nan)
+    values[found.nodes.inside] = study.accuracy.spread.max_error * 1e3
     shown = np.ma.masked_invalid(values[:, at, :].T)
     cells = axes.pcolormesh(
         x, z, shown, shading="nearest", cmap=colours.get_cmap(), norm=Normalize(*colours.get_clim()), zorder=1
@@ -113,19 +113,19 @@ def _section(axes: Axes, study: Study, reach: Accessible, colours: ScalarMappabl
     frame = Rectangle((low[0], low[2]), high[0] - low[0], high[2] - low[2], fill=False, edgecolor=style.GREY)
     axes.add_patch(frame)
     cells.set_clip_path(frame)  # the cell of a node on a side is half outside
-    near = np.abs(reach.ends[:, 1] - y[at]) < 1e-6 * (y[1] - y[0])
-    _ends(axes, reach, near)
+    near = np.abs(found.points[:, 1] - y[at]) < 1e-6 * (y[1] - y[0])
+    _ends(axes, found, near)
     axes.set_title(f"section at y = {y[at]:.3g} m, and what ends the workspace there".replace("-", "\N{MINUS SIGN}"))
     axes.set_xlim(x[0] - 0.04 * (x[-1] - x[0]), x[-1] + 0.04 * (x[-1] - x[0]))
     axes.set_ylim(z[0] - 0.04 * (x[-1] - x[0]), z[-1] + 0.04 * (x[-1] - x[0]))
 
 
-def _ends(axes: Axes, reach: Accessible, near: NDArray[np.bool_]) -> None:
-    """Draw the ends that are *near*, by limit, most frequent first."""
-    counts = np.bincount(reach.ended_by[near], minlength=len(reach.limits))
+def _ends(axes: Axes, found: BoundaryLimits, near: NDArray[np.bool_]) -> None:
+    """Draw the boundary points that are *near*, by limit, the most frequent limit first."""
+    counts = np.bincount(found.ended_by[near], minlength=len(found.limits))
     order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
     for place, limit in enumerate(order[:_MOST_LIMITS]):
-        own = reach.ends[near & (reach.ended_by == limit)]
+        own = found.points[near & (found.ended_by == limit)]
         axes.plot(
             own[:, 0],
             own[:, 2],
@@ -135,6 +135,6 @@ def _ends(axes: Axes, reach: Accessible, near: NDArray[np.bool_]) -> None:
             markeredgewidth=0.6,
             markersize=5.5,
             linestyle="none",
-            label=style.label(reach.limits[limit], 40),
+            label=style.label(found.limits[limit], 40),
             zorder=3,
         )

@@ -1,0 +1,109 @@
+"""Which limit ends the static workspace where: the limits on its boundary.
+
+Paty 2021, section 4.1: tension limits, swing and elevation of the sheaves, no collision in them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.analyses.workspace.criterion import BLOCK, Criterion
+from cablewright.analyses.workspace.workspace import NodeCount
+from cablewright.errors import InputError
+
+__all__ = ["CLOSE", "BoundaryLimits", "EndingLimit", "boundary_limits"]
+
+Array = NDArray[np.float64]
+Point = tuple[float, float, float]
+
+CLOSE = 1e-3  # m: to which the boundary is found
+
+
+@dataclass(frozen=True)
+class EndingLimit:
+    """A limit that ends the workspace: at how many points, and the lowest and the highest of them, m."""
+
+    limit: str
+    ends: int
+    lowest: Point
+    highest: Point
+
+
+@dataclass(frozen=True, eq=False)
+class BoundaryLimits:
+    """Points of a static workspace's boundary, where lines of its grid leave it, and the limit that is broken beyond.
+
+    The last of `limits` is the frame, or the box: nodes inside that are on its sides are points too.
+    """
+
+    nodes: NodeCount
+    points: Array  # (E, 3) m, to CLOSE
+    ended_by: NDArray[np.int64]  # (E,) index into `limits`
+    limits: tuple[str, ...]
+
+    @property
+    def by_limit(self) -> tuple[EndingLimit, ...]:
+        """Each limit that ends the workspace anywhere, the most frequent first."""
+        counts = np.bincount(self.ended_by, minlength=len(self.limits))
+        order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
+        return tuple(self._ending(limit) for limit in order)
+
+    def _ending(self, limit: int) -> EndingLimit:
+        own = self.points[self.ended_by == limit]
+        (x, y, z), (a, b, c) = own[own[:, 2].argmin()].tolist(), own[own[:, 2].argmax()].tolist()
+        return EndingLimit(self.limits[limit], len(own), (x, y, z), (a, b, c))
+
+
+def boundary_limits(nodes: NodeCount) -> BoundaryLimits:
+    """Which limit ends the workspace of *nodes*, counted by the criterion ``static``, and where.
+
+    Between neighbours of which one is inside the boundary is found by bisection, to CLOSE. What is broken just beyond
+    it ends the workspace, the first of the limits where several are. Raises `InputError` for another criterion.
+    """
+    if nodes.criterion.name != "static":
+        raise InputError(f"criterion {nodes.criterion.name}: only the criterion static tells which limit is broken")
+    if not nodes.counted:
+        return BoundaryLimits(nodes, np.empty((0, 3)), np.empty(0, dtype=np.int64), ())
+    inner, outer = _bisected(nodes.criterion, *_pairs(nodes))
+    limits, ended_by = _first_broken(nodes.criterion, outer)
+    on_sides = np.ones_like(nodes.inside)
+    on_sides[1:-1, 1:-1, 1:-1] = False
+    sides = nodes.places[on_sides[nodes.inside]]
+    ended_by = np.append(ended_by, np.full(len(sides), len(limits)))
+    return BoundaryLimits(nodes, np.concatenate([inner, sides]), ended_by, (*limits, "frame"))
+
+
+def _pairs(nodes: NodeCount) -> tuple[Array, Array]:
+    """Neighbours of which one is inside and the other is not, as points (E, 3) inside and outside, m."""
+    places = np.stack(np.meshgrid(*nodes.axes, indexing="ij"), axis=-1)
+    within, without = [np.empty((0, 3))], [np.empty((0, 3))]
+    for axis in range(3):
+        along, inside = np.moveaxis(places, axis, 0), np.moveaxis(nodes.inside, axis, 0)
+        last, first = inside[:-1] & ~inside[1:], inside[1:] & ~inside[:-1]
+        within += [along[:-1][last], along[1:][first]]
+        without += [along[1:][last], along[:-1][first]]
+    return np.concatenate(within), np.concatenate(without)
+
+
+def _bisected(criterion: Criterion, inner: Array, outer: Array) -> tuple[Array, Array]:
+    """Points (E, 3) inside and outside, at most CLOSE apart, m."""
+    longest = float(np.linalg.norm(outer - inner, axis=1).max(initial=CLOSE))
+    for _ in range(max(1, int(np.ceil(np.log2(longest / CLOSE))))):
+        middle = 0.5 * (inner + outer)
+        good = (criterion.margin(middle) >= 0.0)[:, None]
+        inner, outer = np.where(good, middle, inner), np.where(good, outer, middle)
+    return inner, outer
+
+
+def _first_broken(criterion: Criterion, places: Array) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+    """Names of the limits, and the first of them that each of *places* (N, 3) breaks under any orientation, (N,)."""
+    names: tuple[str, ...] = ()
+    first = []
+    for block in np.array_split(places, 1 + len(places) // BLOCK):
+        each = [criterion.broken_limits(criterion.poses(block, turn)) for turn in criterion.orientations]
+        names = each[0][0]
+        first.append(np.any([broken for _, broken in each], axis=0).argmax(axis=1))
+    return names, np.concatenate(first)

@@ -1,0 +1,31 @@
+"""Which picture shows which result: what `Pictured.plot` draws."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Final
+
+from matplotlib.figure import Figure
+
+from cablewright.apps import style
+from cablewright.file_output import write_whole
+from cablewright.results import Pictured
+
+__all__ = ["PICTURES", "draw"]
+
+PICTURES: Final = {
+    "Interference": ("interference", "interference_picture"),
+    "JobInterference": ("interference", "interference_picture"),
+}
+"""The module of `apps.pictures` and the function in it that draw a result, by the name of its class."""
+
+
+def draw(result: Pictured, file: str | Path | None = None) -> Figure:
+    """Return the picture of *result*, written as PNG to *file* where one is named. Raises `EnvironmentFault`."""
+    module, function = PICTURES[type(result).__name__]
+    with style.drawing():
+        drawn: Figure = getattr(import_module(f"cablewright.apps.pictures.{module}"), function)(result)
+        if file is not None:
+            write_whole(Path(file), style.png(drawn))
+    return drawn

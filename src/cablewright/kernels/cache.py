@@ -1,0 +1,181 @@
+"""The kernels' disk cache: each compiled signature is one file, whole or absent, in a folder named by what made it.
+
+The folder's name is the stamp: a hash of all kernel sources and of the programs that compile them, so that no edit,
+of a callee neither, is answered by an old number. A file has a checksum, since it may be cut short or rot.
+`docs/decisions/0003-cache-stamp.md` says why Numba's own cache does not do.
+"""
+
+import errno
+import hashlib
+import logging
+import os
+import pickle
+import re
+import shutil
+import stat
+import sys
+import tempfile
+import time
+import warnings
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import config
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.errors import NumbaWarning
+from numba.core.serialize import dumps
+from numba.misc.appdirs import AppDirs
+
+DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
+"""The environment variable that names another folder than the user's cache folder."""
+_CHECKSUM = hashlib.sha256().digest_size
+_KEPT, _RECENT, _OLD = 8, 3600.0, 30 * 86400.0  # folders of other stamps; s since their last use
+_STAMPED = re.compile("[0-9a-f]{32}")
+_HOME = Path(__file__).parent
+SOURCES = frozenset(_HOME.rglob("[!.]*.py"))
+log = logging.getLogger(__name__)
+
+
+def stamp() -> str:
+    """Hash all that a compiled kernel depends on beside its types and the processor: programs, settings, sources."""
+    programs = (sys.version, sys.flags.optimize, np.__version__, numba.__version__, llvmlite.__version__)
+    settings = {name: value for name, value in vars(config).items() if name.isupper() and "THREAD" not in name}
+    digest = hashlib.sha256(repr((programs, settings)).encode())
+    for file in sorted(SOURCES):
+        digest.update(file.relative_to(_HOME).as_posix().encode() + b"\0")
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()[:32]
+
+
+STAMP = stamp()  # before any kernel is imported
+
+
+def is_stamped(function: Any) -> bool:
+    """Whether an edit of *function* changes the stamp: it stands in a hashed file and closes over nothing."""
+    return Path(function.__code__.co_filename) in SOURCES and function.__closure__ is None
+
+
+class KernelCache(NullCache):  # type: ignore[misc]
+    """What a dispatcher of Numba asks for a compiled signature of *function* before it compiles, and tells after."""
+
+    def __init__(self, function: Any) -> None:
+        self._name = f"{function.__module__}.{function.__qualname__}"
+        self._line = function.__code__.co_firstlineno
+
+    def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
+        """Return what an earlier process compiled for *signature*; None if nothing whole is kept."""
+        target.refresh()
+        folder = open_folder()
+        if folder is None:
+            return None
+        key = self._key(signature, target.codegen())
+        data = _read(folder / self._file_name(key), key)
+        return None if data is None else CompileResult._rebuild(target, *data)
+
+    def save_overload(self, signature: Any, result: CompileResult) -> None:
+        """Keep *result* for later processes, unless the sources were edited since this process read them."""
+        if result.library.has_dynamic_globals or not all(lifted.can_cache for lifted in result.lifted):
+            warnings.warn(f"{self._name} cannot be cached: it holds addresses of this process", NumbaWarning, 2)
+            return
+        folder = open_folder()
+        if folder is None:
+            return
+        key = self._key(signature, result.codegen)
+        try:
+            if stamp() == STAMP:
+                _write(folder / self._file_name(key), dumps((key, result._reduce())))
+        except OSError as reason:
+            _say_once(reason)
+
+    def holds_any(self) -> bool:
+        """Whether some signature of the function is kept."""
+        folder = open_folder()
+        return folder is not None and any(file.name.startswith(self._prefix()) for file in folder.iterdir())
+
+    def _key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
+        return STAMP, self._name, self._line, signature, codegen.magic_tuple()
+
+    def _file_name(self, key: tuple[Any, ...]) -> str:
+        return self._prefix() + hashlib.sha256(repr(key).encode()).hexdigest()[:32]
+
+    def _prefix(self) -> str:
+        return re.sub(r"[^\w.]", "_", self._name) + "-"
+
+
+def open_folder() -> Path | None:
+    """Return the folder of this stamp, made if need be; None, said once a process, if it cannot be made or trusted."""
+    try:
+        home = Path(os.environ.get(DIRECTORY) or AppDirs("cablewright", False).user_cache_dir)
+        kernels = home.expanduser() / "kernels"
+        folder = kernels / STAMP
+        is_new = not folder.exists()
+        for each in (kernels, folder):
+            if is_new:
+                each.mkdir(0o700, parents=True, exist_ok=True)
+            _refuse_shared(each)
+        with suppress(OSError):  # a folder that may only be read is of use, and what cannot be removed stays
+            os.utime(folder)
+            if is_new:
+                _prune(kernels)
+    except (OSError, RuntimeError) as reason:  # RuntimeError: a user without a home
+        _say_once(reason)
+        return None
+    return folder
+
+
+def _refuse_shared(folder: Path) -> None:
+    """Raise `PermissionError` unless *folder* is no link and only this user may write to it: a pickle is a program."""
+    found = folder.lstat()
+    own = os.name != "posix" or (found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
+    if not (own and stat.S_ISDIR(found.st_mode)):
+        raise PermissionError(errno.EACCES, "others may write to this folder", str(folder))
+
+
+def _prune(kernels: Path) -> None:
+    """Remove the folders of other stamps that are long unused, or unused just now and not among the newest."""
+    others = [each for each in kernels.iterdir() if _STAMPED.fullmatch(each.name) and each.name != STAMP]
+    now = time.time()
+    idle = sorted((now - each.lstat().st_mtime, each) for each in others)
+    for rank, (seconds, folder) in enumerate(idle):
+        if seconds > _OLD or (rank >= _KEPT and seconds > _RECENT):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+_said = False
+
+
+def _say_once(reason: Exception) -> None:
+    global _said
+    log.log(logging.DEBUG if _said else logging.WARNING, "kernels are compiled anew in each process: %s", reason)
+    _said = True
+
+
+def _read(file: Path, key: tuple[Any, ...]) -> Any:
+    """Return what was written to *file* under *key*; None if there is no such file, or it is damaged or another's."""
+    try:
+        content = memoryview(file.read_bytes())
+        if hashlib.sha256(content[_CHECKSUM:]).digest() != content[:_CHECKSUM]:
+            raise pickle.UnpicklingError("its checksum is wrong")
+        found, data = pickle.loads(content[_CHECKSUM:])
+    except FileNotFoundError:
+        return None
+    except (OSError, pickle.UnpicklingError, AttributeError, EOFError, ImportError, IndexError) as reason:
+        log.debug("%s is compiled anew: %s", file.name, reason)
+        return None
+    return data if found == key else None
+
+
+def _write(file: Path, payload: bytes) -> None:
+    """Write *file* in one step: a process killed in between leaves no part of it under its name."""
+    handle, name = tempfile.mkstemp(dir=file.parent)
+    try:
+        with open(handle, "wb") as out:
+            out.write(hashlib.sha256(payload).digest() + payload)
+        Path(name).replace(file)
+    finally:
+        Path(name).unlink(missing_ok=True)  # it is there only if it was not moved

@@ -1,0 +1,117 @@
+"""Names for the columns of the arrays that kernels take: read and write `Packed` and states of lines through these."""
+
+from __future__ import annotations
+
+from typing import Self, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.kernels import layout
+
+__all__ = ["LineNumbers", "LineStates", "PlatformNumbers", "blank_states"]
+
+Array = NDArray[np.float64]
+
+
+class _View:
+    """An array whose last axis has named columns. A view holds the array itself: what is set, is set there."""
+
+    __slots__ = ("array",)
+
+    def __init__(self, array: Array) -> None:
+        self.array = array
+
+
+class _Columns:
+    """One name of a view: a slice of its array, which costs no copy; of a single row's one column, the number."""
+
+    def __init__(self, columns: int | slice | list[int], meaning: str) -> None:
+        self._index = (..., columns)
+        self.__doc__ = meaning
+
+    @overload
+    def __get__(self, view: None, owner: type[_View]) -> Self: ...
+    @overload
+    def __get__(self, view: _View, owner: type[_View]) -> Array: ...
+    def __get__(self, view: _View | None, owner: type[_View]) -> Self | Array:
+        return self if view is None else view.array[self._index][()]
+
+    def __set__(self, view: _View, value: ArrayLike) -> None:
+        view.array[self._index] = value
+
+
+class LineNumbers(_View):
+    """Numbers of lines under one fidelity, (..., 22): `Packed.lines`, that of a batch, or a row of it.
+
+    A point is (..., 3), all else (...). A line under a fidelity that leaves something out has 0 there: a cable without
+    weight, an eyelet without radius, a rigid cable without compliance.
+    """
+
+    exit_point = _Columns(slice(layout.EXIT_X, layout.EXIT_Z + 1), "Exit point A, world, m.")
+    platform_point = _Columns(slice(layout.POINT_X, layout.POINT_Z + 1), "Platform point B, platform frame, m.")
+    radius = _Columns(layout.RADIUS, "Radius of the sheave, m.")
+    lever = _Columns(layout.LEVER, "Distance of the sheave's centre from A, m.")
+    lever_moment = _Columns(layout.LEVER_MOMENT, "Weight of the lever times its centre of mass's distance from A, N m.")
+    side = _Columns(layout.SIDE, "+1 where the cable passes over the sheave, -1 under it.")
+    winch_distance = _Columns(layout.WINCH_X, "Horizontal distance of the winch exit from A, m.")
+    winch_height = _Columns(layout.WINCH_Z, "Height of the winch exit above A, m.")
+    dead_length = _Columns(layout.DEAD_LENGTH, "Length added where the dead span is not modelled, m.")
+    weight = _Columns(layout.WEIGHT, "Weight per unstrained length, N/m.")
+    free_compliance = _Columns(layout.FREE_COMPLIANCE, "1 / EA of the free span, 1/N.")
+    dead_compliance = _Columns(layout.DEAD_COMPLIANCE, "1 / EA of the dead span, 1/N.")
+    arc_compliance = _Columns(layout.ARC_COMPLIANCE, "1 / EA of the cable on the sheave, 1/N.")
+    compliances = _Columns(slice(layout.FREE_COMPLIANCE, layout.ARC_COMPLIANCE + 1), "These three, (..., 3), 1/N.")
+    tension_min = _Columns(layout.TENSION_MIN, "Lowest tension that is allowed, N.")
+    tension_max = _Columns(layout.TENSION_MAX, "Highest tension that is allowed, N.")
+    tension_limits = _Columns(slice(layout.TENSION_MIN, layout.TENSION_MAX + 1), "Both, (..., 2), N.")
+    breaking_load = _Columns(layout.BREAKING, "Breaking load, N.")
+    unknowns = _Columns(layout.UNKNOWNS, "How many of the line's unknowns are free, 3 to 6.")
+    preferred_tension = _Columns(layout.PREFERRED, "Tension that the inverse problem stays near to, N.")
+
+    @property
+    def has_dead_span(self) -> NDArray[np.bool_]:
+        """(...) bool: whether the span between winch and sheave is modelled."""
+        return self.unknowns > 3.0
+
+    @property
+    def has_lever(self) -> NDArray[np.bool_]:
+        """(...) bool: whether the sheave hangs on the lever of a universal joint."""
+        return self.unknowns > 5.0
+
+
+class LineStates(_View):
+    """The unknowns of lines that a solver finds, (..., 6): `Equilibrium.states`, or a row of it.
+
+    Each is (...). A kind of sheave without some of them leaves those at 0. Directions are in the line's vertical plane,
+    from the horizontal towards the platform point.
+    """
+
+    free_angle = _Columns(layout.PHI, "Direction of the free span where it leaves the sheave, rad.")
+    log_tension = _Columns(layout.TAU, "Logarithm of the tension at the sheave, of N.")
+    free_length = _Columns(layout.FREE, "Unstrained length of the free span, m.")
+    dead_length = _Columns(layout.DEAD, "Unstrained length of the dead span, m.")
+    dead_angle = _Columns(layout.PSI, "Direction of the dead span from the sheave towards the winch, rad.")
+    lever_angle = _Columns(layout.BETA, "Angle of the lever above the horizontal, rad.")
+    angles = _Columns([layout.PHI, layout.PSI, layout.BETA], "All three angles, (..., 3), rad: a copy when read.")
+
+    @property
+    def tension(self) -> Array:
+        """(...) tension at the sheave, N; tiny, not 0, where a massless line is slack."""
+        return np.exp(self.log_tension)
+
+
+class PlatformNumbers(_View):
+    """Numbers of the platform, (..., 11): `Packed.platform`, or that of a batch."""
+
+    centre_of_mass = _Columns(slice(layout.MASS_X, layout.MASS_Z + 1), "(..., 3) platform frame, m.")
+    weight = _Columns(layout.PLATFORM_WEIGHT, "(...) N.")
+    wrench = _Columns(slice(layout.WRENCH, layout.WRENCH + 6), "(..., 6) external force, N, and moment, N m, world.")
+    massless = _Columns(
+        layout.MASSLESS, "(...) 1 where any line has no weight, so that slack it has no tension; else 0."
+    )
+
+
+def blank_states(*shape: int) -> Array:
+    """Unknowns of lines, all 0, (*shape, 6): what a solver writes into."""
+    return np.zeros((*shape, layout.STATE))

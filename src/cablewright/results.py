@@ -1,0 +1,113 @@
+"""What a result says of itself: its figures, declared once, for JSON, terminal, reports, pictures and docs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from importlib import import_module
+from pathlib import Path
+from types import MethodType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+__all__ = ["Figure", "Pictured", "Result", "plain"]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of a result.
+
+    ``key`` is its name in JSON; ``unit`` its SI unit, "1" for a share or factor, "" for what is no quantity;
+    ``meaning`` one sentence. ``value`` says how it is read off the result: attributes joined by dots, methods without
+    arguments among them, None as soon as one of them is; or a function; by default the attribute named ``key``.
+    ``name`` is what people read where it is not the key. ``digits`` are the significant ones that people see. Where
+    ``only`` is given, results for which it is false do not have the figure.
+    """
+
+    key: str
+    unit: str
+    meaning: str
+    value: str | Callable[[Any], Any] = ""
+    name: str = ""
+    digits: int = 4
+    only: Callable[[Any], bool] | None = None
+
+    @property
+    def label(self) -> str:
+        """What people read."""
+        return self.name or self.key.replace("_", " ")
+
+    def of(self, result: object) -> Any:
+        """Return the value that *result* has of this."""
+        if not isinstance(self.value, str):
+            return self.value(result)
+        found: Any = result
+        for part in (self.value or self.key).split("."):
+            if found is None:
+                return None
+            found = getattr(found, part)
+            found = found() if isinstance(found, MethodType) else found
+        return found
+
+
+class Result:
+    """A frozen value that declares its figures. A dataclass that is one is made with ``repr=False``."""
+
+    FIGURES: ClassVar[tuple[Figure, ...]] = ()
+    HEADLINES: ClassVar[tuple[str, ...]] = ()  # keys of those that stand in its repr
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """The figures that this result has, in the order of its declaration."""
+        return tuple(each for each in self.FIGURES if each.only is None or each.only(self))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the figures by their keys as JSON has them: SI, lists, texts, None for what is not known."""
+        return {each.key: plain(each.of(self)) for each in self.figures}
+
+    def __repr__(self) -> str:
+        """The headlines in one line."""
+        parts = [f"{each.key}={_brief(each.of(self), each)}" for each in self.figures if each.key in self.HEADLINES]
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+
+class Pictured(Result):
+    """A result that people would look at."""
+
+    def plot(self, file: str | Path | None = None) -> Drawing:
+        """Draw it with matplotlib, and write it as PNG where a *file* is named.
+
+        Raises `EnvironmentFault` where the file cannot be written.
+        """
+        # Pictures stand above results on the ladder: this is the one call upward, by name, when a person asks for it.
+        drawn: Drawing = import_module("cablewright.apps.pictures.gallery").draw(self, file)
+        return drawn
+
+
+def plain(value: Any) -> Any:
+    """Return *value* as JSON has it: arrays as lists, numbers that are not finite as None, results as their figures."""
+    if isinstance(value, Result):
+        return value.to_dict()
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, str | bool | int | None):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
+    if isinstance(value, Path):
+        return str(value)
+    return plain(value.tolist())  # of NumPy: an array or a scalar
+
+
+def _brief(value: Any, figure: Figure) -> str:
+    value = plain(value)
+    text = f"{value:.{figure.digits}g}" if isinstance(value, float) else repr(value)
+    return text if figure.unit in ("", "1") else f"{text} {figure.unit}"

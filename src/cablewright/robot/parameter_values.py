@@ -1,0 +1,158 @@
+"""One kind of changeable number: where it stands in a line or a platform, and how it is read and set there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, Literal, TypeVar
+
+from cablewright.robot.line import Line
+from cablewright.robot.platform import Platform
+from cablewright.robot.sheave import Eyelet, UniversalJoint
+from cablewright.units import Dimension, Vec3
+
+__all__ = [
+    "AXES",
+    "Kind",
+    "Owner",
+    "Room",
+    "above_winch",
+    "up_to_lever",
+    "with_exit",
+    "with_exit_point",
+    "with_modulus",
+]
+
+AXES: Final = "xyz"
+Owner = Literal["line", "all lines", "platform"]
+Room = tuple[float, float, str]
+"""What another part of a line leaves a number: above the first value and below the second; and why."""
+
+_Part = TypeVar("_Part", bound=Line | Platform)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An entry of the registry of changeable numbers.
+
+    ``of``: each "line" has its own value, or all have one together, or the platform. ``dimension``: None for what is
+    in ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is how true lengths differ from the
+    commanded ones; "winch" is what its counts stand for, which only a calibration knows. ``path``: where it stands, by
+    keys and axes (its name, where not given), or what it acts by; a line without that is told ``absent``. ``body``:
+    only rigid platforms have it. ``shareable``: lines may have one value in common. ``nominal``: the value that stands
+    for the robot as its file describes it; None where the file gives it. Only values above ``least``, and in the
+    ``room`` that a line leaves what has that name, have a physical meaning. ``setter``: puts a value at a path, and
+    moves what goes with it.
+    """
+
+    name: str
+    dimension: Dimension | None
+    of: Owner
+    meaning: str
+    role: Literal["hardware", "command", "winch"] = "hardware"
+    path: str = ""
+    absent: str = ""
+    body: bool = False
+    shareable: bool = False
+    nominal: float | None = None
+    least: float = -math.inf
+    plain_unit: str = "1"
+    room: Callable[[Line, str], Room | None] = lambda _line, _name: None
+    setter: Callable[[Any, str, float], Any] | None = None
+
+    @property
+    def per_line(self) -> bool:
+        """Whether each line has a value of its own."""
+        return self.of == "line"
+
+    @property
+    def unit(self) -> str:
+        """The SI unit, "1" for a factor."""
+        return self.plain_unit if self.dimension is None else self.dimension.si
+
+    @property
+    def base(self) -> str:
+        """The name without its axis."""
+        return self.name.partition(".")[0]
+
+    @property
+    def axis(self) -> int | None:
+        """0 to 2 for x, y and z; None without an axis."""
+        axis = self.name.partition(".")[2]
+        return AXES.index(axis) if axis else None
+
+    @property
+    def described(self) -> bool:
+        """Whether a robot's description has it, and so can be given another value."""
+        return self.nominal is None or self.setter is not None
+
+    @property
+    def bound(self) -> str:
+        """Which values have a physical meaning, as the end of a sentence."""
+        return f"must be above {self.least:g}"
+
+    def allows(self, value: float) -> bool:
+        """Whether a ``value`` (SI) has a physical meaning."""
+        return value > self.least
+
+    def value(self, part: Line | Platform) -> float | None:
+        """Return the value (SI) of a line or the platform; None where it has no such number."""
+        if self.nominal is not None and not self.path:
+            return self.nominal
+        found: Any = part
+        for key in (self.path or self.name).split("."):
+            found = found[AXES.index(key)] if isinstance(found, tuple) else getattr(found, key, None)
+        if found is None or not self.allows(found):
+            return None
+        return float(found) if self.nominal is None else self.nominal
+
+    def put(self, part: _Part, value: float) -> _Part:
+        """Return the line or the platform with another value (SI); nothing is validated."""
+        changed: _Part = (self.setter or _with)(part, self.path or self.name, value)
+        return changed
+
+
+def _with(part: Any, path: str, value: float) -> Any:
+    """The part of a robot with another value at ``path``."""
+    key, _, rest = path.partition(".")
+    if isinstance(part, tuple):
+        return tuple(value if axis == key else old for axis, old in zip(AXES, part, strict=True))
+    return part.model_copy(update={key: _with(getattr(part, key), rest, value) if rest else value})
+
+
+def with_exit(line: Line, path: str, value: float) -> Line:
+    """Return the line with another coordinate of its exit point; see `with_exit_point`."""
+    return with_exit_point(line, _with(line, path, value).exit_point)
+
+
+def with_exit_point(line: Line, point: Vec3, rise: float = 0.0) -> Line:
+    """Return the line with another exit point; a modelled winch exit follows sideways and goes up by ``rise`` (m)."""
+    update: dict[str, Vec3] = {"exit_point": point}
+    if line.winch_exit is not None:
+        (x, y, z), was = line.winch_exit, line.exit_point
+        update["winch_exit"] = (x + (point[0] - was[0]), y + (point[1] - was[1]), z + rise)
+    return line.model_copy(update=update)
+
+
+def with_modulus(line: Line, _path: str, factor: float) -> Line:
+    """Return the line with a cable ``factor`` times as stiff, by whichever key its file says how stiff it is."""
+    key = "young_modulus" if line.cable.axial_stiffness is None else "axial_stiffness"
+    return line.model_copy(update={"cable": _with(line.cable, key, factor * getattr(line.cable, key))})
+
+
+def up_to_lever(line: Line, _name: str) -> Room | None:
+    """Return what a universal joint leaves the radius of its sheave: as long as the lever is allowed."""
+    if not isinstance(line.sheave, UniversalJoint):
+        return None
+    why = f"the lever of {line.name!r} is shorter, {line.sheave.lever:g} m"
+    return -math.inf, math.nextafter(line.sheave.lever, math.inf), why
+
+
+def above_winch(line: Line, name: str) -> Room | None:
+    """Return what a modelled winch exit, which does not follow in height, leaves that of an exit point."""
+    if not name.endswith(".z") or line.winch_exit is None or isinstance(line.sheave, Eyelet):
+        return None
+    height = line.winch_exit[2]
+    why = f"it reaches the winch exit of {line.name!r}, at {height:g} m"
+    return (height, math.inf, why) if line.sheave.wrap == "over" else (-math.inf, height, why)

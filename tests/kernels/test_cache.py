@@ -1,0 +1,399 @@
+"""The kernels' disk cache: never a stale number, and nothing that a kill, a fault or a stranger can break.
+
+Some tests compile a kernel of the package anew, into a folder of their own. The others need sources to edit: a small
+package of the same name, with the same `kernels/__init__.py` and `cache.py`, and processes of their own.
+"""
+
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cablewright import kernels
+from cablewright.kernels import cache, is_compiled, jit, rotation
+
+POSE = np.array([0.0, 0.0, 0.0, 2.0, 3.0, 6.0])
+ANGLE = 7.0
+posix = pytest.mark.skipif(os.name != "posix", reason="owners, modes, forks and signals of POSIX")
+
+
+def fresh() -> Any:
+    """A kernel of the package as a new process has it: compiled by nobody yet."""
+    return jit(rotation.angle_of.py_func)
+
+
+def hits(kernel: Any) -> int:
+    """How many signatures of *kernel* came from the cache."""
+    return sum(kernel.stats.cache_hits.values())
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch) -> Path:
+    """Where the package's entries go during this test."""
+    monkeypatch.setenv(cache.DIRECTORY, str(tmp_path))
+    monkeypatch.setattr(cache, "_said", False)
+    return tmp_path / "kernels" / cache.STAMP
+
+
+def test_a_kernel_is_compiled_once(folder: Path) -> None:
+    first, second = fresh(), fresh()
+    assert not is_compiled(first)
+    assert first(POSE) == ANGLE
+    assert is_compiled(second)
+    assert second(POSE) == ANGLE
+    assert (hits(first), hits(second)) == (0, 1)
+    assert [file.name.split("-")[0] for file in folder.iterdir()] == [f"{rotation.__name__}.angle_of"]
+
+
+def flipped(place: int) -> Callable[[bytes], bytes]:
+    return lambda whole: whole[:place] + bytes([whole[place] ^ 16]) + whole[place:][1:]
+
+
+def forged(payload: bytes) -> Callable[[bytes], bytes]:
+    return lambda _whole: sha256(payload).digest() + payload
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda whole: b"",
+        lambda whole: whole[:20],
+        lambda whole: whole[:32],
+        lambda whole: whole[:-1],
+        lambda whole: whole + b"\0",
+        *map(flipped, (0, 31, 32, 3000, -1)),
+        forged(b""),
+        forged(b"cnowhere\nnothing\n."),
+        forged(pickle.dumps((("another", "kernel"), None))),
+    ],
+)
+def test_a_damaged_entry_is_compiled_anew_and_overwritten(folder: Path, caplog, damage) -> None:
+    fresh()(POSE)
+    (file,) = folder.iterdir()
+    file.write_bytes(damage(file.read_bytes()))
+    second, third = fresh(), fresh()
+    with caplog.at_level(logging.INFO):
+        assert second(POSE) == third(POSE) == ANGLE
+    assert (hits(second), hits(third)) == (0, 1)
+    assert list(folder.iterdir()) == [file]
+    assert not caplog.messages
+
+
+def full_disk(folder: Path, monkeypatch) -> None:
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(cache.Path, "replace", raising(OSError(errno.ENOSPC, "No space left on device")))
+
+
+def raising(error: Exception) -> Callable[..., None]:
+    def call(*_arguments: object) -> None:
+        raise error
+
+    return call
+
+
+def no_folder(folder: Path, monkeypatch) -> None:
+    folder.parent.write_text("a file stands where the folder should")
+
+
+def no_home(folder: Path, monkeypatch) -> None:
+    monkeypatch.setenv(cache.DIRECTORY, "~nobody-of-this-name")
+
+
+def group_may_write(folder: Path, monkeypatch) -> None:
+    folder.mkdir(parents=True)
+    folder.chmod(0o770)
+
+
+def all_may_write_above(folder: Path, monkeypatch) -> None:
+    folder.mkdir(parents=True)
+    folder.parent.chmod(0o777)
+
+
+def link(folder: Path, monkeypatch) -> None:
+    folder.parent.mkdir()
+    (folder.parent / "elsewhere").mkdir(0o700)
+    folder.symlink_to(folder.parent / "elsewhere")
+
+
+def strangers(folder: Path, monkeypatch) -> None:
+    folder.mkdir(parents=True)
+    own = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: own + 1)
+
+
+@posix
+@pytest.mark.parametrize(
+    "trouble", [full_disk, no_folder, no_home, group_may_write, all_may_write_above, link, strangers]
+)
+def test_without_a_folder_that_is_safe_and_writable_one_line_is_said(
+    folder: Path, monkeypatch, caplog, trouble
+) -> None:
+    trouble(folder, monkeypatch)
+    kernel = [fresh(), fresh()]
+    assert [each(POSE) for each in kernel] == [ANGLE, ANGLE]
+    assert sum(map(hits, kernel)) == 0
+    assert not is_compiled(fresh())
+    (said,) = caplog.messages
+    assert "compiled anew in each process" in said
+    assert not folder.is_dir() or not list(folder.iterdir())
+
+
+@posix
+def test_nobody_else_may_look_in(folder: Path) -> None:
+    fresh()(POSE)
+    for each in (folder.parent, folder, *folder.iterdir()):
+        assert each.stat().st_mode & 0o077 == 0
+
+
+def test_only_what_the_stamp_covers_is_kept(folder: Path) -> None:
+    inner = rotation.angle_of.py_func
+
+    def closure(pose):
+        return fresh_inner(pose)
+
+    fresh_inner = jit(inner)
+    outside = jit(lambda pose: 2.0 * pose[0])
+    assert (outside(POSE), jit(closure)(POSE)) == (0.0, ANGLE)
+    assert len(list(folder.iterdir())) == 1  # that of the kernel which the closure calls
+
+
+def test_folders_long_unused_go_when_a_new_one_is_made(folder: Path) -> None:
+    home, now = folder.parent, time.time()
+    ages = {f"{i:032x}": 60.0 * i for i in range(20)} | {f"{i:032x}": 86400.0 * i for i in range(20, 40)}
+    for name, age in (ages | {"not-ours": 9e7}).items():
+        (home / name).mkdir(parents=True)
+        (home / name / "entry").touch()
+        os.utime(home / name, (now - age, now - age))
+    fresh()(POSE)
+    young = {name for name, age in ages.items() if age < 3600.0}
+    assert {each.name for each in home.iterdir()} == young | {"not-ours", folder.name}
+
+
+def test_the_newest_folders_stay_for_a_month_and_use_keeps_them_new(folder: Path) -> None:
+    home, now = folder.parent, time.time()
+    for i in range(20):
+        (home / f"{i:032x}").mkdir(parents=True)
+        os.utime(home / f"{i:032x}", (now - 86400.0 * (i + 25.5),) * 2)
+    fresh()(POSE)
+    assert {each.name for each in home.iterdir()} == {f"{i:032x}" for i in range(5)} | {folder.name}
+    os.utime(folder, (0.0, 0.0))
+    fresh()(POSE)
+    assert folder.stat().st_mtime > now - 60.0
+
+
+# --- Processes over sources that can be edited
+
+
+CALLER = """
+import ctypes, numpy as np
+from cablewright.kernels import is_compiled, jit, prange
+from cablewright.kernels.wing.callee import rate
+
+TABLE = np.ones(200_000)  # too large to be copied into the compiled code
+
+@jit
+def double():
+    return 2.0 * rate()
+
+@jit(parallel=True)
+def total(many):
+    found = 0.0
+    for i in prange(many):
+        found += rate()
+    return found
+
+@jit
+def from_table(i):
+    return TABLE[i]
+
+def hits(kernel):
+    return sum(kernel.stats.cache_hits.values())
+"""
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """A package `cablewright` of two small kernel files, in two folders, and room for its cache."""
+    package = tmp_path / "cablewright" / "kernels"
+    (package / "wing").mkdir(parents=True)
+    for empty in (package.parent, package / "wing"):
+        (empty / "__init__.py").touch()
+    for name in ("__init__.py", "cache.py"):
+        shutil.copy(Path(kernels.__file__).parent / name, package)
+    (package / "caller.py").write_text(CALLER)
+    edit(tmp_path, 1.0)
+    return tmp_path
+
+
+def edit(tree: Path, rate: float) -> None:
+    callee = tree / "cablewright" / "kernels" / "wing" / "callee.py"
+    callee.write_text(f"from cablewright.kernels import jit\n@jit\ndef rate():\n    return {rate}\n")
+
+
+def start(tree: Path, code: str, *arguments: str, folder: str = "cache") -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-B", "-c", code, *arguments],  # Python's own cache tells files apart by size and second
+        cwd=tree,
+        env=os.environ | {cache.DIRECTORY: str(tree / folder)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ended(process: subprocess.Popen[str], said: str = "", answered: str = "") -> str:
+    """What a process that ended well printed, once *answered*; on stderr it had only *said*, once."""
+    out, err = process.communicate(answered, timeout=120)
+    assert process.returncode == 0, err
+    assert err.count("\n") == (1 if said else 0), err
+    assert said in err
+    return out.strip()
+
+
+DOUBLE = "from cablewright.kernels.caller import *; print(double(), hits(double))"
+TOTAL = "from cablewright.kernels.caller import *; print(is_compiled(total), total(8), hits(total))"
+
+
+def test_an_edit_of_a_callee_in_another_folder_is_seen(tree: Path) -> None:
+    """The trap of Numba's own cache; and what was compiled before the edit is found again after its undoing."""
+    for rate, found in ((1.0, "2.0 0"), (1.0, "2.0 1"), (5.0, "10.0 0"), (1.0, "2.0 1")):
+        edit(tree, rate)
+        assert ended(start(tree, DOUBLE)) == found
+
+
+def test_a_parallel_kernel_is_kept(tree: Path) -> None:
+    assert [ended(start(tree, TOTAL)) for _ in range(2)] == ["False 8.0 0", "True 8.0 1"]
+
+
+def test_a_process_that_saw_an_edit_keeps_nothing(tree: Path) -> None:
+    """It imported the package before the edit and the callee after it: what it compiles is of neither text."""
+    process = start(tree, "import cablewright.kernels; print(flush=True); input();" + DOUBLE)
+    assert process.stdout is not None
+    process.stdout.readline()
+    edit(tree, 5.0)
+    assert ended(process, answered="\n") == "10.0 0"
+    edit(tree, 1.0)
+    assert ended(start(tree, DOUBLE)) == "2.0 0"
+
+
+MEETING = """
+import os, time
+from pathlib import Path
+move = Path.replace
+def meet(self, target):
+    Path(f"{os.getpid()}.{target.name}").touch()
+    while len(list(Path().glob(f"*.{target.name}"))) < 2:
+        time.sleep(0.01)
+    move(self, target)
+Path.replace = meet
+"""
+
+
+def test_two_processes_may_write_the_same_at_once(tree: Path) -> None:
+    """Neither moves an entry to its place before both have compiled and written it."""
+    both = [start(tree, MEETING + DOUBLE) for _ in range(2)]
+    assert [ended(each) for each in both] == ["2.0 0", "2.0 0"]
+    assert ended(start(tree, DOUBLE)) == "2.0 1"
+
+
+def test_an_address_of_a_process_is_not_kept(tree: Path) -> None:
+    code = "import warnings; warnings.simplefilter('error');" + DOUBLE.replace(
+        "double(), hits(double)", "from_table(3)"
+    )
+    process = start(tree, code)
+    _, err = process.communicate(timeout=120)
+    assert "from_table cannot be cached" in err
+    assert not list(tree.glob("cache/kernels/*/*from_table*"))
+
+
+@posix
+def test_no_folder_for_many_kernels_is_one_line_on_stderr(tree: Path) -> None:
+    (tree / "file").touch()
+    said = "kernels are compiled anew in each process"
+    assert ended(start(tree, DOUBLE, folder="file"), said) == "2.0 0"
+
+
+@posix
+def test_a_full_disk_is_one_line_on_stderr_and_leaves_nothing(tree: Path) -> None:
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096));"
+    assert ended(start(tree, full + DOUBLE), "kernels are compiled anew in each process") == "2.0 0"
+    assert not list(tree.glob("cache/kernels/*/*"))
+
+
+KILLED = """
+import itertools, os, resource, shutil, signal, sys, traceback
+import numba
+from cablewright.kernels.caller import double, hits
+numba.njit(lambda: 1.0)()  # what the first compilation of a process takes, its children need not pay
+
+def child(home, work):
+    os.environ["CABLEWRIGHT_CACHE_DIR"] = home
+    number = os.fork()
+    if number:
+        return os.waitpid(number, 0)[1]
+    try:
+        work(home)
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+    os._exit(0)
+
+def killed_at(step):
+    def work(home):
+        touches = itertools.count()
+        def hook(event, arguments):
+            if any(str(each).startswith(home) for each in arguments) and next(touches) == step:
+                os.kill(os.getpid(), signal.SIGKILL)
+        sys.addaudithook(hook)
+        double()
+    return work
+
+def killed_in_writing(home):
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+    double()
+
+def next_one(home):
+    assert double() == 10.0
+
+def one_more(home):
+    assert (double(), hits(double)) == (10.0, 1)
+
+def tried(name, work):
+    home = os.path.join(os.getcwd(), name)
+    shutil.copytree("cache", home)
+    status = child(home, work)
+    assert child(home, next_one) == child(home, one_more) == 0
+    return status
+
+assert tried("written", killed_in_writing) == signal.SIGXFSZ
+for step in itertools.count():
+    status = tried(str(step), killed_at(step))
+    if status == 0:
+        break
+    assert status == signal.SIGKILL
+print(step)
+"""
+
+
+@posix
+def test_a_kill_at_any_step_of_the_writing_leaves_no_wrong_number(tree: Path) -> None:
+    """After an edit: neither the old number comes back, nor is what the killed process left behind believed."""
+    assert ended(start(tree, DOUBLE)) == "2.0 0"
+    edit(tree, 5.0)
+    steps = int(ended(start(tree, KILLED)))
+    assert steps >= 6  # two entries, each made, opened for writing, and moved
