@@ -45,6 +45,11 @@ class SearchBox:
     high: Array  # (3,)
 
     @property
+    def corners(self) -> tuple[Array, Array]:
+        """The lowest and the highest corner, m."""
+        return self.low, self.high
+
+    @property
     def volume(self) -> float:
         """m^3."""
         return float(np.prod(self.high - self.low))
