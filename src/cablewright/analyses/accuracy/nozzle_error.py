@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple, Self, TypedDict
 
 import numpy as np
@@ -154,8 +153,7 @@ class AccuracyQuestion:
         ok = codes == 0
         if not ok.any():
             raise AnswerError(_refusal(held, codes))
-        report = partial(self.progress, "solving")
-        problem = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges, report)
+        problem = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges, self.progress)
         return Accuracy(
             robot=self.model.robot,
             ranges=self.ranges,
