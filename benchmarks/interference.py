@@ -22,10 +22,10 @@ from cablewright.models.solids import of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.stl import StlMesh
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference
+from cablewright.triangle_mesh import TriangleMesh
 
 Array = NDArray[np.float64]
 AIM = 60.0  # s, a whole job
@@ -60,9 +60,9 @@ def job_rows(model: Model, job: Job, size: Size) -> Iterator[Row]:
     distances(held[:100])
     seconds = once(lambda: distances(held, part=triangles, now=grown))
     each = seconds / (len(samples) * model.m)
-    yield Row(f"house: lines from {len(mesh)} triangles", seconds, "s")
+    yield Row(f"house: lines from {len(mesh.triangles)} triangles", seconds, "s")
     yield Row(f"house: lines from {len(beads.order)} beads", once(lambda: along_beads(held, beads)), "s")
-    for name, part in (("beads", None), (f"mesh of {len(mesh)} triangles", mesh)):
+    for name, part in (("beads", None), (f"mesh of {len(mesh.triangles)} triangles", mesh)):
         seconds = once(lambda given=part: interference(model, job, part=given))
         yield Row(f"house: interference of the job, {name}", seconds, "s", f"<= {AIM:.0f} s", seconds <= AIM)
     if installed("fcl"):
@@ -74,7 +74,7 @@ def along_beads(held: Equilibrium, beads: object) -> None:
     distances(held, part=beads, now=np.arange(len(held.code), dtype=float))
 
 
-def hills(side: int) -> StlMesh:
+def hills(side: int) -> TriangleMesh:
     """A hilly sheet under the house's nozzle, of *side* times *side* corners."""
     u = np.linspace(0.0, 1.0, side)
     x, y = np.meshgrid(8.0 * u - 4.0, 6.0 * u - 3.0, indexing="ij")
@@ -82,7 +82,7 @@ def hills(side: int) -> StlMesh:
     i, j = np.meshgrid(np.arange(side - 1), np.arange(side - 1), indexing="ij")
     a = (i * side + j).ravel()
     faces = np.concatenate([np.stack([a, a + side, a + 1], 1), np.stack([a + 1, a + side, a + side + 1], 1)])
-    return StlMesh(corners[faces])
+    return TriangleMesh(corners, faces)
 
 
 def once(function: Callable[[], object]) -> float:
@@ -92,13 +92,13 @@ def once(function: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def peer_row(held: Equilibrium, mesh: StlMesh, each: float, compared: int) -> Row:
+def peer_row(held: Equilibrium, mesh: TriangleMesh, each: float, compared: int) -> Row:
     """What python-fcl takes for the straight line from platform to exit, as a triangle without an area."""
     import fcl
 
-    corners = mesh.triangles.reshape(-1, 3)
+    corners = mesh.corners.reshape(-1, 3)
     whole = fcl.BVHModel()
-    whole.beginModel(len(corners), len(mesh))
+    whole.beginModel(len(corners), len(mesh.triangles))
     whole.addSubModel(corners, np.arange(len(corners)).reshape(-1, 3))
     whole.endModel()
     part = fcl.CollisionObject(whole)

@@ -19,9 +19,9 @@ from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.printing.stl import StlMesh
 from cablewright.robot import Beam, Box, Robot, load
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.triangle_mesh import TriangleMesh
 
 SEED = 20200613
 FINE = 4000  # points of a densely sampled line
@@ -58,11 +58,16 @@ def with_shapes(robot: Robot) -> Robot:
     return robot.model_copy(update=update)
 
 
+def of_corners(triangles: np.ndarray) -> Obstacle:
+    """A part of triangles (F, 3, 3), m."""
+    return of_mesh(TriangleMesh.of_corners(triangles))
+
+
 def hills(seed: int, count: int = 300, size: float = 0.3) -> Obstacle:
     """Scattered triangles above and about the floor."""
     rng = np.random.default_rng(seed)
     at = rng.uniform([-2.0, -2.0, 0.0], [2.0, 2.0, 1.5], (count, 1, 3))
-    return of_mesh(StlMesh(at + size * rng.normal(size=(count, 3, 3))))
+    return of_corners(at + size * rng.normal(size=(count, 3, 3)))
 
 
 def held(name: str, count: int = 6, **limits: object) -> Equilibrium:
@@ -174,7 +179,7 @@ def test_a_tree_finds_what_trying_every_triangle_finds(name: str) -> None:
     found = distances(states, part=part)
     least = np.full(40, np.inf)
     for triangle in part.solid.pieces[:, :9].reshape(-1, 1, 3, 3):
-        least = np.minimum(least, distances(states, part=of_mesh(StlMesh(triangle))).margins[:, 3])
+        least = np.minimum(least, distances(states, part=of_corners(triangle)).margins[:, 3])
     np.testing.assert_array_equal(found.margins[:, 3], least)
     alone = [distances(states[row : row + 1], part=part).margins[0, 3] for row in range(40)]
     np.testing.assert_array_equal(found.margins[:, 3], alone)  # what the row before found is a hint, no more
@@ -184,7 +189,7 @@ def test_what_has_grown_counts_and_no_more() -> None:
     """A wall of two triangles that grows: to every height it is the wall that is built to there."""
     states = held("house-printer", 20)
     wall = np.array([[[-3, 1, 0], [3, 1, 0], [3, 1, 9]], [[-3, 1, 0], [3, 1, 9], [-3, 1, 9]]], dtype=float)
-    part = of_mesh(StlMesh(wall))
+    part = of_corners(wall)
     for height in (-1.0, 0.5, 3.0, 7.0, 20.0):
         found = distances(states, part=part, now=height).margins[:, 3]
         if height < 0.0:
@@ -193,7 +198,7 @@ def test_what_has_grown_counts_and_no_more() -> None:
         low = wall.copy()
         low[:, :, 2] = np.minimum(low[:, :, 2], height)
         low[0, 2, 0] = 3.0
-        built = distances(states, part=of_mesh(StlMesh(low))).margins[:, 3]
+        built = distances(states, part=of_corners(low)).margins[:, 3]
         np.testing.assert_allclose(found, built, atol=1e-12)
     rising = distances(states, part=part, now=np.linspace(0.0, 9.0, 20)).margins[:, 3]
     one = [distances(states[k : k + 1], part=part, now=z).margins[0, 3] for k, z in enumerate(np.linspace(0, 9, 20))]
@@ -230,9 +235,9 @@ def test_where_the_machine_stands_and_faces_does_not_matter(name: str) -> None:
     if robot.n == 6:
         poses[:, 3:] = (turn * Rotation.from_rotvec(poses[:, 3:])).as_rotvec()
     triangles = hills(SEED + 2).solid.pieces[:, :9].reshape(-1, 3)
-    here = distances(states, part=of_mesh(StlMesh(triangles.reshape(-1, 3, 3))))
+    here = distances(states, part=of_corners(triangles.reshape(-1, 3, 3)))
     there = distances(
-        solve_inverse(Model(other), poses), part=of_mesh(StlMesh((turn.apply(triangles) + by).reshape(-1, 3, 3)))
+        solve_inverse(Model(other), poses), part=of_corners((turn.apply(triangles) + by).reshape(-1, 3, 3))
     )
     np.testing.assert_allclose(there.margins, here.margins, atol=1e-6)
 
@@ -310,7 +315,7 @@ def test_the_free_region_ends_on_top_of_a_block() -> None:
     """Above a wide low block the nozzle is free just over it; far aside at any height."""
     block = np.array([[[-1, -1, 1], [1, -1, 1], [1, 1, 1]], [[-1, -1, 1], [1, 1, 1], [-1, 1, 1]]], dtype=float)
     model = Model(load("house-printer"))
-    found = free_region(model, of_mesh(StlMesh(block)), (-6, -6, 0.5), (6, 6, 2.5), (13, 13, 21), clearance=0.01)
+    found = free_region(model, of_corners(block), (-6, -6, 0.5), (6, 6, 2.5), (13, 13, 21), clearance=0.01)
     floor = found.floor
     assert floor[6, 6] == pytest.approx(1.0, abs=0.11)
     assert floor[0, 0] == 0.5

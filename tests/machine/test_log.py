@@ -17,7 +17,6 @@ from cablewright.errors import InputError
 from cablewright.machine.log import mcap_file as logs
 from cablewright.machine.log.log import Entry, LogHead, LogWriter, read_log
 from cablewright.machine.log.messages import decode, encode
-from cablewright.machine.log.replayed_machine import ReplayedMachine
 from cablewright.machine.log.topics import TOPICS
 from cablewright.robot import load
 from cablewright.signals import (
@@ -92,19 +91,6 @@ def test_what_was_told_comes_out_again(written: tuple[Path, list[Entry]]) -> Non
     assert notes == []
     assert len(found) == len(entries)
     assert all(map(same, found, entries))
-
-
-def test_a_replayed_machine_tells_the_same_frames(written: tuple[Path, list[Entry]]) -> None:
-    path, entries = written
-    with read_log(path) as log:
-        replayed = ReplayedMachine(log)
-        assert replayed.period == 0.01
-        for entry in entries:
-            assert same(replayed.step(Command(0.0, SPEEDS)), entry.frame)
-            assert replayed.entry is not None
-            assert same(replayed.entry.truth, entry.truth)
-        with pytest.raises(StopIteration):
-            replayed.step()
 
 
 def test_other_readers_find_schemas_and_messages(written: tuple[Path, list[Entry]]) -> None:

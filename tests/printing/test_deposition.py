@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.printing import Bead
-from cablewright.printing.deposition import Powder, lay_bead, pour
+from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField, rebuilt
 
 POWDER = Powder()
@@ -91,7 +91,7 @@ def test_a_heap_against_the_edge_of_the_field_stays_in_it() -> None:
 
 def test_a_bead_is_as_high_and_wide_as_its_section_says() -> None:
     field, bead = flat(0.01), Bead(width=0.1, height=0.02)
-    lay_bead(field, at(-0.5, 0.0), at(0.5, 0.0), bead)
+    extrude(field, at(-0.5, 0.0), at(0.5, 0.0), np.array([bead.section]), bead.width)  # 1 m
     section = 0.1 * 0.02 - (1 - np.pi / 4) * 0.02**2
     assert field.volume == pytest.approx(section, rel=1e-12)
     laid = field.heights[field.heights > 0]
@@ -103,7 +103,7 @@ def test_a_bead_fills_the_groove_between_its_neighbours() -> None:
     field, bead = flat(0.01), Bead(width=0.1, height=0.02)
     y = np.array([-0.1, 0.1, 0.0])
     start, end = np.stack([np.full(3, -0.5), y], axis=1), np.stack([np.full(3, 0.5), y], axis=1)
-    lay_bead(field, start, end, bead)
+    extrude(field, start, end, np.full(3, bead.section), bead.width)  # 1 m each
     middle = field.heights[60:140, 85:115]
     assert middle.min() > 0.0
     assert middle.max() <= 0.03
@@ -132,13 +132,9 @@ def test_heights_between_cells_are_linear() -> None:
 def test_a_solid_is_closed_and_holds_the_volume() -> None:
     field = flat(0.05)
     field.heights[:] = 0.1 + 0.05 * np.random.default_rng(2).random(field.shape)
-    vertices, triangles = field.solid()
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
-    assert volume > 0  # outside out
-    assert volume == pytest.approx(field.heights.mean() * 1.95**2, rel=5e-3)
+    mesh = field.solid()
+    assert mesh.is_closed
+    assert mesh.volume == pytest.approx(field.heights.mean() * 1.95**2, rel=5e-3)  # above 0: outside out
 
 
 def test_scans_give_the_field_back() -> None:

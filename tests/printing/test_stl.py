@@ -53,11 +53,12 @@ def test_both_forms_are_one_mesh(write) -> None:
     triangles = cuboid()
     for content in (binary(triangles), binary(triangles, b"solid, says its header"), text(triangles)):
         mesh = read_stl(write(content))
-        np.testing.assert_array_equal(mesh.triangles, triangles)
-        assert mesh.closed
-        assert len(mesh) == 12
+        np.testing.assert_array_equal(mesh.corners, triangles)
+        assert mesh.is_closed
+        assert (len(mesh.triangles), len(mesh.vertices)) == (12, 8)
         assert not mesh.triangles.flags.writeable
-    np.testing.assert_allclose(read_stl(write(text(triangles)), 1e-3).triangles, 1e-3 * triangles)
+        assert not mesh.vertices.flags.writeable
+    np.testing.assert_allclose(read_stl(write(text(triangles)), 1e-3).corners, 1e-3 * triangles)
 
 
 def test_what_is_not_closed_is_known(write) -> None:
@@ -66,11 +67,13 @@ def test_what_is_not_closed_is_known(write) -> None:
     turned[3] = turned[3, ::-1]
     doubled = np.concatenate([triangles, triangles[:1]])
     flat = np.concatenate([triangles, triangles[:1, [0, 0, 1]]])  # nothing that bounds anything
-    assert [read_stl(write(binary(t))).closed for t in (triangles[1:], turned, doubled, flat)] == [False] * 3 + [True]
+    assert [read_stl(write(binary(t))).is_closed for t in (triangles[1:], turned, doubled, flat)] == [False] * 3 + [
+        True
+    ]
 
 
 def test_a_long_file_that_ends_in_other_things_is_read(write) -> None:
-    assert len(read_stl(write(binary(cuboid()) + b"colours"))) == 12
+    assert len(read_stl(write(binary(cuboid()) + b"colours")).triangles) == 12
 
 
 @pytest.mark.parametrize(
@@ -140,6 +143,6 @@ def test_noise_is_a_mesh_or_refused(write, form: str) -> None:
                 content[at] = int(rng.integers(256))
         with suppress(InputError):
             mesh = read_stl(write(bytes(content)))
-            assert mesh.triangles.shape[1:] == (3, 3)
-            assert np.isfinite(mesh.triangles).all()
-            assert mesh.closed in (True, False)
+            assert mesh.corners.shape[1:] == (3, 3)
+            assert np.isfinite(mesh.corners).all()
+            assert mesh.is_closed in (True, False)

@@ -12,10 +12,10 @@ from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.stl import StlMesh
 from cablewright.robot import Robot, loads
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference
+from cablewright.triangle_mesh import TriangleMesh
 
 ROBOT = """
 schema = 1
@@ -124,8 +124,8 @@ def test_a_mesh_that_grows_with_the_job_is_touched_in_the_same_layer(job: Job, m
     """The tower as a closed mesh, cut at the height that has been laid."""
     corners = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-0.1, 0.1) for z in (0.0, 1.0)])
     sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    mesh = StlMesh(corners[np.array([row for a, b, c, d in sides for row in ((a, b, c), (a, c, d))])])
-    assert mesh.closed
+    mesh = TriangleMesh(corners, np.array([row for a, b, c, d in sides for row in ((a, b, c), (a, c, d))]))
+    assert mesh.is_closed
     found = interference(model, job, part=mesh)
     assert found.first_layer == 33
     assert found.contacts.part.margin == 0.0  # cables without a diameter, through a face without a depth

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, PartTree
 from cablewright.printing.deposit import Deposit
-from cablewright.printing.stl import StlMesh
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["Obstacle", "nothing", "of_beads", "of_mesh"]
 
@@ -54,11 +54,12 @@ def of_beads(deposit: Deposit) -> Obstacle:
     return Obstacle(solid, order, float(births.max(initial=0.0)))
 
 
-def of_mesh(mesh: StlMesh) -> Obstacle:
+def of_mesh(mesh: TriangleMesh) -> Obstacle:
     """The triangles of a mesh; time is the height (m) up to which they are there."""
-    low, high = mesh.triangles.min(axis=1), mesh.triangles.max(axis=1)
+    corners = mesh.corners
+    low, high = corners.min(axis=1), corners.max(axis=1)
     pieces = np.zeros((len(low), PIECE))
-    pieces[:, :9] = mesh.triangles.reshape(-1, 9)
+    pieces[:, :9] = corners.reshape(-1, 9)
     solid, order = _planted(TRIANGLES, pieces, low[:, 2], low, high)
     return Obstacle(solid, order, float(high[:, 2].max()))
 

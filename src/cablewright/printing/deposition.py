@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.printing.heightfield import HeightField
-from cablewright.printing.job import Bead
 
-__all__ = ["Powder", "extrude", "lay_bead", "pour"]
+__all__ = ["Powder", "extrude", "pour"]
 
 Array = NDArray[np.float64]
 Profile = Callable[[Array], Array]
@@ -55,16 +54,6 @@ def pour(field: HeightField, start: Array, end: Array, masses: Array, powder: Po
     steep = np.tan(powder.repose)
     highest = np.cbrt(3.0 * volumes * steep**2 / np.pi)  # of a cone, on flat ground
     _lay(field, start, end, volumes, lambda away: steep * away, highest / steep, 1.0 / steep)
-
-
-def lay_bead(field: HeightField, start: Array, end: Array, bead: Bead, flow: float = 1.0) -> None:
-    """Lay strands of the *bead* along the pieces from *start* to *end*, both (k, 2 or more), m, one after another.
-
-    A strand's section is the rectangle of its width and height with round sides, times *flow*. Raises `InputError`
-    where a piece leaves the field; the field is then as it was.
-    """
-    lengths = np.linalg.norm(np.asarray(end)[:, :2] - np.asarray(start)[:, :2], axis=1)
-    extrude(field, start, end, flow * bead.section * lengths, bead.width)
 
 
 def extrude(field: HeightField, start: Array, end: Array, volumes: Array, width: float) -> None:

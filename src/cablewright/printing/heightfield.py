@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["MOST_CELLS", "HeightField", "rebuilt"]
 
@@ -74,8 +75,8 @@ class HeightField:
         low, high = h[i, j] * (1 - v) + h[i, more_j] * v, h[more_i, j] * (1 - v) + h[more_i, more_j] * v
         return np.where(outside, np.nan, low * (1 - u) + high * u)
 
-    def solid(self, floor: float = 0.0) -> tuple[Array, NDArray[np.int64]]:
-        """Vertices (k, 3), m, and triangles (t, 3) of the closed body between the heights and *floor*, outside out.
+    def solid(self, floor: float = 0.0) -> TriangleMesh:
+        """The closed body between the heights and *floor*, m.
 
         Heights are met in the middles of cells, so that half a cell is missing all round; nothing may be below *floor*.
         """
@@ -90,7 +91,7 @@ class HeightField:
         after = np.roll(rim, -1)
         under = nx * ny
         walls = np.concatenate([_triples(rim, rim + under, after + under), _triples(rim, after + under, after)])
-        return np.concatenate([top, bottom]), np.concatenate([upper, upper[:, ::-1] + under, walls])
+        return TriangleMesh(np.concatenate([top, bottom]), np.concatenate([upper, upper[:, ::-1] + under, walls]))
 
 
 def rebuilt(points: Array, like: HeightField) -> HeightField:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import os
 from array import array
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -14,44 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
+from cablewright.triangle_mesh import STL_FACET, TriangleMesh
 
-__all__ = ["MAX_TRIANGLES", "StlMesh", "read_stl"]
+__all__ = ["MAX_TRIANGLES", "read_stl"]
 
 MAX_TRIANGLES: Final = 2_000_000
 MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
 LEAST_SCALE: Final = 1e-9
 _HEADER: Final = 84  # bytes: 80 of anything and the number of triangles
-_RECORD: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
 _MAX_LINE: Final = 4096  # bytes
 _MAX_TEXT: Final = 400 * MAX_TRIANGLES  # bytes
 
 
-@dataclass(frozen=True, eq=False)
-class StlMesh:
-    """F triangles (F, 3, 3), m, world. Read-only."""
-
-    triangles: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        """The number of triangles."""
-        return len(self.triangles)
-
-    @cached_property
-    def closed(self) -> bool:
-        """Whether the triangles bound a volume: each edge belongs to two of them, which go along it opposite ways.
-
-        Corners are the same where all their numbers are; triangles with two corners in one place do not count.
-        """
-        _, corner = np.unique(self.triangles.reshape(-1, 3), axis=0, return_inverse=True)
-        rows = corner.reshape(-1, 3)
-        rows = rows[(rows != np.roll(rows, 1, axis=1)).all(axis=1)]
-        edges = np.concatenate([rows[:, [k, (k + 1) % 3]] for k in range(3)])
-        codes = edges[:, 0] * len(corner) + edges[:, 1]
-        back = edges[:, 1] * len(corner) + edges[:, 0]
-        return bool(len(codes) and len(np.unique(codes)) == len(codes) and np.isin(codes, back).all())
-
-
-def read_stl(path: str | Path, scale: float = 1.0) -> StlMesh:
+def read_stl(path: str | Path, scale: float = 1.0) -> TriangleMesh:
     """Read a mesh whose numbers, times *scale*, are metres in the machine's frame.
 
     Raises `InputError`, one line, for a file that cannot be read, is truncated, empty, no STL or larger than
@@ -76,16 +49,14 @@ def read_stl(path: str | Path, scale: float = 1.0) -> StlMesh:
         raise InputError(
             f"{path}: triangle {wrong[0] + 1}: a coordinate is not finite, or over {MAX_COORDINATE:g} m when scaled"
         )
-    scaled = corners * scale
-    scaled.setflags(write=False)
-    return StlMesh(scaled)
+    return TriangleMesh.of_corners(corners * scale)
 
 
 def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:
     """Triangles (F, 3, 3) of an open file of *size* bytes. A text begins with ``solid``; so do some binary files."""
     header = file.read(_HEADER)
     count = int.from_bytes(header[80:84], "little") if len(header) == _HEADER else -1
-    whole = _HEADER + _RECORD.itemsize * count
+    whole = _HEADER + STL_FACET.itemsize * count
     if header.lstrip()[:5].lower() == b"solid" and size != whole:
         file.seek(0)
         return _text(file, path)
@@ -95,11 +66,11 @@ def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:
         raise InputError(f"{path}: {count} triangles by its header; at most {MAX_TRIANGLES} are read")
     if size < whole:
         raise InputError(f"{path}: truncated: {count} triangles by its header take {whole} bytes, it has {size}")
-    data = file.read(_RECORD.itemsize * count)
-    if len(data) < _RECORD.itemsize * count:
+    data = file.read(STL_FACET.itemsize * count)
+    if len(data) < STL_FACET.itemsize * count:
         raise InputError(f"{path}: truncated while it was read")
     with np.errstate(invalid="ignore"):  # a NaN that signals is found with the others
-        return np.frombuffer(data, _RECORD)["corners"].astype(np.float64)
+        return np.frombuffer(data, STL_FACET)["corners"].astype(np.float64)
 
 
 def _text(file: BinaryIO, path: Path) -> NDArray[np.float64]:

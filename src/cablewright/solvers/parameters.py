@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import layout
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
@@ -25,7 +25,7 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: 
     Motions are m and rad per the parameter's unit; a rotation is in space. *linear* is its linearisation, where there
     is one. Raises `AnswerError` where a row was not solved or is singular, `InputError` where cables are rigid.
     """
-    linear = linear or linearise(equilibrium)
+    linear = linearise(equilibrium) if linear is None else linear
     out = np.zeros((len(equilibrium.pose), equilibrium.model.n, len(parameters)))
     compliance = linear.per_wrench
     for k, parameter in enumerate(parameters):
@@ -84,20 +84,17 @@ def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[i
 
 def _wrench(equilibrium: Equilibrium, column: int) -> Array:
     """Change (N, n) of the wrench on the platform per a number of it, which stands in a *column* of the arrays."""
-    n, rows = equilibrium.model.n, len(equilibrium.pose)
-    if column >= layout.WRENCH:
-        return np.tile(np.eye(6)[column - layout.WRENCH, :n], (rows, 1))
-    platform = np.broadcast_to(equilibrium.packed.platform, (rows, layout.PLATFORM))
-    if column == layout.PLATFORM_WEIGHT:  # one more kilogram, where the others are
-        pull, centre = (
-            np.full(rows, equilibrium.model.robot.scene.gravity),
-            platform[:, layout.MASS_X : layout.MASS_Z + 1],
-        )
+    n, rows, width = equilibrium.model.n, len(equilibrium.pose), equilibrium.packed.platform.shape[1]
+    there, one = PlatformNumbers(equilibrium.packed.platform), PlatformNumbers(np.eye(width)[column])
+    if one.wrench.any():
+        return np.tile(one.wrench[:n], (rows, 1))
+    if one.weight > 0.0:  # one more kilogram, where the others are
+        pull, centre = np.array([equilibrium.model.robot.scene.gravity]), there.centre_of_mass
     else:  # the weight that there is, elsewhere
-        pull, centre = platform[:, layout.PLATFORM_WEIGHT], np.tile(np.eye(3)[column - layout.MASS_X], (rows, 1))
-    force = np.array([0.0, 0.0, -1.0]) * pull[:, None]
-    wrench: Array = force * float(column == layout.PLATFORM_WEIGHT)
+        pull, centre = there.weight, one.centre_of_mass[None]
+    force = np.broadcast_to(np.array([0.0, 0.0, -1.0]) * pull[:, None], (rows, 3))
+    wrench: Array = force * float(one.weight)
     if n == 6:
-        arms = np.einsum("nij,nj->ni", matrices(equilibrium.pose[:, 3:]), centre)
+        arms = np.einsum("nij,nj->ni", matrices(equilibrium.pose[:, 3:]), np.broadcast_to(centre, (rows, 3)))
         wrench = np.hstack([wrench, np.cross(arms, force)])
     return wrench

@@ -30,12 +30,12 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.stl import StlMesh
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["JobInterference", "interference"]
 
@@ -135,7 +135,7 @@ def interference(
     robot: Robot | Model | Equilibrium,
     where: ArrayLike | Job | None = None,
     *,
-    part: StlMesh | None = None,
+    part: TriangleMesh | None = None,
     clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
     retraction: ArrayLike | None = None,
@@ -177,7 +177,12 @@ def interference(
 
 
 def _over_job(
-    model: Model, job: Job, mesh: StlMesh | None, clearance: float, settings: InterferenceSettings, report: Progress
+    model: Model,
+    job: Job,
+    mesh: TriangleMesh | None,
+    clearance: float,
+    settings: InterferenceSettings,
+    report: Progress,
 ) -> JobInterference:
     """Hold the lines against everything at each sample of *job*, the part as far as it is printed by then."""
     toolpath = job.toolpath(report)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
-from cablewright.analyses.workspace.mesh import Mesh
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["Refined", "SearchBox", "refine"]
 
@@ -63,7 +63,7 @@ class SearchBox:
 class Refined:
     """The surface of what is inside, and how well its volume is known."""
 
-    mesh: Mesh
+    mesh: TriangleMesh
     error: float  # m^3
     unseen: float  # m^3: of `error`, more than random places would have missed in 19 of 20 runs
     places: int  # at how many the function was evaluated
@@ -95,7 +95,8 @@ def refine(
             converged = off + unseen <= goal or (len(volumes) > 2 and not mesh.vertices.size)
             thin = off + unseen > 0.5 * mesh.volume
             too_many = lattice.places + 4 * (lattice.places - before) > (MOST_PLACES_THIN if thin else MOST_PLACES)
-            ended = converged or too_many or lattice.level >= FINEST or off < lattice.least_unseen > goal
+            hopeless = len(volumes) > 2 and 10.0 * off < lattice.least_unseen > goal
+            ended = converged or too_many or hopeless or lattice.level >= FINEST
         if ended:
             return Refined(mesh, off + unseen, unseen, lattice.places, _three(lattice.cells), converged)
 
@@ -104,10 +105,13 @@ def _surface_error(volumes: list[float]) -> float:
     """Error of the last of *volumes*, m^3: its last change or, if larger, a quarter of the one before.
 
     Where the surface is smooth or has edges the change falls fourfold with each lattice: the error is about a third of
-    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`.
+    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`. An error over half of the volume
+    is no less than all of it: there may be none.
     """
+    volume = volumes[-1]
     *before, last = np.abs(np.diff(volumes)).tolist()
-    return float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volumes[-1]))
+    error = float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volume))
+    return max(error, volume) if error > 0.5 * volume else error
 
 
 def _three(numbers: NDArray[np.int64]) -> tuple[int, int, int]:
@@ -265,7 +269,7 @@ class _Lattice:
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
         return self.least_unseen * (1.0 + (against + 2.0 * float(np.sqrt(against))) / UNSEEN)
 
-    def surface(self) -> Mesh:
+    def surface(self) -> TriangleMesh:
         """The closed surface on this lattice."""
         keys, within, without, triangles = crossings(self.crossed, self.inside[self.mixed])
         shares, _ = self._shares(within)
@@ -278,7 +282,7 @@ class _Lattice:
         a, b, c = triangles.T
         triangles = triangles[(a != b) & (b != c) & (c != a)]
         used, numbers = np.unique(triangles, return_inverse=True)
-        return Mesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
+        return TriangleMesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
     def _cross(self, inner: Array, outer: Array, in_box: NDArray[np.bool_], within: Keys, without: Keys) -> Array:
         """Where the surface crosses edges: shares (E,) of the way from inside to outside; 0 at a side of the box."""

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw
-from cablewright.analyses.workspace.mesh import Mesh
 from cablewright.analyses.workspace.refinement import SearchBox, refine
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.robot import Robot
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]
 
@@ -33,7 +33,7 @@ class Workspace:
     """Where a criterion holds in a box, as a closed surface."""
 
     criterion: Criterion
-    mesh: Mesh  # m
+    mesh: TriangleMesh  # m
     volume_error: float  # m^3; see `refine`
     unseen: float  # m^3: of the error, parts or holes so small that random places may have missed them
     nodes: int  # how many places were tried

@@ -27,8 +27,8 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from cablewright.analyses.interference import Interference
     from cablewright.models.statics import Model
-    from cablewright.printing.stl import StlMesh
     from cablewright.studies.interference import JobInterference
+    from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["interference"]
 
@@ -98,12 +98,12 @@ def interference(
     return 0 if found.ok else NO
 
 
-def _notes(model: Model, part: StlMesh | None) -> None:
+def _notes(model: Model, part: TriangleMesh | None) -> None:
     """What the distances are not, on stderr."""
     thin = [line.name for line in model.robot.lines if line.cable.diameter is None]
     if thin:
         tell(f"the cable has no diameter, and counts as having none: line {', '.join(thin)}")
-    if part is not None and not part.closed:
+    if part is not None and not part.is_closed:
         tell("the mesh is not closed: what is inside is not known; distances are from its faces")
 
 

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.workspace.mesh import Mesh
 from cablewright.apps import style
 from cablewright.apps.pictures.print import (
     drum_picture,
@@ -43,6 +42,7 @@ from cablewright.file_output import write_whole
 from cablewright.printing.heightfield import HeightField
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["write"]
 
@@ -72,13 +72,13 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
     return report
 
 
-def _mesh(field: HeightField, found: PrintRecord) -> Mesh:
+def _mesh(field: HeightField, found: PrintRecord) -> TriangleMesh:
     """The structure about the path as a body on a plate; what no scan saw is floor."""
     low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
     high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
     corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))
     part = np.nan_to_num(field.heights[low[0] : high[0], low[1] : high[1]], nan=0.0)
-    return Mesh(*HeightField(corner, field.cell, part).solid(-_PLATE))
+    return HeightField(corner, field.cell, part).solid(-_PLATE)
 
 
 def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
@@ -160,8 +160,8 @@ def _figures(found: PrintRecord) -> Iterator[tuple[str, str, str]]:
     if best.error.count:
         yield "mean error", quantity(best.error.mean, "m"), "beside the path, left positive"
         yield "largest error", quantity(best.error.size, "m"), "true" if found.has_truth else "estimated"
-    if found.has_truth and found.seen.error.count:
-        yield "largest error seen", quantity(found.seen.error.size, "m"), "by the estimation"
+    if found.has_truth and found.estimated.error.count:
+        yield "largest error seen", quantity(found.estimated.error.size, "m"), "by the estimation"
     if best.speed.count:
         yield (
             "mean speed",

@@ -1,27 +1,51 @@
-"""A closed surface of triangles: its volume, its sections, and as the files that others read."""
+"""A surface of triangles: whether it is closed, its volume and sections, and as the files that others read."""
 
 from __future__ import annotations
 
 import json
 import struct
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Mesh"]
+__all__ = ["STL_FACET", "TriangleMesh"]
 
 Array = NDArray[np.float64]
+STL_FACET: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
+"""A triangle of a binary STL file."""
+
 FLOAT, UINT = 5126, 5125  # glTF's numbers of component types
 UPRIGHT = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)  # glTF's y is up: a quarter turn about x
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
-    """Triangles in space, m, each anticlockwise as seen from outside."""
+class TriangleMesh:
+    """Triangles in space, m, each anticlockwise as seen from outside where they bound a volume."""
 
     vertices: Array  # (V, 3)
     triangles: NDArray[np.int64]  # (F, 3) of the vertices
+
+    @classmethod
+    def of_corners(cls, corners: Array) -> Self:
+        """Make it of triangles (F, 3, 3), m: corners are the same vertex where all their numbers are. Read-only."""
+        points = corners.reshape(-1, 3)
+        order = np.lexsort(points.T)
+        ordered = points[order]
+        new = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))[: len(points)]
+        number = np.empty(len(points), dtype=np.int64)
+        number[order] = np.cumsum(new) - 1
+        vertices, triangles = ordered[new], number.reshape(-1, 3)
+        for each in (vertices, triangles):
+            each.setflags(write=False)
+        return cls(vertices, triangles)
+
+    @property
+    def corners(self) -> Array:
+        """Triangles (F, 3, 3) with their places, m."""
+        return self.vertices[self.triangles]
 
     @property
     def volume(self) -> float:
@@ -34,15 +58,19 @@ class Mesh:
     @property
     def area(self) -> float:
         """Area of the surface, m^2."""
-        a, b, c = self.vertices[self.triangles].transpose(1, 0, 2)
+        a, b, c = self.corners.transpose(1, 0, 2)
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
-    @property
+    @cached_property
     def is_closed(self) -> bool:
-        """Whether each edge of each triangle is the edge of exactly one other, run through the other way."""
-        ways = self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-        ahead = np.unique(ways, axis=0)
-        return len(ahead) == len(ways) and np.array_equal(ahead, np.unique(ways[:, ::-1], axis=0))
+        """Whether the triangles bound a volume: each edge of each is that of exactly one other, run the other way.
+
+        Triangles with a vertex twice do not count.
+        """
+        first = self.triangles[(self.triangles != np.roll(self.triangles, 1, axis=1)).all(axis=1)]
+        second, size = np.roll(first, -1, axis=1), len(self.vertices)
+        ahead, back = np.unique(first * size + second), np.sort((second * size + first).ravel())
+        return bool(len(first)) and np.array_equal(ahead, back)
 
     def section(self, axis: int, at: float) -> list[Array]:
         """Outlines (P, 2) in the plane where coordinate *axis* is *at*, m: closed, holes the other way round.
@@ -93,11 +121,10 @@ class Mesh:
 
     def stl(self) -> bytes:
         """As a binary STL file, in metres."""
-        facets = np.zeros(len(self.triangles), np.dtype([("numbers", "<f4", (4, 3)), ("unused", "<u2")]))
-        corners = self.vertices[self.triangles]
+        facets, corners = np.zeros(len(self.triangles), STL_FACET), self.corners
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        facets["numbers"] = np.concatenate([normals[:, None], corners], axis=1)
+        facets["normal"] = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+        facets["corners"] = corners
         return b"cablewright, metres".ljust(80) + struct.pack("<I", len(facets)) + facets.tobytes()
 
     def glb(self) -> bytes:
