@@ -105,8 +105,8 @@ def _surface_error(volumes: list[float]) -> float:
     """Error of the last of *volumes*, m^3: its last change or, if larger, a quarter of the one before.
 
     Where the surface is smooth or has edges the change falls fourfold with each lattice: the error is about a third of
-    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`. An error over half the volume
-    counts as all of it: there may be no volume.
+    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`. An error over half of the
+    volume is no less than all of it: there may be none.
     """
     volume = volumes[-1]
     *before, last = np.abs(np.diff(volumes)).tolist()
