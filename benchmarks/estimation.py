@@ -30,7 +30,7 @@ from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
 from cablewright.studies.estimator_settings import OBSERVERS, observer_settings
-from cablewright.studies.replay import WITHIN
+from cablewright.studies.replay import CHI2_95
 
 Array = NDArray[np.float64]
 THREE_SCANS = 3.2  # s
@@ -110,7 +110,7 @@ def filter_rows(size: Size) -> Iterator[Row]:
     rms, most = float(np.sqrt((off**2).mean())), float(off.max())
     yield Row("estimation: filter, moving, rms", rms, "mm", "<= 5 mm", rms <= 5.0)
     yield Row("estimation: filter, moving, most", most, "mm", "<= 15 mm", most <= 15.0)
-    share = 100.0 * float(np.mean(np.array(found.nees) <= WITHIN))
+    share = 100.0 * float(np.mean(np.array(found.nees) <= CHI2_95))
     yield Row("estimation: filter, within the 95 % ellipsoid", share, "%", "93 to 97 %", 93.0 <= share <= 97.0)
     named = 100.0 * float(np.mean(found.named))
     yield Row("estimation: filter, slack lines named rightly", named, "%", ">= 98 %", named >= 98.0)
@@ -177,7 +177,7 @@ def less(known: ObserverSettings, what: str) -> ObserverSettings:
     if what in ("filter of radii", "all three"):
         known = replace(known, radius=replace(known.radius, rule="paper"))
     if what in ("odometry in a turn", "all three"):
-        known = replace(known, straighten=False)
+        known = replace(known, deskew=False)
     if what in ("lowest points' lift", "all three") and known.height is not None:
         known = replace(known, height=replace(known.height, sigma=0.0))
     return known

@@ -29,7 +29,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_round
 from cablewright.studies.estimator_settings import OBSERVERS
-from cablewright.studies.replay import SLACK, WITHIN
+from cablewright.studies.replay import CHI2_95, SLACK
 
 Array = NDArray[np.float64]
 LENGTH, SPEED = 28.0, 0.03  # m, m/s
@@ -67,7 +67,7 @@ class Found:
         if not len(size):
             return f"{seed:>6} {estimator:<9} never valid"
         told = np.array(self.nees)
-        share = f"{100.0 * np.mean(told <= WITHIN):6.1f} % {told.mean():6.2f}" if len(told) else f"{'-':>8} {'-':>6}"
+        share = f"{100.0 * np.mean(told <= CHI2_95):6.1f} % {told.mean():6.2f}" if len(told) else f"{'-':>8} {'-':>6}"
         named, radii, layers = _share(self.named, 2, 11), _share(self.radii, 1, 12), _share(self.layers, 1, 9)
         return (
             f"{seed:>6} {estimator:<9} {100.0 * np.mean(self.valid):5.1f} % {np.sqrt((size**2).mean()):4.2f} mm "

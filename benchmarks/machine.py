@@ -18,7 +18,7 @@ from benchmarks.timing import Row, best, installed
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
-from cablewright.machine.simulated.rig import drum_numbers
+from cablewright.machine.simulated.rig import drum_parameters
 from cablewright.machine.simulated.settings import MachineSettings, load_settings
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
@@ -125,7 +125,7 @@ class Drop:
         self.model = Model(robot)
         held = solve_inverse(self.model, START).checked()
         self.lengths, self.states = held.lengths.copy(), held.states.copy()
-        self.drum = drum_numbers(settings, 0.0)
+        self.drum = drum_parameters(settings, 0.0)
         self.drum[dynamics.DRAG : dynamics.DRUM] = 0.0
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = START

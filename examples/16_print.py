@@ -22,5 +22,5 @@ for estimator in ("paper", "encoders"):
     with tempfile.TemporaryDirectory() as name:
         run = run_print(twin, Path(name) / "run", {}, {})
         found, _ = finish(run.folder, twin.path.track, twin.path.print_speed, run.machine.rig.ground.field)
-    believed, true = 1e3 * found.seen.error.size, 1e3 * found.true.error.size
+    believed, true = 1e3 * found.estimated.error.size, 1e3 * found.true.error.size
     print(f"{estimator}: by its own account at most {believed:.1f} mm beside the path, in truth: {true:.1f} mm")

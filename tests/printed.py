@@ -69,7 +69,7 @@ def printed(
     track = rounds(seed, 3)
     twin = machine(settings, seed=seed, plant=plant, start=[*track.positions[0][:2], HEIGHT])
     if heap:
-        twin.rig.ground.lay(tuple(track.at(0.0).position[:2]), tuple(track.at(0.6).position[:2]), heap)
+        twin.rig.ground.deposit(tuple(track.at(0.0).position[:2]), tuple(track.at(0.6).position[:2]), heap)
     drives = DriveSettings(valve=0.0 if heap else 1.0)
     pilot = Pilot(twin, track.positions[: len(track.positions) // 3, :2], drives, seed)
     known = observer_settings(twin_robot(), settings)

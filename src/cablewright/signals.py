@@ -68,7 +68,7 @@ class Notice:
     """One condition, and whose it is: a line's name, a source, or none."""
 
     condition: Condition
-    whose: str = ""
+    subject: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from cablewright.signals import (
     frozen,
 )
 
-LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, np.full(4, 1000.0), barrier=0.5)
+LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, np.full(4, 1000.0), barrier_timeout=0.5)
 PLACE = np.array([0.1, 0.2, 1.0])
 DT = 0.1
 
@@ -86,14 +86,14 @@ def test_it_begins_idle_and_moves_only_once_the_position_is_known() -> None:
 def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor: Floor) -> None:
     floor.broken = True
     paused = floor.go()
-    assert (paused.state, paused.wish, paused.freeze) == (PrintState.PAUSED, Wish.HOLD, False)
+    assert (paused.state, paused.wish, paused.hold_winches) == (PrintState.PAUSED, Wish.HOLD, False)
     floor.pace = 0.0
-    assert floor.go(target=aimed(pace=0.0)).freeze
+    assert floor.go(target=aimed(pace=0.0)).hold_winches
     assert floor.go(1, Order.RESUME).state is PrintState.PAUSED
     assert floor.go(10).state is PrintState.PAUSED
     floor.broken = False
     assert floor.go().state is PrintState.READY  # the order was given
-    assert floor.state.stops == 1
+    assert floor.state.barrier_stops == 1
     assert floor.go(2).state is PrintState.PRINTING
 
 
@@ -131,7 +131,7 @@ def test_a_position_that_is_lost_and_found_needs_no_order(floor: Floor) -> None:
 def test_a_position_that_stays_lost_is_a_fault(floor: Floor) -> None:
     told = floor.go(700, estimate={"valid": False})
     assert told.state is PrintState.FAULT
-    assert told.freeze
+    assert told.hold_winches
 
 
 HARD = {
@@ -146,8 +146,8 @@ HARD = {
 def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
     told = floor.go(**HARD[says])
     assert told.state is PrintState.FAULT
-    assert told.freeze
-    assert not told.valve
+    assert told.hold_winches
+    assert not told.valve_allowed
     assert says in told.reason
     assert floor.go(50, Order.RESUME).state is PrintState.FAULT
     assert floor.go(1, Order.RESET).state is PrintState.IDLE
@@ -171,7 +171,7 @@ def test_a_soft_limit_is_a_controlled_stop(floor: Floor, says: str) -> None:
     told = floor.go(**SOFT[says])
     assert told.state is PrintState.STOPPED
     assert told.wish is Wish.HOLD
-    assert not told.freeze
+    assert not told.hold_winches
     assert says in told.reason
     assert floor.go(100).state is PrintState.STOPPED
     assert floor.go(1, Order.RESUME).state is PrintState.READY
@@ -188,7 +188,7 @@ def test_an_emergency_stop_works_in_every_state(state: PrintState) -> None:
     made = Floor()
     made.state.state = state
     told = made.go(1, Order.EMERGENCY)
-    assert (told.state, told.freeze, told.reason) == (PrintState.FAULT, True, "emergency stop")
+    assert (told.state, told.hold_winches, told.reason) == (PrintState.FAULT, True, "emergency stop")
 
 
 def test_orders_that_do_not_fit_do_nothing(floor: Floor) -> None:
@@ -205,7 +205,7 @@ def test_the_end_of_the_path_is_the_end(floor: Floor) -> None:
 
 
 def test_limits_that_limit_nothing_are_refused() -> None:
-    with pytest.raises(InputError, match="speed = 0"):
-        replace(LIMITS, speed=0.0)
+    with pytest.raises(InputError, match="max_speed = 0"):
+        replace(LIMITS, max_speed=0.0)
     with pytest.raises(InputError, match="leaves no room"):
-        replace(LIMITS, high=(-1.0, 1.0, 1.0))
+        replace(LIMITS, max_position=(-1.0, 1.0, 1.0))

@@ -78,7 +78,7 @@ def test_it_comes_to_where_it_should_be(law: str) -> None:
 def test_slack_is_taken_in_by_the_papers_term() -> None:
     begin = solve_with_slack(MODEL, PLACE, {3: 0.05}).checked().lengths
     place, lengths = loop("paper", begin, PLACE, 300)
-    assert (lengths - taut_at(MODEL, place).lengths)[3] == pytest.approx(SlackSettings().wanted, abs=2e-3)
+    assert (lengths - taut_at(MODEL, place).lengths)[3] == pytest.approx(SlackSettings().target_excess, abs=2e-3)
     assert np.linalg.norm(place - PLACE) < 2e-3
 
 
@@ -88,7 +88,7 @@ def test_the_model_gives_the_line_with_least_to_do_its_excess() -> None:
     least = int(np.argmin(begin.tensions))
     excess = lengths - taut_at(MODEL, place).lengths
     assert int(np.argmax(excess)) == least
-    assert 0.0 < excess[least] < 2 * SlackSettings().plan
+    assert 0.0 < excess[least] < 2 * SlackSettings().planned_excess
     assert np.linalg.norm(place - PLACE) < 2e-3
 
 
@@ -118,7 +118,7 @@ def test_where_nothing_is_known_winches_stand() -> None:
 def test_sag_is_that_of_the_hanging_line(excess: float) -> None:
     """Against the catenary over its sheave, by the solver; the parabola is a few parts in a hundred off."""
     taut = taut_at(MODEL, PLACE)
-    shown = slack.sag(SlackSettings(), taut, np.full(4, excess))
+    shown = slack.sag_angles(SlackSettings(), taut, np.full(4, excess))
     for line in range(4):
         exact = angle_from_excess(MODEL, PLACE, line, 0.2, excess) - taut.angles[line]
         assert shown[line] == pytest.approx(exact, rel=0.1)
@@ -131,7 +131,7 @@ def test_height_follows_the_structure_no_faster_than_allowed() -> None:
         lift = height.step(told, lift, 1.0 + lift - ground, DT)
         heights.append(lift)
     assert lift == pytest.approx(ground, abs=1e-6)
-    assert np.diff(heights).max() <= told.most * DT + 1e-15
+    assert np.diff(heights).max() <= told.max_speed * DT + 1e-15
     assert height.step(told, 0.3, float("nan"), DT) == 0.3
 
 

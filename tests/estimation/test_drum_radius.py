@@ -56,7 +56,7 @@ def test_errors_are_as_large_as_the_filter_says() -> None:
         state = state._replace(covariance=state.covariance * 0.25)
         for _ in range(25):
             turned = np.array([0.5, -0.3])
-            true = true + known.walk * np.sqrt(np.abs(turned)) * random.standard_normal(2)
+            true = true + known.random_walk * np.sqrt(np.abs(turned)) * random.standard_normal(2)
             lengths, angles = lengths + true * turned, angles + turned
             measured = lengths + known.length_sigma * random.standard_normal(2)
             state = drum_radius.step(known, state, measured, angles, KNOWN)
@@ -83,12 +83,12 @@ def test_after_unhooking_the_next_state_only_begins() -> None:
     state = drum_radius.start(settings())
     for k in range(10):
         state = drum_radius.step(settings(), state, np.full(2, 9.0 + 0.03 * k), np.full(2, 0.5 * k), KNOWN)
-    off = drum_radius.step(settings(), drum_radius.unhooked(state), np.full(2, 4.0), np.zeros(2), KNOWN)
+    off = drum_radius.step(settings(), drum_radius.without_reference(state), np.full(2, 4.0), np.zeros(2), KNOWN)
     assert np.array_equal(off.radii, state.radii)
 
 
 def test_radii_out_of_range_are_refused() -> None:
     with pytest.raises(InputError, match="nominal"):
         RadiusSettings((0.2,), 0.04, 0.075)
-    with pytest.raises(InputError, match="least"):
+    with pytest.raises(InputError, match="min_radius"):
         RadiusSettings((0.05,), 0.06, 0.05)

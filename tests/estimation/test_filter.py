@@ -13,11 +13,18 @@ from scipy import stats
 from cablewright.errors import InputError
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update, line_update
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, correct, fuse, likely
+from cablewright.estimation.kalman.state import (
+    FilterSettings,
+    FilterState,
+    Layout,
+    inject_correction,
+    innovation_gate,
+    kalman_update,
+)
 from cablewright.robot import load
 from cablewright.signals import DistanceReading, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.studies.estimator_settings import filter_settings
-from cablewright.studies.replay import WITHIN, bound
+from cablewright.studies.replay import CHI2_95, bound
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, changed
 
@@ -69,8 +76,8 @@ def test_a_linear_gaussian_world_is_estimated_with_its_own_covariance() -> None:
             H = random.standard_normal((1 + step % 2, n))
             R = np.diag(random.uniform(0.1, 1.0, len(H)))
             off = H @ x + np.sqrt(R) @ random.standard_normal(len(H)) - H @ guess
-            fits.append(likely(P, H, off, R)[0])
-            by, P = fuse(P, H, off, R)
+            fits.append(innovation_gate(P, H, off, R)[0])
+            by, P = kalman_update(P, H, off, R)
             guess = guess + by
         sizes.append((x - guess) @ np.linalg.solve(P, x - guess))
     assert stats.kstest(sizes, stats.chi2(n).cdf).pvalue > 0.01
@@ -83,11 +90,11 @@ def test_fusing_keeps_a_covariance_symmetric_and_positive_and_order_does_not_mat
     parts = [(random.standard_normal((1, 12)), np.array([[10.0 ** random.uniform(-9.0, 0.0)]])) for _ in range(200)]
     first = second = P
     for H, R in parts:
-        first = fuse(first, H, np.zeros(1), R)[1]
+        first = kalman_update(first, H, np.zeros(1), R)[1]
         assert (first == first.T).all()
         assert np.linalg.eigvalsh(first)[0] > -1e-15
     for H, R in reversed(parts):
-        second = fuse(second, H, np.zeros(1), R)[1]
+        second = kalman_update(second, H, np.zeros(1), R)[1]
     assert first == pytest.approx(second, rel=1e-4, abs=1e-12)
 
 
@@ -97,20 +104,21 @@ def test_a_bound_has_95_of_100_errors_in_it() -> None:
         size = np.linalg.norm(np.array(sigmas) * random.standard_normal((40_000, 3)), axis=1)
         assert np.mean(size <= bound(np.diag(np.square(sigmas)))) == pytest.approx(0.95, abs=0.01)
     assert bound(np.zeros((3, 3))) == 0.0
-    assert stats.chi2(3).cdf(WITHIN) == pytest.approx(0.95, abs=1e-4)
+    assert stats.chi2(3).cdf(CHI2_95) == pytest.approx(0.95, abs=1e-4)
 
 
-def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], lidar_update.Equation]:
+def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], lidar_update.WallObservation]:
     """What a turn's lines say, as seen from *state*."""
     state = copy.deepcopy(state)
-    lidar_update.look(KNOWN, state, scan)
-    looked = state.looked
+    lidar_update.extract(KNOWN, state, scan)
+    looked = state.extracted_turn
     assert looked is not None
     swept = [
-        lidar_update.swept_by(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw) for one in looked.kept.seen
+        lidar_update.sweep_of(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw)
+        for one in looked.features.lines
     ]
     every = set(range(len(swept)))
-    return {(one.seen, one.wall): one for one in lidar_update.equations_of(KNOWN, state, looked, swept, every)}
+    return {(one.line, one.wall): one for one in lidar_update.wall_observations(KNOWN, state, looked, swept, every)}
 
 
 @pytest.mark.parametrize("source", ["north", "south"])
@@ -122,17 +130,17 @@ def test_derivatives_of_walls_are_those_of_differences(whole: Any, later: Filter
         *range(2),
         lay.attitude.stop - 1,
         *range(lay.radii.start, lay.radii.stop),
-        *range(lay.bias.start, lay.bias.stop),
+        *range(lay.range_bias.start, lay.range_bias.stop),
     ]
     for part in parts:
         step = 1e-2 if lay.radii.start <= part < lay.radii.stop else 1e-3
         moved = copy.deepcopy(later)
         by = np.zeros(lay.size)
         by[part] = step
-        correct(moved, by)
+        inject_correction(moved, by)
         there = walls(moved, scan)
         for key, one in base.items():
-            if one.fits:
+            if one.passes:
                 change = -(there[key].innovation - one.innovation) / step
                 assert change == pytest.approx(one.H[:, part], rel=0.1, abs=0.02), (part, key)
 
@@ -144,7 +152,7 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
         assert later.jacobian @ (later.taut.toward @ way) == pytest.approx(way, abs=1e-9)
     before, slack = later.position.copy(), line_update.excess(later)
     state = copy.deepcopy(later)
-    line_update.carry(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
+    line_update.predict(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
     assert np.linalg.norm(state.position - before) < 3e-4
     assert np.abs(line_update.excess(state) - slack).max() < 3e-4
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
@@ -346,5 +354,5 @@ def test_the_layout_has_room_for_all() -> None:
 
 
 def test_what_is_no_standard_deviation_is_refused() -> None:
-    with pytest.raises(InputError, match="travel"):
-        FilterSettings(KNOWN.chain, travel=0.0)
+    with pytest.raises(InputError, match="travel_noise"):
+        FilterSettings(KNOWN.chain, travel_noise=0.0)

@@ -23,7 +23,7 @@ def stand(estimator: str, covered_from: int, steps: int) -> list[tuple[Estimate,
     for step in range(steps):
         if step == covered_from:
             for aside in (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9):
-                twin.rig.ground.lay((x - 1.8, y + aside), (x + 1.8, y + aside), 60.0)
+                twin.rig.ground.deposit((x - 1.8, y + aside), (x + 1.8, y + aside), 60.0)
         estimate = one.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
         told.append((estimate, twin.truth))
     return told

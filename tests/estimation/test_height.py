@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from cablewright.errors import InputError
-from cablewright.estimation.height import HeightSettings, height_of
+from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.signals import Scan
 
 PLACE, AXES = (0.22, 0.0, -0.75), ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
@@ -47,7 +47,7 @@ def scan(z: float, lean: tuple[float, float] = (0.0, 0.0), ground: Callable[[flo
 @settings(max_examples=15)
 @given(st.floats(0.9, 2.5), st.floats(-0.06, 0.06), st.floats(-0.06, 0.06))
 def test_a_floor_is_as_far_as_it_is(z: float, x: float, y: float) -> None:
-    found = height_of(KNOWN, scan(z, (x, y)), (x, y))
+    found = estimate_height(KNOWN, scan(z, (x, y)), (x, y))
     # tilt is corrected to second order, what is left is its third power times a metre or two
     assert found.over_floor == pytest.approx(z, abs=1e-6 + 0.5 * z * math.hypot(x, y) ** 3)
     assert found.over_structure == pytest.approx(found.over_floor, abs=1e-4)
@@ -56,42 +56,42 @@ def test_a_floor_is_as_far_as_it_is(z: float, x: float, y: float) -> None:
 
 
 def test_a_tilt_that_is_not_corrected_is_seen_as_a_slope() -> None:
-    found = height_of(KNOWN, scan(1.2, (0.0, 0.05)), (0.0, 0.0))
+    found = estimate_height(KNOWN, scan(1.2, (0.0, 0.05)), (0.0, 0.0))
     assert abs(found.slope) == pytest.approx(0.05, rel=0.05)
 
 
 def test_a_heap_counts_for_the_structure_but_not_for_the_floor() -> None:
-    found = height_of(KNOWN, scan(1.2, ground=lambda x: 0.1 if x > 0.2 else 0.0), (0.0, 0.0))
+    found = estimate_height(KNOWN, scan(1.2, ground=lambda x: 0.1 if x > 0.2 else 0.0), (0.0, 0.0))
     assert found.over_floor == pytest.approx(1.2, abs=1e-9)
     assert 1.13 < found.over_structure < 1.17
 
 
 def test_what_lies_over_where_the_floor_should_be_is_none_and_what_lies_under_it_is() -> None:
-    wide = dataclasses.replace(KNOWN, wide=math.radians(70.0), sigma=2e-3)
+    wide = dataclasses.replace(KNOWN, floor_cone=math.radians(70.0), sigma=2e-3)
     covered = scan(1.3, ground=lambda _x: 0.08)
-    assert height_of(wide, covered, (0.0, 0.0)).over_floor == pytest.approx(1.22, abs=1e-3)
-    told = height_of(wide, covered, (0.0, 0.0), 1.3, 0.02)
+    assert estimate_height(wide, covered, (0.0, 0.0)).over_floor == pytest.approx(1.22, abs=1e-3)
+    told = estimate_height(wide, covered, (0.0, 0.0), 1.3, 0.02)
     assert math.isnan(told.over_floor)
     assert told.over_structure == pytest.approx(1.22, abs=1e-3)
     assert told.note == "no floor in sight where it should be"
-    assert height_of(wide, covered, (0.0, 0.0), 1.3, 0.1).over_floor == pytest.approx(1.22, abs=1e-3)
-    assert height_of(wide, scan(1.3), (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.3, abs=1e-3)
+    assert estimate_height(wide, covered, (0.0, 0.0), 1.3, 0.1).over_floor == pytest.approx(1.22, abs=1e-3)
+    assert estimate_height(wide, scan(1.3), (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.3, abs=1e-3)
 
 
 @pytest.mark.parametrize("slope", [0.3, 0.4])
 def test_flanks_are_no_floor_and_what_is_level_between_them_is(slope: float) -> None:
-    wide = dataclasses.replace(KNOWN, wide=math.radians(70.0), sigma=2e-3)
+    wide = dataclasses.replace(KNOWN, floor_cone=math.radians(70.0), sigma=2e-3)
     valley = scan(1.1, ground=lambda x: slope * abs(x - 0.2))
-    assert math.isnan(height_of(wide, valley, (0.0, 0.0), 1.1, 0.02).over_floor)
+    assert math.isnan(estimate_height(wide, valley, (0.0, 0.0), 1.1, 0.02).over_floor)
     trough = scan(1.1, ground=lambda x: slope * max(0.0, abs(x - 0.2) - 0.15))
-    assert height_of(wide, trough, (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.1, abs=3e-3)
+    assert estimate_height(wide, trough, (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.1, abs=3e-3)
 
 
 def test_single_rays_astray_do_not_count() -> None:
     seen = scan(1.2)
     ranges = seen.ranges.copy()
     ranges[[350, 366, 374]] = 0.9, 0.2, 3.0
-    found = height_of(KNOWN, Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges), (0.0, 0.0))
+    found = estimate_height(KNOWN, Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges), (0.0, 0.0))
     assert found.over_floor == pytest.approx(1.2, abs=1e-9)
 
 
@@ -103,7 +103,7 @@ def test_no_floor_is_said(ground: str) -> None:
         ranges[:] = np.nan
     if ground == "noise":
         ranges = np.random.default_rng(1).uniform(0.2, 9.0, 720)
-    found = height_of(KNOWN, Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges), (0.0, 0.0))
+    found = estimate_height(KNOWN, Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges), (0.0, 0.0))
     assert math.isnan(found.over_floor)
     assert "floor" in found.note
 
@@ -116,12 +116,12 @@ def test_noise_does_not_make_the_floor_lower(sigma: float) -> None:
     for _ in range(300):
         ranges = seen.ranges + sigma * random.standard_normal(720)
         told = Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges)
-        found.append(height_of(known, told, (0.0, 0.0)).over_floor)
-        bare.append(height_of(KNOWN, told, (0.0, 0.0)).over_floor)
+        found.append(estimate_height(known, told, (0.0, 0.0)).over_floor)
+        bare.append(estimate_height(KNOWN, told, (0.0, 0.0)).over_floor)
     assert abs(np.mean(found) - 1.2) < 0.25 * sigma
     assert np.mean(bare) - 1.2 > 1.5 * sigma
 
 
 def test_a_line_through_one_point_is_refused() -> None:
-    with pytest.raises(InputError, match="lowest = 1"):
-        HeightSettings(PLACE, AXES, lowest=1)
+    with pytest.raises(InputError, match="lowest_points = 1"):
+        HeightSettings(PLACE, AXES, lowest_points=1)

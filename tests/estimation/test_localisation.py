@@ -12,33 +12,33 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.estimation.lidar.clusters import Clustering, clusters_of
+from cablewright.estimation.lidar.clusters import Clustering, find_clusters
 from cablewright.estimation.lidar.localisation import (
     LidarTurn,
     WallPose,
     WallSettings,
     WallState,
-    look,
+    extract,
     start,
     steady_drift,
     step,
 )
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
-from cablewright.estimation.lidar.scan import LidarModel, level_mount, noise_of, points_of
-from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, lines_of
+from cablewright.estimation.lidar.scan import LidarModel, estimate_noise, level_mount, level_points
+from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_lines
 from oracles.room import EAST, NORTH, WEST, cast, rectangle, scan
 from oracles.room import RoomMap as InRoom
 
 ROOM = rectangle()
 KNOWN = RoomMap.of(ROOM.walls)
 NORTH_LIDAR = LidarModel("north", mount=(0.1, 0.15, -0.3))
-SOUTH_LIDAR = LidarModel("south", mount=(0.0, -0.15, -0.3), yaw=math.pi, sees=("east", "west"))
+SOUTH_LIDAR = LidarModel("south", mount=(0.0, -0.15, -0.3), yaw=math.pi, visible_walls=("east", "west"))
 BOTH = WallSettings(KNOWN, (NORTH_LIDAR, SOUTH_LIDAR))
 SEARCH = LineSearch()
 
 
 def seen(angles, ranges) -> list[WallLine]:
-    return lines_of(points_of(LidarModel(), angles, ranges), LidarModel(), SEARCH)
+    return find_lines(level_points(LidarModel(), angles, ranges), LidarModel(), SEARCH)
 
 
 def pose_of(seed: int) -> tuple[float, float, float]:
@@ -93,8 +93,8 @@ def test_a_bias_moves_lines_as_said() -> None:
         a, r = scan(ROOM, pose_of(seed), np.random.default_rng(seed))
         plain, off = seen(a, r), seen(a, r + np.where(r > 0, 1e-4, 0.0))
         for one, other in zip(plain, off, strict=True):
-            assert other.distance - one.distance == pytest.approx(1e-4 * one.per_bias[1], abs=3e-6)
-            assert other.angle - one.angle == pytest.approx(1e-4 * one.per_bias[0], abs=3e-6)
+            assert other.distance - one.distance == pytest.approx(1e-4 * one.bias_slopes[1], abs=3e-6)
+            assert other.angle - one.angle == pytest.approx(1e-4 * one.bias_slopes[0], abs=3e-6)
 
 
 @settings(deadline=None, max_examples=20)
@@ -104,7 +104,7 @@ def test_turning_the_scan_turns_the_walls(seed: int, turn: float) -> None:
     for one, other in zip(seen(a, r), seen(a + turn, r), strict=True):
         assert math.remainder(other.angle - one.angle - turn, math.tau) == pytest.approx(0.0, abs=1e-9)
         assert other.distance == pytest.approx(one.distance, abs=1e-9)
-        assert other.points == one.points
+        assert other.point_count == one.point_count
         assert other.covariance == pytest.approx(one.covariance, rel=1e-6)
 
 
@@ -132,13 +132,13 @@ def test_clusters_end_at_corners_and_steps() -> None:
     for seed in range(4):
         x, y, yaw = pose_of(seed)
         a, r = scan(ROOM, (x, y, yaw), np.random.default_rng(seed))
-        points = points_of(LidarModel(), a, r)
+        points = level_points(LidarModel(), a, r)
         c, s = math.cos(yaw), math.sin(yaw)
         world = points.xy @ np.array([[c, s], [-s, c]]) + (x, y)
         on = [np.abs(world[:, 0] - WEST), np.abs(world[:, 0] - EAST), np.abs(world[:, 1] - NORTH)]
         on.append(np.abs(world[:, 0] - EAST - 0.05))
         owner = np.where(np.min(on, axis=0) < 0.012, np.argmin(on, axis=0), -1)
-        found = clusters_of(points, 2e-3, Clustering())
+        found = find_clusters(points, 2e-3, Clustering())
         for first, size in zip(found.first, found.size, strict=True):
             owners = owner[found.members[first : first + size]]
             most = np.bincount(owners + 1).max()
@@ -148,15 +148,15 @@ def test_clusters_end_at_corners_and_steps() -> None:
 def test_noise_is_estimated() -> None:
     for sigma in (1e-3, 2e-3, 5e-3, 0.02):
         a, r = scan(ROOM, (0.3, 0.2, 0.1), np.random.default_rng(4), sigma=sigma)
-        assert 0.8 * sigma < noise_of(points_of(LidarModel(), a, r)) < 1.6 * sigma
+        assert 0.8 * sigma < estimate_noise(level_points(LidarModel(), a, r)) < 1.6 * sigma
 
 
 def test_masked_bearings_do_not_count() -> None:
     a, r = scan(ROOM, (0.3, 0.2, 0.1), np.random.default_rng(5))
     r[(a > 3.0) & (a < 3.6)] = 0.3  # the drum
-    assert len(points_of(LidarModel(masked=((3.0, 3.6),)), a, r)) < len(points_of(LidarModel(), a, r))
-    across = LidarModel(masked=((-0.3, 0.3),))
-    bearings = np.arctan2(*points_of(across, a, r).xy.T[::-1])
+    assert len(level_points(LidarModel(masks=((3.0, 3.6),)), a, r)) < len(level_points(LidarModel(), a, r))
+    across = LidarModel(masks=((-0.3, 0.3),))
+    bearings = np.arctan2(*level_points(across, a, r).xy.T[::-1])
     assert np.abs(bearings).min() > 0.29
 
 
@@ -165,7 +165,7 @@ def test_what_did_not_come_back_does_not_count() -> None:
     for none in (0.0, math.nan, math.inf, -1.0, 1e308):
         holed = r.copy()
         holed[::7] = none
-        assert len(points_of(LidarModel(), a, holed)) < len(points_of(LidarModel(), a, r))
+        assert len(level_points(LidarModel(), a, holed)) < len(level_points(LidarModel(), a, r))
         assert len(seen(a, holed)) >= 4
 
 
@@ -259,7 +259,7 @@ def test_constraints_are_the_papers() -> None:
         kinds.add(one.kind)
     assert kinds == {"C", "D"}
     assert all(found.constraints[i].kind == "D" for i in range(len(found.constraints))
-               if found.seen[found.constraints[i].seen].lidar == 1)  # fmt: skip
+               if found.lines[found.constraints[i].line].lidar == 1)  # fmt: skip
 
 
 def test_a_window_is_not_the_wall() -> None:
@@ -371,7 +371,7 @@ def test_where_it_was_decides() -> None:
 
 def test_what_is_lost_is_found_again() -> None:
     """While nothing is seen the platform goes far: the old place counts for some turns, then not."""
-    only = WallSettings(KNOWN, (NORTH_LIDAR,), patience=4)
+    only = WallSettings(KNOWN, (NORTH_LIDAR,), max_misses=4)
     rng, state = np.random.default_rng(3), start()
     state, found = step(only, state, LidarTurn(*scan(ROOM, (1.0, 3.0, 0.1), rng)))
     assert found.status == "ok"
@@ -480,7 +480,7 @@ def test_a_turn_on_the_way_is_straightened() -> None:
     drift = steady_drift(times, velocity, rate, end[2])
     _, found = step(only, start(), LidarTurn(a, r, tilt=tilt, drift=drift))
     assert [*found.position, found.yaw] == pytest.approx(end, abs=2e-3)
-    assert max(math.sqrt(found.seen[found.constraints[i].seen].line.variance) for i in found.used) < 3e-3
+    assert max(math.sqrt(found.lines[found.constraints[i].line].line.variance) for i in found.used) < 3e-3
     _, skewed = step(only, start(), LidarTurn(a, r))
     assert np.abs(skewed.position - end[:2]).max() > 0.01
 
@@ -514,6 +514,6 @@ def test_looking_first_and_placing_then_is_one_step() -> None:
     a, r = scan(ROOM, (0.3, -0.5, 0.1), np.random.default_rng(2), mount=NORTH_LIDAR.mount[:2])
     turn = LidarTurn(a, r)
     _, whole = step(BOTH, start(), turn)
-    _, halves = step(BOTH, start(), turn, (), look(BOTH, turn))
+    _, halves = step(BOTH, start(), turn, (), extract(BOTH, turn))
     assert np.array_equal(whole.position, halves.position)
     assert np.array_equal(whole.covariance, halves.covariance)

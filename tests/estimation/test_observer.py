@@ -13,11 +13,11 @@ import cablewright.estimation
 from cablewright.errors import InputError
 from cablewright.estimation.chain import observer
 from cablewright.estimation.lidar.room import Laser
-from cablewright.estimation.time_buffer import Trail
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.robot import load
 from cablewright.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
-from cablewright.studies.estimator_settings import observer_settings, surveyed
+from cablewright.studies.estimator_settings import observer_settings, surveyed_walls
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, changed, machine
 
@@ -188,11 +188,11 @@ def test_turns_do_not_queue_up(whole: Any) -> None:
     for k in range(20):
         readings = tuple(dataclasses.replace(scan, begin=scan.begin + 14.0 * k) for scan in scans)  # type: ignore[type-var]
         observer.step(known, state, SensorFrame(14.0 * (k + 1), readings))
-        assert not state.pending or k == 0
+        assert not state.pending_scans or k == 0
     observer.step(
         known, state, SensorFrame(280.01, tuple(dataclasses.replace(s, begin=s.begin + 266.0) for s in scans))
     )  # type: ignore[type-var]
-    assert len(state.pending) <= 3 * known.walls.keep
+    assert len(state.pending_scans) <= 3 * known.walls.kept_turns
     empty = Scan("north", 300.0, 1e-3, 0.0, 0.01, np.empty(0))
     observer.step(known, state, SensorFrame(301.0, (empty,)))
 
@@ -208,7 +208,7 @@ def test_estimation_never_sees_the_truth() -> None:
 
 
 def test_walls_of_a_room_are_its_faces_put_together() -> None:
-    room = surveyed(SETTINGS.room)
+    room = surveyed_walls(SETTINGS.room)
     found = {wall.name: (wall.normal, wall.distance) for wall in room.walls}
     assert found == {"west": ((-1.0, 0.0), 2.5), "north": ((0.0, 1.0), 5.0), "east": ((1.0, 0.0), 2.5)}
 
@@ -228,12 +228,12 @@ def test_machines_that_cannot_be_observed_are_refused() -> None:
     known = observer_settings(ROBOT, SETTINGS)
     with pytest.raises(InputError, match="lidars"):
         dataclasses.replace(known, lidars=("north",))
-    with pytest.raises(InputError, match="counts"):
-        dataclasses.replace(known, counts=0.0)
+    with pytest.raises(InputError, match="counts_per_radian"):
+        dataclasses.replace(known, counts_per_radian=0.0)
 
 
 def test_nothing_is_kept_without_end() -> None:
-    trail = Trail(1, 10)
+    trail = TimeBuffer(1, 10)
     assert trail.at([0.0]).tolist() == [[0.0]]
     for k in range(1000):
         trail.add(float(k), [2.0 * k if k < 999 else 0.0])
@@ -246,19 +246,19 @@ def test_nothing_is_kept_without_end() -> None:
 def test_start_knows_nothing() -> None:
     state = observer.start(observer_settings(ROBOT, SETTINGS))
     assert state.tracker is None
-    assert math.isnan(state.anchor_yaw)
+    assert math.isnan(state.yaw_offset)
 
 
-@pytest.mark.parametrize(("wide", "least", "most"), [(math.radians(70.0), -0.01, 0.01), (None, -0.3, -0.02)])
-def test_a_ridge_under_the_vertical_lidar_is_no_floor(wide: float | None, least: float, most: float) -> None:
+@pytest.mark.parametrize(("floor_cone", "low", "high"), [(math.radians(70.0), -0.01, 0.01), (None, -0.3, -0.02)])
+def test_a_ridge_under_the_vertical_lidar_is_no_floor(floor_cone: float | None, low: float, high: float) -> None:
     """Powder lies all along the scan from the beginning: in the paper's cone there is no floor."""
     twin = machine(plant="quasi-static", seed=3)
     known = observer_settings(load("merlet2023"), twin.settings)
     assert known.height is not None
-    known = dataclasses.replace(known, height=dataclasses.replace(known.height, wide=wide))
+    known = dataclasses.replace(known, height=dataclasses.replace(known.height, floor_cone=floor_cone))
     state, still = observer.start(known), Command(0.0, np.zeros(4))
     x, y, _ = twin.truth.position.tolist()
-    twin.rig.ground.lay((x - 0.5, y), (x + 0.7, y), 15.0)
+    twin.rig.ground.deposit((x - 0.5, y), (x + 0.7, y), 15.0)
     for _ in range(60):
         found = observer.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
-    assert least < found.position[2] - twin.truth.position[2] < most
+    assert low < found.position[2] - twin.truth.position[2] < high

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.estimation.lidar.scan import LidarModel, points_of
+from cablewright.estimation.lidar.scan import LidarModel, level_points
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
-from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
+from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
 from oracles.room import rectangle, scan
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,7 +81,7 @@ def test_ways_to_write_a_scan(folder: Path, way: str) -> None:
     assert np.allclose(found.ranges[hit], RANGES[hit], atol=1e-6)
     turn = np.remainder(found.angles[hit] - ANGLES[hit] + math.pi, math.tau) - math.pi
     assert np.allclose(turn, 0.0, atol=1e-6)
-    assert len(lines_of(points_of(LidarModel(), found.angles, found.ranges), LidarModel(), LineSearch())) >= 4
+    assert len(find_lines(level_points(LidarModel(), found.angles, found.ranges), LidarModel(), LineSearch())) >= 4
 
 
 def test_guesses_are_told(folder: Path) -> None:
@@ -155,7 +155,7 @@ def judged(folder: Path, content: bytes, suffix: str) -> None:
     said = ""
     try:
         found = read(folder, content, suffix)
-        lines_of(points_of(LidarModel(), found.angles, found.ranges), LidarModel(), LineSearch())
+        find_lines(level_points(LidarModel(), found.angles, found.ranges), LidarModel(), LineSearch())
     except InputError as error:
         said = str(error)
     assert "\n" not in said

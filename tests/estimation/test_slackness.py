@@ -10,7 +10,13 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.estimation import slackness
-from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, exact_excess, excess_of, taut_at
+from cablewright.estimation.slackness import (
+    SlacknessSettings,
+    SlacknessState,
+    catenary_excess,
+    parabolic_excess,
+    taut_at,
+)
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -43,8 +49,8 @@ def test_an_excess_comes_back_from_its_angle(place: tuple[float, float, float], 
     taut = taut_at(MODEL, np.array(place))
     angle = float(angle_from_excess(MODEL, place, line, 0.2, excess))
     difference = angle - taut.angles[line]
-    assert exact_excess(SETTINGS, taut, line, difference) == pytest.approx(excess, rel=1e-3)
-    parabola = excess_of(SETTINGS, taut, np.full(4, difference))[line]
+    assert catenary_excess(SETTINGS, taut, line, difference) == pytest.approx(excess, rel=1e-3)
+    parabola = parabolic_excess(SETTINGS, taut, np.full(4, difference))[line]
     assert parabola == pytest.approx(excess, rel=0.2)
 
 
@@ -52,8 +58,8 @@ def test_a_tight_line_shows_nothing() -> None:
     held = solve_with_slack(MODEL, PLACES[0], {3: 0.02})
     taut = taut_at(MODEL, np.array(PLACES[0]))
     shown = np.array([float(tangent_angle(held, i, 0.2)) for i in range(4)]) - taut.angles
-    assert (shown[:3] < SETTINGS.seen).all()
-    assert shown[3] > 5 * SETTINGS.seen
+    assert (shown[:3] < SETTINGS.visible_angle).all()
+    assert shown[3] > 5 * SETTINGS.visible_angle
 
 
 def steps(angles: list[np.ndarray], state: SlacknessState | None = None, begin: float = 0.0) -> SlacknessState:
@@ -94,5 +100,5 @@ def test_readings_that_are_not_new_change_nothing() -> None:
 def test_what_cannot_be_told_is_refused() -> None:
     with pytest.raises(InputError, match="without weight"):
         SlacknessSettings(Model(MODEL.robot, Fidelity.of("elastic", None)))
-    with pytest.raises(InputError, match="smooth"):
-        dataclasses.replace(SETTINGS, smooth=math.inf)
+    with pytest.raises(InputError, match="smoothing_time"):
+        dataclasses.replace(SETTINGS, smoothing_time=math.inf)

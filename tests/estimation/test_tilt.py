@@ -42,7 +42,7 @@ def test_a_swing_is_followed_and_what_sensors_are_off_is_learnt(bias: float) -> 
     late = slice(9000, None)
     assert np.abs([s.x for s in states] - truth)[late].max() < 0.2 * 0.05
     assert max(abs(s.y) for s in states) < 1e-9
-    assert abs(states[-1].rate_bias[1] - bias) < 1e-9
+    assert abs(states[-1].gyro_bias[1] - bias) < 1e-9
 
 
 def test_a_drum_that_hangs_still_is_upright() -> None:
@@ -68,8 +68,8 @@ def test_readings_that_are_none_change_nothing(time: float, acceleration: list[f
 
 
 def test_times_that_are_none_are_refused() -> None:
-    with pytest.raises(InputError, match="blend = 0"):
-        TiltSettings(blend=0.0)
+    with pytest.raises(InputError, match="gravity_time = 0"):
+        TiltSettings(gravity_time=0.0)
 
 
 @given(st.floats(-3.1, 3.1), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))

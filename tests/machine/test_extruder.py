@@ -47,12 +47,12 @@ def test_what_is_fed_lies(plant: str) -> None:
     twin, fed = printer(plant=plant), 0.0
     for way, speed, valve in (((1.5, 0.5, 0.0), 0.3, 1.0), ((0.0, -1.0, 0.0), 0.5, 0.0), ((-1.0, 0.0, 0.1), 0.2, 0.6)):
         fed += go(twin, np.array(way), speed, valve)
-        assert twin.rig.ground.mass + twin.rig.falling == pytest.approx(fed, rel=1e-9)
+        assert twin.rig.ground.mass + twin.rig.falling_mass == pytest.approx(fed, rel=1e-9)
     run(twin, 3)
-    assert twin.rig.falling == 0.0
+    assert twin.rig.falling_mass == 0.0
     volume = fed / HOUSE.extrusion.density
     assert twin.rig.ground.field.volume == pytest.approx(volume, rel=1e-9)
-    assert twin.rig.ground.outside == 0.0
+    assert twin.rig.ground.outside_mass == 0.0
     assert twin.truth.powder == 0.0
     with pytest.raises(InputError, match="the drum takes 0 to 0 kg"):
         twin.refill(1.0)

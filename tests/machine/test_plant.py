@@ -58,7 +58,7 @@ def test_powder_is_neither_made_nor_lost() -> None:
     for _ in range(5):
         run(twin, 40, (0.1, -0.1, -0.1, 0.1), valve=0.7)
         left = begin - twin.truth.powder
-        lies = twin.rig.ground.mass + twin.rig.falling
+        lies = twin.rig.ground.mass + twin.rig.falling_mass
         assert lies == pytest.approx(left, rel=1e-9)
         assert left == pytest.approx(0.7 * drum.flow * twin.time, rel=1e-9)
     weight = (drum.empty_mass + twin.truth.powder) * twin.robot.scene.gravity
@@ -83,7 +83,7 @@ def test_encoders_count_what_the_coil_pays_out(plant: str) -> None:
     counts = [reading for reading in readings if isinstance(reading, Encoders)][-1].counts
     turned = counts * (2 * np.pi / (SETTINGS.winch.counts * SETTINGS.winch.ratio))
     for i, coil in enumerate(winches.coils):
-        off_drum = coil.length(winches.begin[i]) - coil.length(winches.begin[i] - turned[i])
+        off_drum = coil.length(winches.start_angles[i]) - coil.length(winches.start_angles[i] - turned[i])
         grain = 2 * np.pi * 0.06 / (SETTINGS.winch.counts * SETTINGS.winch.ratio)
         detour = SETTINGS.winch.width**2 / 8 / 4.03  # m: by how much the exit's wandering changes the dead span at most
         assert twin.truth.lengths[i] - begin[i] == pytest.approx(off_drum, abs=grain + detour)
@@ -95,7 +95,7 @@ def test_motors_lag_and_have_a_most_speed() -> None:
     twin = machine()
     lag, asked = SETTINGS.winch.lag, 1.0
     run(twin, 10, (asked, 0.0, 0.0, 0.0))  # 0.1 s
-    turned = twin.rig.winches.begin[0] - twin.rig.winches.angles[0]
+    turned = twin.rig.winches.start_angles[0] - twin.rig.winches.angles[0]
     assert turned == pytest.approx(asked * (0.1 - lag * (1 - np.exp(-0.1 / lag))), rel=1e-9)
     said = []
     run(twin, 1, (50.0, 0.0, 0.0, 0.0), each=lambda frame: said.extend(frame.notices))
@@ -107,7 +107,7 @@ def test_a_motor_stalls_on_a_load_over_its_torque() -> None:
     said = []
     run(twin, 20, (-0.5, 0.0, 0.0, 0.0), each=lambda frame: said.extend(frame.notices))
     assert (Condition.STALLED, "south-west") in {(notice.condition, notice.whose) for notice in said}
-    assert twin.rig.winches.angles[0] == pytest.approx(twin.rig.winches.begin[0], abs=1e-9)
+    assert twin.rig.winches.angles[0] == pytest.approx(twin.rig.winches.start_angles[0], abs=1e-9)
 
 
 def test_a_drum_ends() -> None:

@@ -130,10 +130,10 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
 
 def test_heights_of_heaps_are_seen_from_above() -> None:
     ground = Ground(load("merlet2023"), SETTINGS)
-    ground.lay((0.21, -0.2), (0.41, -0.2), 3.0)
+    ground.deposit((0.21, -0.2), (0.41, -0.2), 3.0)
     assert ground.mass == pytest.approx(3.0, rel=1e-9)
-    ground.lay((5.0, 0.0), (5.0, 0.0), 1.5)
-    ground.lay((2.49, 4.99), (2.49, 4.99), 1.5)
+    ground.deposit((5.0, 0.0), (5.0, 0.0), 1.5)
+    ground.deposit((2.49, 4.99), (2.49, 4.99), 1.5)
     assert ground.mass == pytest.approx(6.0, rel=1e-9)
     grid, heights, shown = ground.grid, ground.heights, ground.field
     assert grid[3] == heights.max()

@@ -117,7 +117,7 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
         ("rig.random", [2**128, 1, 0, 0], "no state of a random generator"),
         ("rig.motion", np.full(12, np.nan), "not finite"),
         ("rig.motion", np.zeros(11), "float64 (12,) is wanted"),
-        ("rig.says", np.zeros(4), "int64 (4,) is wanted"),
+        ("rig.winch_flags", np.zeros(4), "int64 (4,) is wanted"),
         ("rig.winches.state", np.full((4, 6), 1e6), "a winch drum is wound"),
         ("rig.ground.heights", [0], "where it begins"),
         ("rig.ground.heights", [0, 501], "does not fit into (250, 500)"),

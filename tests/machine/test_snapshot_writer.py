@@ -12,7 +12,7 @@ import pytest
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.simulated import snapshot_writer as keepers
 from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
-from cablewright.machine.simulated.snapshot_writer import Keeper
+from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 
 
 def number(k: int) -> dict[str, Snapshot]:
@@ -27,7 +27,7 @@ def read(path: Path) -> int:
 
 def test_the_newest_is_on_the_disk_at_the_end(tmp_path: Path) -> None:
     path, seen = tmp_path / "state", [0]
-    with Keeper(path) as keeper:
+    with SnapshotWriter(path) as keeper:
         for k in range(1, 301):
             keeper.put(number(k))
             if path.exists():
@@ -47,7 +47,7 @@ def test_what_waits_gives_way_to_what_is_newer(tmp_path: Path, monkeypatch: pyte
         write_snapshots(path, snapshots)
 
     monkeypatch.setattr(keepers, "write_snapshots", slow)
-    with Keeper(tmp_path / "state") as keeper:
+    with SnapshotWriter(tmp_path / "state") as keeper:
         keeper.put(number(1))
         assert busy.wait(10.0)
         for k in (2, 3, 4):
@@ -57,7 +57,7 @@ def test_what_waits_gives_way_to_what_is_newer(tmp_path: Path, monkeypatch: pyte
 
 
 def put_until_refused(path: Path) -> None:
-    with Keeper(path) as keeper:
+    with SnapshotWriter(path) as keeper:
         for k in range(100_000):
             keeper.put(number(k))
 
@@ -66,7 +66,7 @@ def test_a_disk_that_refuses_is_told_at_the_next_one_or_at_the_end(tmp_path: Pat
     missing = tmp_path / "none" / "state"
     with pytest.raises(EnvironmentFault, match="none/state: cannot be written"):
         put_until_refused(missing)
-    with pytest.raises(EnvironmentFault, match="cannot be written"), Keeper(missing) as keeper:
+    with pytest.raises(EnvironmentFault, match="cannot be written"), SnapshotWriter(missing) as keeper:
         keeper.put(number(1))
-    with pytest.raises(InputError), Keeper(missing):  # what went wrong first is what is told
+    with pytest.raises(InputError), SnapshotWriter(missing):  # what went wrong first is what is told
         read_snapshots(missing)

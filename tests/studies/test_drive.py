@@ -8,7 +8,7 @@ import pytest
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log.log import LogHead, LogWriter, read_log
 from cablewright.robot import load
-from cablewright.studies.drive import SLACK, DriveSettings, drive, length_of, random_round
+from cablewright.studies.drive import SLACK, DriveSettings, drive, path_length, random_round
 from twins import SETTINGS, machine
 
 LOOP = random_round(load("merlet2023"), 28.0, seed=2)
@@ -19,7 +19,7 @@ def test_the_machine_goes_along_the_loop_at_its_speed() -> None:
     settings = DriveSettings()
     twin = machine(plant="quasi-static", start=START)
     drive(twin, LOOP, 20.0, seed=2)
-    gone = settings.speed * (20.0 - 0.5 * settings.ramp) / length_of(LOOP) * (len(LOOP) - 1)
+    gone = settings.speed * (20.0 - 0.5 * settings.ramp) / path_length(LOOP) * (len(LOOP) - 1)
     expected = LOOP[round(gone)]
     assert np.linalg.norm(twin.truth.position[:2] - expected) < 0.03
     assert abs(twin.truth.position[2] - 1.2) < 0.03
@@ -41,7 +41,7 @@ def test_the_drum_is_filled_up_after_each_round() -> None:
     found = drive(twin, LOOP, 120.0, settings=DriveSettings(speed=0.5))
     assert found.refills == 2
     assert found.powder > SETTINGS.drum.powder - 30.0 * SETTINGS.drum.flow
-    laid = twin.rig.ground.mass + twin.rig.falling
+    laid = twin.rig.ground.mass + twin.rig.falling_mass
     assert laid == pytest.approx(120.0 * SETTINGS.drum.flow, rel=1e-9)
     with pytest.raises(InputError, match="the drum takes 0 to 50 kg"):
         twin.refill(60.0)
@@ -56,7 +56,7 @@ def test_the_log_and_the_summary_tell_the_same(tmp_path) -> None:
         entries = list(log.entries())
     excess = np.array([entry.truth.excess for entry in entries])
     np.testing.assert_array_equal((excess > SLACK).mean(axis=0), found.slack_share)
-    assert found.most_tension == max(entry.truth.tensions.max() for entry in entries)
+    assert found.max_tension == max(entry.truth.tensions.max() for entry in entries)
     assert sum(len(entry.frame.readings) for entry in entries) == found.readings.total()
     assert len(found.path) == 8
     assert entries[100].command.valve == 1.0

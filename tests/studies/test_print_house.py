@@ -43,7 +43,7 @@ def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
         machine,
         lambda place, radii: estimator(twin.estimator, twin.robot, machine.settings, place, (), radii),
         now=0.0,
-        book=None,
+        archive=None,
     )
     attendant, fed = Attendant(lambda: None), 0.0
     for _ in range(2400):
@@ -52,7 +52,7 @@ def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
     ground = machine.rig.ground
     assert step.progress.state is PrintState.PRINTING
     assert step.progress.distance > 3.4
-    assert ground.mass + machine.rig.falling == pytest.approx(fed, rel=1e-9)
+    assert ground.mass + machine.rig.falling_mass == pytest.approx(fed, rel=1e-9)
     cells = np.argwhere(ground.heights > 0.5 * JOB.bead.height)
     lies = np.array(ground.field.low) + ground.field.cell * (cells + 0.5)
     way = twin.path.track.positions[:, :2]

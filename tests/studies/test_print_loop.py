@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Notes, Recall
+from cablewright.machine.simulated.snapshot import LoadingArchive, SavingArchive
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
@@ -35,7 +35,9 @@ def twin(**choices: object) -> MachineTwin:
 class Print:
     """One that can be taken further step by step."""
 
-    def __init__(self, made: MachineTwin, kept: Notes | None = None, machine: SimulatedMachine | None = None) -> None:
+    def __init__(
+        self, made: MachineTwin, kept: SavingArchive | None = None, machine: SimulatedMachine | None = None
+    ) -> None:
         begin = made.path.track.at(0.0).position
         self.machine = machine or SimulatedMachine(
             made.robot, made.settings, begin, seed=made.choices.seed, plant=made.choices.plant
@@ -46,9 +48,9 @@ class Print:
             self.machine,
             lambda place, radii: estimator(made.estimator, made.robot, settings, place, (), radii),
             now=self.machine.time,
-            book=None if kept is None else Recall(kept.snapshot),
+            archive=None if kept is None else LoadingArchive(kept.snapshot),
         )
-        self.attendant = Attendant(lambda: self.machine.refill(self.printer.plan.powder), refill=10.0)
+        self.attendant = Attendant(lambda: self.machine.refill(self.printer.plan.powder), refill_time=10.0)
 
     def steps(self, most: int) -> Iterator[Step]:
         for _ in range(most):
@@ -82,7 +84,9 @@ def test_it_comes_to_its_end_and_nothing_is_lost() -> None:
         opened += step.command.valve * made.machine.period
     assert made.printer.finished
     ground, drum = made.machine.rig.ground, made.machine.settings.drum
-    assert made.machine.truth.powder + ground.mass + made.machine.rig.falling == pytest.approx(drum.powder, rel=1e-9)
+    assert made.machine.truth.powder + ground.mass + made.machine.rig.falling_mass == pytest.approx(
+        drum.powder, rel=1e-9
+    )
     assert opened * 0.03 == pytest.approx(made.printer.plan.path.track.length, rel=1e-3)  # full flow at full speed
 
 
@@ -113,7 +117,7 @@ def test_somebody_in_the_light_barrier_stops_it_and_it_goes_on_there() -> None:
             (running.machine.time, step.progress.state, step.command.winch_speeds.any(), step.progress.distance)
         )
     assert running.printer.finished
-    assert running.printer.supervisor.stops == 1
+    assert running.printer.supervisor.barrier_stops == 1
     stood = [each for each in states if 35.0 <= each[0] <= 52.0]
     assert all(state is PrintState.PAUSED and not moved for _, state, moved, _ in stood)
     away = [d for t, _, _, d in states if 30.0 <= t <= 36.0]
@@ -135,10 +139,10 @@ def test_an_empty_drum_is_refilled_where_it_stands() -> None:
 
 def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
     made = twin(plant="quasi-static")
-    first, notes = Print(made), Notes()
+    first, notes = Print(made), SavingArchive()
     for step in first.steps(40):
         distance = step.progress.distance
-    first.printer.keep(notes)
+    first.printer.archive_state(notes)
     snapshot = first.machine.snapshot()
     machine = SimulatedMachine.resumed(ROBOT, made.settings, snapshot, seed=0, plant="quasi-static")
     second = Print(made, notes, machine)
@@ -149,10 +153,10 @@ def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
 
 def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> None:
     made = twin(plant="quasi-static")
-    first, notes = Print(made), Notes()
+    first, notes = Print(made), SavingArchive()
     for _ in first.steps(40):
         pass
-    first.printer.keep(notes)
+    first.printer.archive_state(notes)
     away = made.path.track.at(0.0).position + np.array([0.0, -0.4, 0.2])
     second = Print(made, notes, SimulatedMachine(ROBOT, made.settings, away, seed=4, plant="quasi-static"))
     steps = [(step.progress.state, second.beside(step), step.command.valve) for step in second.steps(400)]

@@ -17,10 +17,10 @@ from cablewright.printing.track import Track
 from cablewright.signals import Estimate, LineAngles, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.studies.prints.metrics import metrics, metrics_text
 from cablewright.studies.prints.record import UNUSED, record
-from cablewright.studies.prints.spooling import Coils
+from cablewright.studies.prints.spooling import SpoolStatistics
 from cablewright.studies.prints.steps_table import Columns
 from cablewright.studies.prints.structure import _lift
-from cablewright.studies.prints.vibration import WINDOW, Vibration, peak_frequency
+from cablewright.studies.prints.vibration import WINDOW, VibrationWindows, peak_frequency
 from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
 
@@ -198,12 +198,12 @@ def test_a_scan_without_errors_rebuilds_the_heap() -> None:
     ]
     made = record(known, head(perfect()), track, print_speed=SPEED, true_structure=twin.rig.ground.field)
     assert made.structure is not None
-    assert made.structure.likeness is not None
-    assert made.structure.likeness.on_structure < 4e-3
-    assert abs(made.structure.likeness.mean) < 5e-4
+    assert made.structure.difference is not None
+    assert made.structure.difference.on_structure < 4e-3
+    assert abs(made.structure.difference.mean) < 5e-4
     assert made.structure.highest > 0.03
     assert made.structure.mass == pytest.approx(6.0, rel=1e-9)
-    assert np.nanmedian(np.abs(made.structure.seen.heights[made.structure.seen.heights < 1e-3])) < 1e-4
+    assert np.nanmedian(np.abs(made.structure.estimated.heights[made.structure.estimated.heights < 1e-3])) < 1e-4
 
 
 def test_a_scan_that_is_too_low_is_raised() -> None:
@@ -228,16 +228,16 @@ def test_a_tone_is_found_and_noise_is_not() -> None:
 
 
 def test_a_slope_against_temperature_is_found_back() -> None:
-    rng, vibration = np.random.default_rng(2), Vibration(1)
+    rng, vibration = np.random.default_rng(2), VibrationWindows(1)
     for k in range(12):
         warm, near = 20.0 + 0.5 * k, 15.0 + rng.uniform(-2.0, 2.0)
         tone = near * np.exp(-2e-3 * (warm - 22.0))
         times = 100.0 * k + np.arange(0.0, WINDOW + 0.02, 0.01)
         for time in times:
             angle = 1e-2 * np.sin(2.0 * np.pi * tone * time) + rng.normal(0.0, 1e-3)
-            if vibration.hear(LineAngles(time, frozen([angle]))):
+            if vibration.add(LineAngles(time, frozen([angle]))):
                 vibration.close(warm, np.array([near]))
-    told = vibration.told()
+    told = vibration.result()
     assert len(told.times) == 12
     assert told.slopes[0] == pytest.approx(-2e-3, abs=4.0 * told.slope_sigmas[0] + 1e-6)
     assert told.slope_sigmas[0] < 2e-4
@@ -245,16 +245,16 @@ def test_a_slope_against_temperature_is_found_back() -> None:
 
 def test_a_regular_coil_is_regular_and_a_walk_is_not() -> None:
     robot = head().robot
-    coils = Coils(robot, SETTINGS.winch)
+    coils = SpoolStatistics(robot, SETTINGS.winch)
     lengths = np.linspace(3.0, 12.0, 4000)[:, None] * np.ones(4)
-    regular = Coils(robot, SETTINGS.winch)
+    regular = SpoolStatistics(robot, SETTINGS.winch)
     regular.add(lengths, np.full_like(lengths, 0.05))
-    base = regular.told()[0].regular
-    radii = np.stack([np.interp(lengths[:, 0], regular.told()[0].lengths, base)] * 4, axis=1)
+    base = regular.result()[0].regular
+    radii = np.stack([np.interp(lengths[:, 0], regular.result()[0].lengths, base)] * 4, axis=1)
     radii[:, 1] += 1e-3 * np.sin(7.0 * lengths[:, 1])
     radii[:, 2] += 5e-4
     coils.add(lengths, radii)
-    told = coils.told()
+    told = coils.result()
     assert told[0].irregularity < 1e-4
     assert told[1].irregularity == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.1)
     assert told[2].irregularity < 1e-4

@@ -10,7 +10,7 @@ import pytest
 from cablewright.errors import InputError
 from cablewright.machine.log.log import LogHead, LogWriter
 from cablewright.robot import load
-from cablewright.studies.replay import WITHIN, replay, spread
+from cablewright.studies.replay import CHI2_95, replay, spread
 from observed import drive, errors, observe
 from twins import SETTINGS
 
@@ -51,7 +51,7 @@ def test_the_filter_is_replayed_with_its_coverage(told, path: Path) -> None:
     size = found.column("nees")
     assert len(size) == len(found.column("time"))
     share, mean = found.coverage()
-    assert share == pytest.approx(np.mean(size <= WITHIN))
+    assert share == pytest.approx(np.mean(size <= CHI2_95))
     assert mean == pytest.approx(size.mean())
     assert np.isnan(replay(path).coverage()[0])
     inside = [row for row in found.trace if row[5] <= row[6]]
@@ -75,7 +75,7 @@ def test_slack_lines_are_counted_as_defined(told, path: Path) -> None:
             continue
         due += 1
         right += bool(estimate.slack[truth.excess > 5e-3].all() and not estimate.slack[truth.excess <= 0.0].any())
-    count, share = found.named_share()
+    count, share = found.slack_identified()
     assert count == due
     assert share == pytest.approx(right / due if due else np.nan, nan_ok=True)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablewright.studies.running_statistics import Histogram, Moments, Thinned
+from cablewright.studies.running_statistics import Histogram, Moments, ThinnedRows
 
 
 @pytest.mark.parametrize("portion", [1, 7, 1000])
@@ -17,19 +17,19 @@ def test_moments_in_portions_are_those_of_all(portion: int) -> None:
         moments.add(values[begin : begin + portion])
     for column in (0, 1):
         known = values[np.isfinite(values[:, column]), column]
-        told = moments.told(column)
+        told = moments.summary(column)
         assert told.count == len(known)
         assert told.mean == pytest.approx(known.mean(), rel=1e-14)
         assert told.variance == pytest.approx(known.var(), rel=1e-9)
-        assert (told.least, told.most) == (known.min(), known.max())
+        assert (told.min, told.max) == (known.min(), known.max())
         assert told.size == np.abs(known).max()
-    none = moments.told(2)
+    none = moments.summary(2)
     assert none.count == 0
-    assert np.isnan([none.mean, none.variance, none.least, none.most, none.deviation]).all()
+    assert np.isnan([none.mean, none.variance, none.min, none.max, none.deviation]).all()
 
 
 def test_thinned_rows_are_evenly_spaced_and_bounded() -> None:
-    thinned, sent = Thinned(2, most=100), 0
+    thinned, sent = ThinnedRows(2, capacity=100), 0
     rng = np.random.default_rng(4)
     while sent < 12_345:
         count = int(rng.integers(1, 60))
@@ -44,7 +44,7 @@ def test_thinned_rows_are_evenly_spaced_and_bounded() -> None:
 
 
 def test_a_portion_larger_than_what_is_kept_is_thinned_too() -> None:
-    thinned = Thinned(1, most=10)
+    thinned = ThinnedRows(1, capacity=10)
     thinned.add(np.arange(1000.0)[:, None])
     assert thinned.rows[:, 0].tolist() == list(np.arange(0.0, 1000.0, thinned.every))
     assert 5 <= len(thinned.rows) <= 10

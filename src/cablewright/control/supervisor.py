@@ -1,4 +1,4 @@
-"""What a print may do now: its states, what ends each of them, and the limits that stop the machine.
+"""State machine of a print: its states, their transitions, and the limits that stop the machine.
 
     idle -start-> ready -there-> printing -end of path-> idle
     printing -barrier, pause, no position-> paused -resume, barrier clear-> ready
@@ -6,8 +6,8 @@
     any -a soft limit, stop-> stopped -resume-> ready          any -a hard limit, emergency stop-> fault -reset-> idle
 
 A controlled stop slows down along the path and then holds the winches, so that all lines keep their tension. An
-emergency stop and every hard limit hold the winches at once. Nothing goes on by itself where a person may stand: who
-paused orders the resume. Only a position that was lost and found again needs no order.
+emergency stop and every hard limit hold the winches at once. No state in which a person may be near the machine ends by
+itself: resuming takes an order. Only a position that was lost and found again needs none.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 class Order(Enum):
-    """What people may order."""
+    """Orders of the operator."""
 
     START = "start"
     PAUSE = "pause"
@@ -46,66 +46,68 @@ class Order(Enum):
 class SupervisorSettings:
     """Limits. Lengths in m, times in s.
 
-    ``low``, ``high``: (3,) where the platform may be. ``speed``: m/s of it; ``tension``: (m,) N at the sheaves, as
-    lengths tell it; ``slack``: m of any line's excess; ``error``: m from where it should be. ``barrier``: s without
-    word from the light barrier, None: there is none. ``silence``: s without encoders. ``settle``: s for which the
-    position has to be known before it moves. ``patience``: s without a position until that is a fault. ``reserve``:
-    kg of powder at which to refill. ``stall``: s for which a motor may fail to pull.
+    ``min_position``, ``max_position``: (3,) of the platform. ``max_speed``: m/s of it. ``max_tensions``: (m,) N at the
+    sheaves, by the estimated lengths. ``max_excess``: m, of any line. ``max_error``: m from the target.
+    ``barrier_timeout``: s without a reading of the light barrier; None: there is none. ``encoder_timeout``: s without
+    counts. ``settling_time``: s for which the position has to be valid before the platform moves.
+    ``position_timeout``: s without a valid position until that is a fault. ``refill_mass``: kg of powder at which to
+    refill. ``stall_timeout``: s for which a motor may fail to pull its load.
     """
 
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
-    speed: float
-    tension: Array
-    slack: float = 0.3
-    error: float = 0.15
-    barrier: float | None = None
-    silence: float = 0.5
-    settle: float = 3.0
-    patience: float = 60.0
-    reserve: float = 0.2
-    stall: float = 2.0
+    min_position: tuple[float, float, float]
+    max_position: tuple[float, float, float]
+    max_speed: float
+    max_tensions: Array
+    max_excess: float = 0.3
+    max_error: float = 0.15
+    barrier_timeout: float | None = None
+    encoder_timeout: float = 0.5
+    settling_time: float = 3.0
+    position_timeout: float = 60.0
+    refill_mass: float = 0.2
+    stall_timeout: float = 2.0
 
     def __post_init__(self) -> None:
-        """Refuse limits that limit nothing."""
-        for name in ("speed", "slack", "error", "silence", "settle", "patience", "stall"):
+        """Refuse limits that are not positive and finite, and an empty range of positions."""
+        timeouts = ("encoder_timeout", "settling_time", "position_timeout", "stall_timeout")
+        for name in ("max_speed", "max_excess", "max_error", *timeouts):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
-        if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
-            raise InputError(f"limits of the place: {self.low} to {self.high} m leaves no room")
+        if not all(low < high for low, high in zip(self.min_position, self.max_position, strict=True)):
+            raise InputError(f"limits of the place: {self.min_position} to {self.max_position} m leaves no room")
 
 
 @dataclass(eq=False)
 class SupervisorState:
-    """What `step` changes."""
+    """Changed in place by `step`."""
 
     state: PrintState = PrintState.IDLE
     reason: str = ""
-    since: float = 0.0  # s: when this state began
-    begun: float = math.inf  # s: when the first frame came
+    state_start: float = 0.0  # s
+    first_frame_time: float = math.inf  # s
     finished: bool = False
-    known_since: float = math.nan  # s: from when on the position was always known
-    known_at: float = -math.inf  # s: when it was known last
-    encoders_at: float = -math.inf
-    barrier_at: float = -math.inf
-    broken: bool = False
+    valid_since: float = math.nan  # s: since when the position has been valid; NaN: it is not
+    last_valid_time: float = -math.inf  # s: of the last valid position
+    last_encoder_time: float = -math.inf
+    last_barrier_time: float = -math.inf
+    barrier_broken: bool = False
     stalled_since: float = math.nan
-    resume: bool = False  # ordered, and waits for the barrier
-    stops: int = 0  # by the light barrier
+    resume_ordered: bool = False  # waits until the barrier is clear
+    barrier_stops: int = 0
     refills: int = 0
 
 
 class Verdict(NamedTuple):
-    """What may be done in the next step."""
+    """What is allowed in the next step."""
 
     state: PrintState
     reason: str
     wish: Wish
-    freeze: bool  # hold all winches at once, whatever control says
-    valve: bool  # material may be laid
+    hold_winches: bool  # at once, whatever the controller commands
+    valve_allowed: bool  # may be open
 
 
-class _Seen(NamedTuple):
+class _Inputs(NamedTuple):
     now: float
     estimate: Estimate
     target: Target | None
@@ -125,44 +127,47 @@ def step(
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
-    """Judge one step; *state* changes in place. *target*: the last; *tensions* (m,), N, *powder*, kg: as believed."""
+    """Supervise one step; *state* changes in place.
+
+    *target*: the last one. *tensions* (m,), N, and *powder*, kg: estimates.
+    """
     now = frame.time
-    _listen(state, frame, estimate)
+    _update_readings(state, frame, estimate)
     conditions = frozenset(notice.condition for notice in frame.notices)
-    seen = _Seen(now, estimate, target, tensions, powder, conditions)
+    inputs = _Inputs(now, estimate, target, tensions, powder, conditions)
     for order in orders:
-        _obey(state, order, now)
-    hard = _hard(settings, state, seen)
+        _apply_order(state, order, now)
+    hard = _hard_limit(settings, state, inputs)
     if hard and state.state not in (PrintState.FAULT, PrintState.IDLE):
         _enter(state, PrintState.FAULT, now, hard)
     elif state.state in (PrintState.READY, PrintState.PRINTING):
-        _check_running(settings, state, seen)
-    _move_on(settings, state, seen)
+        _check_running(settings, state, inputs)
+    _advance(settings, state, inputs)
     stands = target is None or (target.pace == 0.0 and not target.velocity.any())
-    wish = _WISHES.get(state.state, Wish.HOLD)
-    if state.state is PrintState.READY and not _settled(settings, state, now):
+    wish = _MODES.get(state.state, Wish.HOLD)
+    if state.state is PrintState.READY and not _is_settled(settings, state, now):
         wish = Wish.HOLD
     freeze = state.state is PrintState.FAULT or (wish is Wish.HOLD and stands)
     valve = state.state is not PrintState.FAULT and state.state is not PrintState.READY
     return Verdict(state.state, state.reason, wish, freeze, valve)
 
 
-_WISHES = {PrintState.PRINTING: Wish.FOLLOW, PrintState.READY: Wish.APPROACH}
+_MODES = {PrintState.PRINTING: Wish.FOLLOW, PrintState.READY: Wish.APPROACH}
 
 
-def _listen(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
-    state.begun = min(state.begun, frame.time)
+def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
+    state.first_frame_time = min(state.first_frame_time, frame.time)
     for reading in frame.readings:
         if isinstance(reading, Encoders):
-            state.encoders_at = frame.time
+            state.last_encoder_time = frame.time
         elif isinstance(reading, Barrier):
-            state.barrier_at, state.broken = frame.time, reading.broken
+            state.last_barrier_time, state.barrier_broken = frame.time, reading.broken
     if estimate.valid:
-        state.known_at = frame.time
-        if math.isnan(state.known_since):
-            state.known_since = frame.time
+        state.last_valid_time = frame.time
+        if math.isnan(state.valid_since):
+            state.valid_since = frame.time
     else:
-        state.known_since = math.nan
+        state.valid_since = math.nan
     stalled = any(notice.condition is Condition.STALLED for notice in frame.notices)
     if not stalled:
         state.stalled_since = math.nan
@@ -170,110 +175,113 @@ def _listen(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> N
         state.stalled_since = frame.time
 
 
-def _obey(state: SupervisorState, order: Order, now: float) -> None:
-    """Take an order; one that does not fit the state is without effect."""
-    was = state.state
+def _apply_order(state: SupervisorState, order: Order, now: float) -> None:
+    """Apply an order; one that does not fit the state has no effect."""
+    current = state.state
     if order is Order.EMERGENCY:
         _enter(state, PrintState.FAULT, now, "emergency stop")
-    elif order is Order.RESET and was is PrintState.FAULT:
+    elif order is Order.RESET and current is PrintState.FAULT:
         _enter(state, PrintState.IDLE, now, "reset")
-    elif order is Order.START and was is PrintState.IDLE:
+    elif order is Order.START and current is PrintState.IDLE:
         state.finished = False
         _enter(state, PrintState.READY, now, "")
-    elif order is Order.PAUSE and was in (PrintState.READY, PrintState.PRINTING):
+    elif order is Order.PAUSE and current in (PrintState.READY, PrintState.PRINTING):
         _enter(state, PrintState.PAUSED, now, "paused by order")
-    elif order is Order.STOP and was not in (PrintState.IDLE, PrintState.FAULT):
+    elif order is Order.STOP and current not in (PrintState.IDLE, PrintState.FAULT):
         _enter(state, PrintState.STOPPED, now, "stopped by order")
-    elif (order is Order.RESUME and was in (PrintState.PAUSED, PrintState.STOPPED)) or (
-        order is Order.REFILLED and was is PrintState.REFILLING
+    elif (order is Order.RESUME and current in (PrintState.PAUSED, PrintState.STOPPED)) or (
+        order is Order.REFILLED and current is PrintState.REFILLING
     ):
-        state.resume = True
+        state.resume_ordered = True
 
 
-def _hard(settings: SupervisorSettings, state: SupervisorState, seen: _Seen) -> str:
-    """What stops the machine at once, or an empty text."""
-    now, estimate = seen.now, seen.estimate
-    if now - max(state.encoders_at, state.begun) > settings.silence:
-        return f"no word from the encoders for over {settings.silence:g} s"
-    if Condition.NO_EQUILIBRIUM in seen.conditions:
+def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
+    """Reason to stop the machine at once, or an empty text."""
+    now, estimate = inputs.now, inputs.estimate
+    if now - max(state.last_encoder_time, state.first_frame_time) > settings.encoder_timeout:
+        return f"no word from the encoders for over {settings.encoder_timeout:g} s"
+    if Condition.NO_EQUILIBRIUM in inputs.conditions:
         return "the platform is in no equilibrium"
     if not estimate.valid:
-        waited = now - max(state.known_at, state.since)
-        if state.state is not PrintState.REFILLING and waited > settings.patience:
-            return f"the position has not been known for over {settings.patience:g} s"
+        waited = now - max(state.last_valid_time, state.state_start)
+        if state.state is not PrintState.REFILLING and waited > settings.position_timeout:
+            return f"the position has not been known for over {settings.position_timeout:g} s"
         return ""
     x = estimate.position.tolist()
-    for axis, low, at, high in zip("xyz", settings.low, x, settings.high, strict=True):
+    for axis, low, at, high in zip("xyz", settings.min_position, x, settings.max_position, strict=True):
         if not low <= at <= high:
             return f"{axis} = {at:.3f} m is outside {low:g} to {high:g} m"
     speed = math.sqrt(float(estimate.velocity @ estimate.velocity))
-    if speed > settings.speed:
-        return f"the platform moves at {speed:.3f} m/s; at most {settings.speed:g} is allowed"
-    if seen.tensions is not None and (seen.tensions > settings.tension).any():
-        worst = int(np.argmax(seen.tensions / settings.tension))
-        return f"line {worst + 1} pulls {seen.tensions[worst]:.0f} N; at most {settings.tension[worst]:.0f} is allowed"
+    if speed > settings.max_speed:
+        return f"the platform moves at {speed:.3f} m/s; at most {settings.max_speed:g} is allowed"
+    if inputs.tensions is not None and (inputs.tensions > settings.max_tensions).any():
+        worst = int(np.argmax(inputs.tensions / settings.max_tensions))
+        tension, limit = inputs.tensions[worst], settings.max_tensions[worst]
+        return f"line {worst + 1} pulls {tension:.0f} N; at most {limit:.0f} is allowed"
     return ""
 
 
-def _check_running(settings: SupervisorSettings, state: SupervisorState, seen: _Seen) -> None:
-    """End a state in which the machine moves, where something asks for it."""
-    now, estimate, target = seen.now, seen.estimate, seen.target
-    if settings.barrier is not None:
-        quiet = now - max(state.barrier_at, state.since) > settings.barrier
-        if state.broken or quiet:
-            state.stops += 1
-            why = "somebody is in the light barrier" if state.broken else "no word from the light barrier"
-            _enter(state, PrintState.PAUSED, now, why)
+def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
+    """Leave a state in which the machine moves, if there is a reason."""
+    now, estimate, target = inputs.now, inputs.estimate, inputs.target
+    if settings.barrier_timeout is not None:
+        timed_out = now - max(state.last_barrier_time, state.state_start) > settings.barrier_timeout
+        if state.barrier_broken or timed_out:
+            state.barrier_stops += 1
+            reason = "somebody is in the light barrier" if state.barrier_broken else "no word from the light barrier"
+            _enter(state, PrintState.PAUSED, now, reason)
             return
     if not estimate.valid and state.state is PrintState.PRINTING:
-        _enter(state, PrintState.PAUSED, now, _LOST)
+        _enter(state, PrintState.PAUSED, now, _POSITION_LOST)
         return
-    if seen.powder <= settings.reserve or Condition.POWDER_OUT in seen.conditions:
+    if inputs.powder <= settings.refill_mass or Condition.POWDER_OUT in inputs.conditions:
         state.refills += 1
-        out = Condition.POWDER_OUT in seen.conditions
+        out = Condition.POWDER_OUT in inputs.conditions
         _enter(state, PrintState.REFILLING, now, "no powder is left" if out else "little powder is left")
         return
-    soft = _soft(settings, state, seen, target)
+    soft = _soft_limit(settings, state, inputs, target)
     if soft:
         _enter(state, PrintState.STOPPED, now, soft)
 
 
-_LOST = "the position is not known"
+_POSITION_LOST = "the position is not known"
 
 
-def _soft(settings: SupervisorSettings, state: SupervisorState, seen: _Seen, target: Target | None) -> str:
-    """What asks for a controlled stop, or an empty text."""
-    if seen.now - state.stalled_since > settings.stall:
-        return f"a motor cannot pull its load for over {settings.stall:g} s"
-    if Condition.DRUM_END in seen.conditions:
+def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs, target: Target | None) -> str:
+    """Reason for a controlled stop, or an empty text."""
+    if inputs.now - state.stalled_since > settings.stall_timeout:
+        return f"a motor cannot pull its load for over {settings.stall_timeout:g} s"
+    if Condition.DRUM_END in inputs.conditions:
         return "a winch drum is empty or full"
-    if target is not None and seen.estimate.valid:
-        off = target.position - seen.estimate.position
-        away = math.sqrt(float(off @ off))
-        if away > settings.error:
-            return f"the platform is {away:.3f} m from where it should be; at most {settings.error:g} is allowed"
-        most = float(np.nanmax(seen.estimate.excess, initial=-math.inf))
-        if most > settings.slack:
-            return f"a line is {most:.3f} m too long; at most {settings.slack:g} is allowed"
+    if target is not None and inputs.estimate.valid:
+        error = target.position - inputs.estimate.position
+        distance = math.sqrt(float(error @ error))
+        if distance > settings.max_error:
+            return (
+                f"the platform is {distance:.3f} m from where it should be; at most {settings.max_error:g} is allowed"
+            )
+        excess = float(np.nanmax(inputs.estimate.excess, initial=-math.inf))
+        if excess > settings.max_excess:
+            return f"a line is {excess:.3f} m too long; at most {settings.max_excess:g} is allowed"
     return ""
 
 
-def _settled(settings: SupervisorSettings, state: SupervisorState, now: float) -> bool:
-    return now - state.known_since >= settings.settle
+def _is_settled(settings: SupervisorSettings, state: SupervisorState, now: float) -> bool:
+    return now - state.valid_since >= settings.settling_time
 
 
-def _move_on(settings: SupervisorSettings, state: SupervisorState, seen: _Seen) -> None:
-    """Go from a state that waits to the next one."""
-    now, target = seen.now, seen.target
-    if state.state is PrintState.READY and target is not None and target.there and _settled(settings, state, now):
+def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
+    """Leave a state whose condition is met."""
+    now, target = inputs.now, inputs.target
+    if state.state is PrintState.READY and target is not None and target.there and _is_settled(settings, state, now):
         _enter(state, PrintState.PRINTING, now, "")
     elif state.state is PrintState.PRINTING and target is not None and target.over:
         state.finished = True
         _enter(state, PrintState.IDLE, now, "finished")
-    found = state.state is PrintState.PAUSED and state.reason == _LOST and _settled(settings, state, now)
-    if found or (state.resume and not (settings.barrier is not None and state.broken)):
+    found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)
+    if found or (state.resume_ordered and not (settings.barrier_timeout is not None and state.barrier_broken)):
         _enter(state, PrintState.READY, now, "")
 
 
 def _enter(state: SupervisorState, new: PrintState, now: float, reason: str) -> None:
-    state.state, state.reason, state.since, state.resume = new, reason, now, False
+    state.state, state.reason, state.state_start, state.resume_ordered = new, reason, now, False

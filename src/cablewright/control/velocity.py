@@ -1,9 +1,9 @@
-"""Winch speeds that keep a point platform on its way, from what is believed of its state.
+"""Velocity control of a point platform: winch speeds from target and estimate.
 
-Two laws. ``paper`` (Merlet and Papegay 2023, III): the wanted velocity, corrected by the path error, times the inverse
-Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the same velocity, and in what
-it leaves open (more lines than freedoms have ways to change that move nothing) each line towards the excess or stretch
-that the full model gives it at the tensions chosen.
+Two laws. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path error, times the inverse
+Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the same velocity; in the null
+space of the lengths (with more lines than freedoms), each line is driven towards the excess or stretch that the full
+model gives it at the chosen tensions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.control.guide import Target
-from cablewright.control.slack import SlackSettings, planned, term
+from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
@@ -32,39 +32,39 @@ LAWS: Final = ("paper", "model")
 
 @dataclass(frozen=True, eq=False)
 class VelocitySettings:
-    """How the platform is kept on its way.
+    """Law, gains and limits.
 
-    ``gain``: share of the path error that is driven out, 1/s; ``most``: m/s of a correction at most. ``stiffen``: share
-    of the lines' error within what moves nothing that is driven out, 1/s. ``fastest``: rad/s of a winch drum.
-    ``manage_slack``: whether a line is to be slack; without it the model's tensions are all to hold.
+    ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
+    ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
+    one line is slack on purpose; else all lines get the model's tensions.
     """
 
     model: Model
-    fastest: float
+    max_drum_speed: float
     law: LawName = "paper"
     gain: float = 0.5
-    most: float = 0.02
-    stiffen: float = 0.5
+    max_correction: float = 0.02
+    internal_gain: float = 0.5
     manage_slack: bool = True
     slack: SlackSettings = field(default_factory=SlackSettings)
 
     def __post_init__(self) -> None:
-        """Refuse what is no controller."""
+        """Refuse unknown laws, platforms with a rotation and numbers that are not positive and finite."""
         if self.law not in LAWS:
             raise UnknownName("law", self.law, LAWS)
         if self.model.n != 3:
             raise InputError(f"robot {self.model.robot.name!r}: only a point platform can be driven")
-        for name in ("gain", "most", "stiffen", "fastest"):
+        for name in ("gain", "max_correction", "internal_gain", "max_drum_speed"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
 
 
 @dataclass(eq=False)
 class VelocityState:
-    """What `step` changes."""
+    """Changed in place by `step`."""
 
-    plan: Array  # (m,) m of excess that each line is given on purpose
-    chosen: int = -1  # the line that is to be slack
+    planned_excess: Array  # (m,) m, that each line is given on purpose
+    slack_line: int = -1  # index; -1: none chosen yet
 
 
 def start(settings: VelocitySettings) -> VelocityState:
@@ -75,49 +75,49 @@ def start(settings: VelocitySettings) -> VelocityState:
 def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, target: Target, dt: float) -> Array:
     """Speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    Where more is asked of a winch than it has, all are slowed down alike, so that the platform stays on its way.
-    Zeros where the estimate has no place or the platform is in no place where lines can be drawn.
+    If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros where the position is not
+    known or a line has no tangent there.
     """
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
         return np.zeros(settings.model.m)
     error = target.position - estimate.position
-    push = min(settings.gain, 0.5 / dt) * error
-    size = math.sqrt(float(push @ push))
-    if size > settings.most:
-        push *= settings.most / size
-    rates = taut.toward @ (target.velocity + push)
+    correction = min(settings.gain, 0.5 / dt) * error
+    size = math.sqrt(float(correction @ correction))
+    if size > settings.max_correction:
+        correction *= settings.max_correction / size
+    rates = taut.toward @ (target.velocity + correction)
     if settings.law == "paper":
         rates += _slack_term(settings, taut, estimate, dt)
     else:
-        rates += _stiffened(settings, state, taut, estimate, target, dt)
+        rates += _internal_rates(settings, state, taut, estimate, target, dt)
     speeds = rates / estimate.radii
-    fastest = float(np.abs(speeds).max())
-    return speeds * (settings.fastest / fastest) if fastest > settings.fastest else speeds
+    largest = float(np.abs(speeds).max())
+    return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
 
 
 def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: float) -> Array:
-    """The paper's term, no faster than a correction may be, nor than half of the excess in one step."""
-    most = np.minimum(0.5 * np.abs(estimate.excess - settings.slack.wanted) / dt, settings.most)
-    return np.clip(term(settings.slack, taut, estimate.excess, estimate.slack), -most, most)
+    """The paper's term, limited to `max_correction` and to half of the excess in one step."""
+    limit = np.minimum(0.5 * np.abs(estimate.excess - settings.slack.target_excess) / dt, settings.max_correction)
+    return np.clip(slack_rates(settings.slack, taut, estimate.excess, estimate.slack), -limit, limit)
 
 
-def _stiffened(
+def _internal_rates(
     settings: VelocitySettings, state: VelocityState, taut: Taut, estimate: Estimate, target: Target, dt: float
 ) -> Array:
-    """Rates (m,), m/s, that bring excess and stretch of all lines to what the model wants and move nothing."""
+    """Rates (m,), m/s, in the null space: towards the excess or stretch that the model gives each line."""
     model = settings.model
     held = solve_inverse(model, target.position)
     if not np.isfinite(held.lengths).all():
         return np.zeros(model.m)
     if settings.manage_slack:
-        state.chosen = planned(settings.slack, held.tensions, state.chosen)
-        goal = np.where(np.arange(model.m) == state.chosen, settings.slack.plan, 0.0)
-        change = settings.slack.ease * dt
-        state.plan = state.plan + np.clip(goal - state.plan, -change, change)
+        state.slack_line = choose_slack_line(settings.slack, held.tensions, state.slack_line)
+        planned = np.where(np.arange(model.m) == state.slack_line, settings.slack.planned_excess, 0.0)
+        change = settings.slack.excess_rate * dt
+        state.planned_excess = state.planned_excess + np.clip(planned - state.planned_excess, -change, change)
     there = taut_at(model, target.position)
-    wanted = held.lengths - there.lengths + state.plan
-    off = np.where(np.isfinite(estimate.excess), wanted - estimate.excess, 0.0)
+    goal = held.lengths - there.lengths + state.planned_excess
+    error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
     basis, _ = np.linalg.qr(taut.toward)
-    free = min(settings.stiffen, 0.5 / dt) * (off - basis @ (basis.T @ off))
-    return np.asarray(np.clip(free, -settings.most, settings.most))
+    rates = min(settings.internal_gain, 0.5 / dt) * (error - basis @ (basis.T @ error))
+    return np.asarray(np.clip(rates, -settings.max_correction, settings.max_correction))

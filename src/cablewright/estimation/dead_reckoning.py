@@ -1,7 +1,6 @@
-"""The state by the encoders alone: lengths paid out since a known place, and where the platform then hangs.
+"""The state by the encoders alone: lengths paid out since a known position, and the equilibrium that they give.
 
-What most printers do, and what everything else here is compared with. It knows the layers of cable on a winch as they
-should lie, and nothing of how they do.
+What most printers do, and the baseline for the other estimators. It assumes that cable is wound regularly.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError, Status
-from cablewright.estimation.fault_monitor import Watch
+from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.models.coil import Coil
 from cablewright.models.statics import Model
 from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
@@ -28,36 +27,37 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ReckoningSettings:
-    """``counts``: of an encoder for a radian of a winch drum. ``coils``: the cable of each winch as it should lie.
+    """What the estimator knows of the winches.
 
-    ``held``: m of cable of a winch, wound or out. ``slack``: m of excess from which a line counts as slack. ``smooth``:
-    s over which velocity is averaged. ``quiet``: s without counts until that is said.
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
+    ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``: m of excess from which a line
+    counts as slack. ``smoothing_time``: s, of the velocity. ``timeout``: s without counts that is reported as a fault.
     """
 
     model: Model
-    counts: float
+    counts_per_radian: float
     coils: tuple[Coil, ...]
-    held: float
-    slack: float = 2.5e-3
-    smooth: float = 0.2
-    quiet: float = 0.5
+    total_length: float
+    slack_threshold: float = 2.5e-3
+    smoothing_time: float = 0.2
+    timeout: float = 0.5
 
     def __post_init__(self) -> None:
-        """Refuse what does not hang together."""
+        """Refuse platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are wanted")
 
 
 @dataclass(eq=False)
 class ReckoningState:
-    """What `step` changes."""
+    """Changed in place by `step`."""
 
     tracker: Tracker
-    home: Array  # (m,) m: lengths where it began
-    wound: Array  # (m,) rad: on each drum there
-    watch: Watch
-    counts: NDArray[np.int64] | None = None  # (m,) where it began
-    turned: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad since
+    start_lengths: Array  # (m,) m
+    start_angles: Array  # (m,) rad, wound on each drum at the start
+    monitor: FaultMonitor
+    start_counts: NDArray[np.int64] | None = None  # (m,)
+    rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad, paid out since the start
     lengths: Array | None = None
     velocity: Array | None = None
     time: float = -math.inf
@@ -66,57 +66,63 @@ class ReckoningState:
 def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     """Return the state with the platform at *place* (3,), m, all lines taut. Raises `AnswerError` if it cannot hang."""
     held = solve_inverse(settings.model, place).checked()
-    wound = [coil.angle(settings.held - out) for coil, out in zip(settings.coils, held.lengths.tolist(), strict=True)]
+    outs = zip(settings.coils, held.lengths.tolist(), strict=True)
+    wound = [coil.angle(settings.total_length - out) for coil, out in outs]
     tracker = Tracker(settings.model, held.lengths, TrackerSettings(certify=False))
-    return ReckoningState(tracker, held.lengths.copy(), np.array(wound), Watch({"encoders": settings.quiet}))
+    return ReckoningState(tracker, held.lengths.copy(), np.array(wound), FaultMonitor({"encoders": settings.timeout}))
 
 
 def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame) -> Estimate:
-    """Take one frame; *state* changes in place. Raises nothing for what a frame holds."""
+    """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
     dt = frame.time - state.time
     if not dt > 0.0:
-        state.watch.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
+        state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
         dt = math.inf
     state.time = frame.time
     before = state.tracker.pose
     for reading in frame.of(Encoders):
         assert isinstance(reading, Encoders)
-        if state.watch.heard(reading, frame.time) is not None:
-            _count(settings, state, reading)
-    paid = state.home if state.lengths is None else state.lengths
+        if state.monitor.accept(reading, frame.time) is not None:
+            _update_lengths(settings, state, reading)
+    paid = state.start_lengths if state.lengths is None else state.lengths
     status = state.tracker.step(paid)
     if status is Status.OK:
-        state.watch.clear("encoders", "lost")
+        state.monitor.clear("encoders", "lost")
     else:
-        state.watch.say("encoders", "lost", f"the platform could not be followed: {status.value}")
+        state.monitor.report("encoders", "lost", f"the platform could not be followed: {status.value}")
     if state.velocity is None or not math.isfinite(dt):
         state.velocity = np.zeros(3)
     else:
-        share = min(1.0, dt / settings.smooth)
+        share = min(1.0, dt / settings.smoothing_time)
         state.velocity = state.velocity + share * ((state.tracker.pose - before) / dt - state.velocity)
-    state.watch.check(frame.time)
+    state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, paid, status)
 
 
-def _count(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
-    if state.counts is None:
-        state.counts = reading.counts
-    turned = (reading.counts - state.counts) / settings.counts
-    rows = zip(settings.coils, state.home.tolist(), state.wound.tolist(), turned.tolist(), strict=True)
-    most = [2.0 * math.pi * (len(coil.radii) - 1) for coil in settings.coils]
-    if any(not 0.0 <= wound - turn <= end for wound, turn, end in zip(state.wound, turned, most, strict=True)):
-        state.watch.say("encoders", "jump", "more turns are counted than a winch has: left out")
+def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
+    if state.start_counts is None:
+        state.start_counts = reading.counts
+    rotation = (reading.counts - state.start_counts) / settings.counts_per_radian
+    rows = zip(
+        settings.coils, state.start_lengths.tolist(), state.start_angles.tolist(), rotation.tolist(), strict=True
+    )
+    wound = state.start_angles - rotation
+    if any(
+        not 0.0 <= angle <= 2.0 * math.pi * (len(coil.radii) - 1)
+        for angle, coil in zip(wound, settings.coils, strict=True)
+    ):
+        state.monitor.report("encoders", "jump", "more turns are counted than a winch has: left out")
         return
-    state.watch.clear("encoders", "jump")
-    state.turned = turned
-    state.lengths = np.array([home + coil.length(on) - coil.length(on - turn) for coil, home, on, turn in rows])
+    state.monitor.clear("encoders", "jump")
+    state.rotation = rotation
+    state.lengths = np.array([length + coil.length(on) - coil.length(on - by) for coil, length, on, by in rows])
 
 
 def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:
     assert state.velocity is not None
     pose = state.tracker.pose
     excess = paid - taut_at(settings.model, pose).lengths
-    wound = (state.wound - state.turned).tolist()
+    wound = (state.start_angles - state.rotation).tolist()
     radii = [coil.radius(angle) for coil, angle in zip(settings.coils, wound, strict=True)]
     return Estimate(
         state.time,
@@ -125,8 +131,8 @@ def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, s
         frozen(np.zeros(3)),
         frozen(paid),
         frozen(excess),
-        excess > settings.slack,
+        excess > settings.slack_threshold,
         frozen(radii),
-        faults=state.watch.faults,
-        valid=status is Status.OK and state.counts is not None,
+        faults=state.monitor.faults,
+        valid=status is Status.OK and state.start_counts is not None,
     )

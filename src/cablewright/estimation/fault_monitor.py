@@ -1,4 +1,4 @@
-"""Which sensors are heard, and what is wrong with them: the faults that an estimate names."""
+"""Which sensors deliver readings and which faults are active: the faults that an estimate reports."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from cablewright.signals import (
     Scan,
 )
 
-__all__ = ["Watch"]
+__all__ = ["FaultMonitor"]
 
-_NAMES: dict[type, str] = {
+_SOURCES: dict[type, str] = {
     Barrier: "barrier",
     Climate: "climate",
     DistanceReading: "distance",
@@ -26,78 +26,78 @@ _NAMES: dict[type, str] = {
     Inertial: "inertial",
     LineAngles: "line_angles",
 }
-_AHEAD = 1e-6  # s by which a reading may be ahead of its frame
-_SHOWN = 10.0  # s for which a fault that was over at once is told
+_CLOCK_TOLERANCE = 1e-6  # s by which a reading may be ahead of its frame
+_BRIEF_FAULT_TIME = 10.0  # s for which a momentary fault stays active
 
 
-class Watch:
-    """Keeps a fault from when it began until it is over. ``quiet``: s by source without a reading."""
+class FaultMonitor:
+    """Active faults, each from its first report until it is cleared, and the time of each source's last reading."""
 
-    def __init__(self, quiet: dict[str, float]) -> None:
-        """Expect all sources of *quiet*."""
-        self._quiet = quiet
-        self._last: dict[str, float] = {}
-        self._begin: float | None = None
-        self._faults: dict[tuple[str, str], Fault] = {}
-        self._told: tuple[Fault, ...] | None = ()
+    def __init__(self, timeouts: dict[str, float]) -> None:
+        """Expect readings from all sources of *timeouts*: s by source, after which a silent source is a fault."""
+        self._timeouts = timeouts
+        self._last_times: dict[str, float] = {}
+        self._start_time: float | None = None
+        self._active: dict[tuple[str, str], Fault] = {}
+        self._faults: tuple[Fault, ...] | None = ()
         self._now = 0.0
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """What is wrong now."""
-        if self._told is None:
-            self._told = tuple(self._faults.values())
-        return self._told
+        """Active faults."""
+        if self._faults is None:
+            self._faults = tuple(self._active.values())
+        return self._faults
 
-    def heard(self, reading: Reading, now: float) -> str | None:
-        """Whose *reading* this is; None if it is from the future or not newer than the last of its source."""
-        source = reading.source if isinstance(reading, Scan) else _NAMES[type(reading)]
+    def accept(self, reading: Reading, now: float) -> str | None:
+        """Return the source of *reading*; None if its time is ahead of *now* or not after that source's last one."""
+        source = reading.source if isinstance(reading, Scan) else _SOURCES[type(reading)]
         self._now = now
-        if not reading.time <= now + _AHEAD:
-            self.say(source, "clock", f"a reading of {reading.time:g} s came at {now:g} s: left out")
+        if not reading.time <= now + _CLOCK_TOLERANCE:
+            self.report(source, "clock", f"a reading of {reading.time:g} s came at {now:g} s: left out")
             return None
-        if not reading.time > self._last.get(source, -math.inf):
+        if not reading.time > self._last_times.get(source, -math.inf):
             return None
-        self._last[source] = reading.time
+        self._last_times[source] = reading.time
         return source
 
-    def say(self, source: str, kind: str, sentence: str) -> None:
-        """Note a fault; one that goes on stays as it began."""
-        if (source, kind) not in self._faults:
-            self._faults[source, kind] = Fault(source, self._now, sentence)
-            self._told = None
+    def report(self, source: str, kind: str, sentence: str) -> None:
+        """Activate a fault; one that is active already keeps its start time and sentence."""
+        if (source, kind) not in self._active:
+            self._active[source, kind] = Fault(source, self._now, sentence)
+            self._faults = None
 
     def clear(self, source: str, kind: str) -> None:
-        """Say that a fault is over."""
-        if self._faults.pop((source, kind), None) is not None:
-            self._told = None
+        """Deactivate a fault."""
+        if self._active.pop((source, kind), None) is not None:
+            self._faults = None
 
-    def has(self, source: str, kind: str) -> bool:
-        """Whether a fault goes on."""
-        return (source, kind) in self._faults
+    def is_active(self, source: str, kind: str) -> bool:
+        """Whether a fault is active."""
+        return (source, kind) in self._active
 
     def restart(self, now: float, sentence: str) -> None:
-        """Forget when what was heard, since the clock begins anew at *now*."""
-        self._last.clear()
-        self._faults = {key: Fault(old.source, now, old.sentence) for key, old in self._faults.items()}
-        self._begin, self._now = now, now
+        """Reset all reading times, because the clock jumped back to *now*, s; *sentence* is that fault's."""
+        self._last_times.clear()
+        self._active = {key: Fault(old.source, now, old.sentence) for key, old in self._active.items()}
+        self._start_time, self._now = now, now
         self.clear("clock", "back")
-        self.say("clock", "back", sentence)
+        self.report("clock", "back", sentence)
 
-    def check(self, now: float) -> None:
-        """Say which sources are quiet at *now*, and forget what was over at once."""
+    def check_timeouts(self, now: float) -> None:
+        """Report silent sources at *now*, s, and clear momentary faults that have been shown long enough."""
         self._now = now
-        if self._begin is None:
-            self._begin = now
-        for source, most in self._quiet.items():
-            last = self._last.get(source, self._begin)
-            if now - last > most:
-                if (source, "quiet") not in self._faults:
-                    self._faults[source, "quiet"] = Fault(source, last, f"nothing heard for over {most:g} s")
-                    self._told = None
+        if self._start_time is None:
+            self._start_time = now
+        for source, timeout in self._timeouts.items():
+            last = self._last_times.get(source, self._start_time)
+            if now - last > timeout:
+                if (source, "quiet") not in self._active:
+                    self._active[source, "quiet"] = Fault(source, last, f"nothing heard for over {timeout:g} s")
+                    self._faults = None
             else:
                 self.clear(source, "quiet")
         for key in (("clock", "back"), ("encoders", "jump")):
-            fault = self._faults.get(key)
-            if fault is not None and now - fault.since > _SHOWN:
+            fault = self._active.get(key)
+            if fault is not None and now - fault.since > _BRIEF_FAULT_TIME:
                 self.clear(*key)

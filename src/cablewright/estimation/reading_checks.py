@@ -1,4 +1,4 @@
-"""What is taken of a machine's readings and what is not: repeated, astray, jumped. Both estimators use it."""
+"""Checks of sensor readings, shared by the estimators: repeated, implausible and jumping ones are rejected."""
 
 from __future__ import annotations
 
@@ -8,100 +8,113 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.fault_monitor import Watch
+from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
 from cablewright.signals import Encoders, Inertial, Scan
 
-__all__ = ["KEPT", "UNHURRIED", "Intake", "felt", "line_faults", "queue", "seen", "turned"]
+__all__ = [
+    "HISTORY_LENGTH",
+    "LONG_STEP",
+    "ReadingChecks",
+    "accept_imu",
+    "accept_scan",
+    "drum_rotation",
+    "queue_scan",
+    "report_line_sensors",
+]
 
 Array = NDArray[np.float64]
 
-KEPT: Final = 1500
-"""Rows of the past: 15 s at 10 ms."""
-UNHURRIED: Final = 0.05
-"""s from one step to the next that leave time for all turns of lidars."""
+HISTORY_LENGTH: Final = 1500
+"""Rows of a `TimeBuffer`: 15 s at 10 ms."""
+LONG_STEP: Final = 0.05
+"""Time step, s, beyond which all lidar turns are processed in the step that they arrive in."""
 
-_STUCK: Final = 10  # readings in a row, the same to the last bit
+_MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
 
 
 @dataclass(eq=False)
-class Intake:
-    """What was heard last, and how often in a row it was no good."""
+class ReadingChecks:
+    """The last reading of each sensor, and how many of the IMU's in a row were bad."""
 
-    watch: Watch
-    inertial: Inertial | None = None
-    alike: int = 0  # inertial readings in a row to the last bit the same ...
-    astray: int = 0  # ... and that no drum causes
-    encoders: Encoders | None = None
-    ranges: dict[str, Array] = field(default_factory=dict)  # of each lidar's last turn
+    monitor: FaultMonitor
+    last_imu: Inertial | None = None
+    imu_repeats: int = 0  # identical to the last bit
+    imu_outliers: int = 0  # implausible
+    last_encoders: Encoders | None = None
+    last_ranges: dict[str, Array] = field(default_factory=dict)  # of each lidar's last turn
 
-    def forget(self) -> None:
-        """Compare with nothing: the clock began anew."""
-        self.inertial, self.encoders = None, None
+    def reset(self) -> None:
+        """Remove the last readings, because the clock was reset."""
+        self.last_imu, self.last_encoders = None, None
 
 
-def felt(intake: Intake, settings: TiltSettings, reading: Inertial) -> bool | None:
-    """Whether an inertial *reading* counts; None for one that is astray, which is left out alone."""
-    if not settings.believes(reading):
-        intake.astray += 1
-        if intake.astray >= _STUCK:
-            intake.watch.say("inertial", "astray", "tells what no drum on lines does: not used")
+def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial) -> bool | None:
+    """Whether to use an IMU *reading*. None: this one alone is implausible; False: the sensor is faulty."""
+    monitor = checks.monitor
+    if not settings.is_plausible(reading):
+        checks.imu_outliers += 1
+        if checks.imu_outliers >= _MAX_BAD:
+            monitor.report("inertial", "astray", "tells what no drum on lines does: not used")
             return False
         return None
-    intake.astray = 0
-    intake.watch.clear("inertial", "astray")
-    last, intake.inertial = intake.inertial, reading
+    checks.imu_outliers = 0
+    monitor.clear("inertial", "astray")
+    last, checks.last_imu = checks.last_imu, reading
     same = last is not None and np.array_equal(last.rate, reading.rate)
     same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)
-    intake.alike = intake.alike + 1 if same else 0
-    if intake.alike >= _STUCK:
-        intake.watch.say("inertial", "stuck", "tells the same again and again: not used")
+    checks.imu_repeats = checks.imu_repeats + 1 if same else 0
+    if checks.imu_repeats >= _MAX_BAD:
+        monitor.report("inertial", "stuck", "tells the same again and again: not used")
         return False
-    intake.watch.clear("inertial", "stuck")
+    monitor.clear("inertial", "stuck")
     return True
 
 
-def turned(intake: Intake, reading: Encoders, counts: float, fastest: float) -> tuple[Array | None, float]:
-    """How far each winch drum turned since the last reading, (m,) rad, and s since then.
+def drum_rotation(
+    checks: ReadingChecks, reading: Encoders, counts_per_radian: float, max_speed: float
+) -> tuple[Array | None, float]:
+    """Rotation (m,), rad, of each winch drum since the last reading, and the time since then, s.
 
-    None for the first reading, and for counts that jumped by more than the winches can turn. *counts* for a radian;
-    *fastest*: rad/s.
+    The rotation is None for the first reading and where counts jump by more than *max_speed* (rad/s) explains.
     """
-    last, intake.encoders = intake.encoders, reading
+    last, checks.last_encoders = checks.last_encoders, reading
     if last is None:
         return None, 0.0
-    by, since = (reading.counts - last.counts) / counts, reading.time - last.time
-    if np.abs(by).max() > 2.0 * fastest * max(since, 0.02):
-        intake.watch.say("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
-        return None, since
-    return by, since
+    rotation, dt = (reading.counts - last.counts) / counts_per_radian, reading.time - last.time
+    if np.abs(rotation).max() > 2.0 * max_speed * max(dt, 0.02):
+        checks.monitor.report("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
+        return None, dt
+    return rotation, dt
 
 
-def seen(intake: Intake, scan: Scan) -> bool:
-    """Whether a turn of a lidar is another than the last, and has rays."""
-    last = intake.ranges.get(scan.source)
+def accept_scan(checks: ReadingChecks, scan: Scan) -> bool:
+    """Whether to use a *scan*: it has rays and is not identical to the last one of its lidar."""
+    last = checks.last_ranges.get(scan.source)
     if last is not None and np.array_equal(last, scan.ranges, equal_nan=True):
-        intake.watch.say(scan.source, "stuck", "tells the same scan again and again: not used")
+        checks.monitor.report(scan.source, "stuck", "tells the same scan again and again: not used")
         return False
-    intake.watch.clear(scan.source, "stuck")
-    intake.ranges[scan.source] = scan.ranges
+    checks.monitor.clear(scan.source, "stuck")
+    checks.last_ranges[scan.source] = scan.ranges
     return len(scan.ranges) > 0
 
 
-def queue(pending: list[Scan], scan: Scan, keep: int) -> None:
-    """Put a turn in the queue; of more than *keep* of one lidar, as after a gap of the link, the oldest is left out."""
+def queue_scan(pending: list[Scan], scan: Scan, keep: int) -> None:
+    """Append *scan* to the queue; the oldest of a lidar's is dropped if it has more than *keep* (after a link gap)."""
     pending.append(scan)
     own = [each for each in pending if each.source == scan.source]
     if len(own) > keep:
         pending.remove(own[0])
 
 
-def line_faults(watch: Watch, lines: tuple[Line, ...], dead: NDArray[np.bool_], stuck: NDArray[np.bool_]) -> None:
-    """Say which lines' accelerometers are dead (m,), or stuck."""
+def report_line_sensors(
+    monitor: FaultMonitor, lines: tuple[Line, ...], dead: NDArray[np.bool_], stuck: NDArray[np.bool_]
+) -> None:
+    """Report or clear the fault of each line's accelerometer: *dead* (m,), or *stuck* (m,)."""
     for line, none, same in zip(lines, dead, stuck, strict=True):
         if same or none:
             why = "tells the same again and again" if same else "tells nothing"
-            watch.say("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
+            monitor.report("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
         else:
-            watch.clear("line_angles", line.name)
+            monitor.clear("line_angles", line.name)

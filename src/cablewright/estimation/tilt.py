@@ -1,6 +1,6 @@
-"""How the drum leans, from its accelerometer and gyro: the gyro for swings, gravity for the rest.
+"""Tilt of the drum by a complementary filter: the gyro for swings, gravity for slow changes.
 
-Tilt is the rotation vector (x, y), rad, that leans the level drum, in the drum's own level frame: yaw comes after it.
+Tilt is the rotation vector (x, y), rad, that tilts the level drum, in the drum's own level frame: yaw comes after it.
 """
 
 from __future__ import annotations
@@ -17,45 +17,45 @@ __all__ = ["TiltSettings", "TiltState", "rotation_vector", "start", "step"]
 
 @dataclass(frozen=True)
 class TiltSettings:
-    """How much each sensor is believed.
+    """Time constants and plausible readings.
 
-    ``blend``: s, how long the gyro is believed before gravity corrects it; over a swing's period, for a pendulum's
-    accelerometer hardly feels its swing. ``rest``: s over which the drum leans and turns by nothing on average, since
-    it hangs from one point: what the sensors tell on average is their bias. ``gap``: s without a reading after which
-    nothing is carried on. ``most_rate``: rad/s, and ``most_push``: m/s^2 off gravity, of a reading that a drum on lines
-    can cause; others are astray.
+    ``gravity_time``: s, time constant with which gravity corrects the gyro; longer than a swing's period, because a
+    pendulum's accelerometer hardly measures its swing. ``bias_time``: s over which mean tilt and mean rate are taken
+    for the sensors' biases, because a drum that hangs from one point is upright and still on average. ``max_gap``: s
+    between readings beyond which the gyro is not integrated. ``max_rate``: rad/s, and ``max_acceleration``: m/s^2 off
+    gravity, of a plausible reading.
     """
 
     gravity: float = 9.81
-    blend: float = 4.0
-    rest: float = 30.0
-    gap: float = 0.1
-    most_rate: float = 1.0
-    most_push: float = 3.0
+    gravity_time: float = 4.0
+    bias_time: float = 30.0
+    max_gap: float = 0.1
+    max_rate: float = 1.0
+    max_acceleration: float = 3.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no time."""
-        for name in ("gravity", "blend", "rest", "gap", "most_rate", "most_push"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+        """Refuse numbers that are not positive and finite."""
+        for name, value in vars(self).items():
+            if not 0.0 < value < math.inf:
+                raise InputError(f"{name} = {value:g}: a finite number over 0 is wanted")
 
-    def believes(self, reading: Inertial) -> bool:
-        """Whether *reading* is finite and nothing that no drum on lines does."""
+    def is_plausible(self, reading: Inertial) -> bool:
+        """Whether *reading* is finite and possible for a drum that hangs on lines."""
         x, y, z = reading.acceleration.tolist()
-        push = math.hypot(x, y, z - self.gravity)
+        off = math.hypot(x, y, z - self.gravity)
         rates = reading.rate.tolist()
-        return push <= self.most_push and all(abs(rate) <= self.most_rate for rate in rates)  # NaN is neither
+        return off <= self.max_acceleration and all(abs(rate) <= self.max_rate for rate in rates)  # NaN is neither
 
 
 class TiltState(NamedTuple):
-    """Tilt (rad), and what the sensors are off: the accelerometer (rad) and the gyro (rad/s)."""
+    """Tilt (rad), and the biases of accelerometer (as a tilt, rad) and gyro (rad/s)."""
 
     time: float
     x: float
     y: float
-    lean_bias: tuple[float, float]
-    rate_bias: tuple[float, float]
-    spent: float  # s, since the first reading
+    accelerometer_bias: tuple[float, float]
+    gyro_bias: tuple[float, float]
+    elapsed: float  # s, since the first reading
 
 
 def start() -> TiltState:
@@ -64,38 +64,38 @@ def start() -> TiltState:
 
 
 def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: float) -> TiltState:
-    """Take one reading. *yaw_rate*: rad/s, of the drum. A reading that is astray or not new changes nothing."""
+    """Return the state after one reading; an implausible or old one changes nothing. *yaw_rate*: rad/s, of the drum."""
     fx, fy, _ = reading.acceleration.tolist()
     wx, wy, _ = reading.rate.tolist()
     dt = reading.time - state.time
-    if not (dt > 0.0 and settings.believes(reading)):
+    if not (dt > 0.0 and settings.is_plausible(reading)):
         return state
-    # R^T z = (-y, x, 1) for a small tilt (x, y): what the accelerometer feels at rest, over g
-    lean_x, lean_y = fy / settings.gravity, -fx / settings.gravity
-    if dt > settings.gap:
-        first = state.spent == 0.0
-        bias, rates = ((lean_x, lean_y), (wx, wy)) if first else (state.lean_bias, state.rate_bias)
-        return TiltState(reading.time, lean_x - bias[0], lean_y - bias[1], bias, rates, state.spent + settings.gap)
-    spent = min(state.spent + dt, settings.rest)
-    slow = dt / spent
-    lean = _toward(state.lean_bias, (lean_x, lean_y), slow)
-    rate = _toward(state.rate_bias, (wx, wy), slow)
-    x = state.x + dt * (wx - rate[0] + yaw_rate * state.y)
-    y = state.y + dt * (wy - rate[1] - yaw_rate * state.x)
-    share = dt / settings.blend
-    x += share * (lean_x - lean[0] - x)
-    y += share * (lean_y - lean[1] - y)
-    return TiltState(reading.time, x, y, lean, rate, spent)
+    # R^T z = (-y, x, 1) for a small tilt (x, y): what the accelerometer measures at rest, over g
+    measured = fy / settings.gravity, -fx / settings.gravity
+    if dt > settings.max_gap:
+        first = state.elapsed == 0.0
+        bias, gyro_bias = (measured, (wx, wy)) if first else (state.accelerometer_bias, state.gyro_bias)
+        x, y = measured[0] - bias[0], measured[1] - bias[1]
+        return TiltState(reading.time, x, y, bias, gyro_bias, state.elapsed + settings.max_gap)
+    elapsed = min(state.elapsed + dt, settings.bias_time)
+    bias = _smoothed(state.accelerometer_bias, measured, dt / elapsed)
+    gyro_bias = _smoothed(state.gyro_bias, (wx, wy), dt / elapsed)
+    x = state.x + dt * (wx - gyro_bias[0] + yaw_rate * state.y)
+    y = state.y + dt * (wy - gyro_bias[1] - yaw_rate * state.x)
+    gain = dt / settings.gravity_time
+    x += gain * (measured[0] - bias[0] - x)
+    y += gain * (measured[1] - bias[1] - y)
+    return TiltState(reading.time, x, y, bias, gyro_bias, elapsed)
 
 
-def _toward(old: tuple[float, float], new: tuple[float, float], share: float) -> tuple[float, float]:
-    return old[0] + share * (new[0] - old[0]), old[1] + share * (new[1] - old[1])
+def _smoothed(old: tuple[float, float], new: tuple[float, float], gain: float) -> tuple[float, float]:
+    return old[0] + gain * (new[0] - old[0]), old[1] + gain * (new[1] - old[1])
 
 
 def rotation_vector(yaw: float, x: float, y: float) -> tuple[float, float, float]:
-    """Rotation vector (rad) of a drum that is leaned by (x, y) and then turned by *yaw*, by quaternions."""
-    lean = math.hypot(x, y)
-    c, s = math.cos(0.5 * lean), (0.5 if lean < 1e-9 else math.sin(0.5 * lean) / lean)
+    """Rotation vector (rad) of a drum that is tilted by (x, y) and then turned by *yaw*, by quaternions."""
+    tilt = math.hypot(x, y)
+    c, s = math.cos(0.5 * tilt), (0.5 if tilt < 1e-9 else math.sin(0.5 * tilt) / tilt)
     a, b, d = math.cos(0.5 * yaw), math.sin(0.5 * yaw), s
     w, i, j, k = a * c, d * (a * x - b * y), d * (a * y + b * x), b * c
     if w < 0.0:

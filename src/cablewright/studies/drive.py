@@ -24,7 +24,7 @@ from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "length_of", "random_round"]
+__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "path_length", "random_round"]
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class DriveSettings:
 class Pilot:
     """Drives the winches of one machine round after round, or holds it where it hangs."""
 
-    def __init__(self, machine: SimulatedMachine, way: Array | None, settings: DriveSettings, seed: int) -> None:
+    def __init__(self, machine: SimulatedMachine, path: Array | None, settings: DriveSettings, seed: int) -> None:
         """Work out the lengths along *way* at the height where *machine* hangs; None: it stays.
 
         *way* (k, 2), m, world: places evenly along a closed path, the first again at the end. Raises `AnswerError`
@@ -83,10 +83,10 @@ class Pilot:
         """
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])
-        self._off = np.zeros(machine.robot.m)
+        self._length_error = np.zeros(machine.robot.m)
         start = machine.truth.position
-        level = np.array([start[:2], start[:2]]) if way is None else way
-        self._length = 0.0 if way is None else length_of(way)
+        level = np.array([start[:2], start[:2]]) if path is None else path
+        self._length = 0.0 if path is None else path_length(path)
         poses = np.column_stack([level, np.full(len(level), start[2])])
         held = solve_inverse(Model(machine.robot), poses)
         if not held.ok.all():
@@ -112,9 +112,9 @@ class Pilot:
         here, there = self._wanted(now), self._wanted(now + period)
         keep = float(np.exp(-period / settings.memory))
         push = settings.error * float(np.sqrt(1.0 - keep * keep))
-        self._off = keep * self._off + push * self._random.standard_normal(len(self._off))
+        self._length_error = keep * self._length_error + push * self._random.standard_normal(len(self._length_error))
         gain = min(settings.gain, 0.5 / period)
-        rate = (there - here) / period + gain * (here + self._off - truth.lengths)
+        rate = (there - here) / period + gain * (here + self._length_error - truth.lengths)
         return Command(now, rate / truth.radii, settings.valve)
 
     def _wanted(self, now: float) -> Array:
@@ -150,15 +150,15 @@ class Drive:
     """s on the machine's clock."""
     distance: float = 0.0
     """m that B went, between steps."""
-    seconds: float = 0.0
+    elapsed: float = 0.0
     """s that it took."""
     slack_steps: Array = field(default_factory=lambda: np.zeros(0))
     """Steps in which each line's excess was over `SLACK`, (m,)."""
-    most_tension: float = 0.0
+    max_tension: float = 0.0
     """N at a sheave."""
     refills: int = 0
     """How often the drum was filled up."""
-    most_tilt: float = 0.0
+    max_tilt: float = 0.0
     """rad of the drum's axis from the vertical."""
     yaw: tuple[float, float] = (0.0, 0.0)
     """rad: the least and the most."""
@@ -183,14 +183,14 @@ class Drive:
         self.duration = frame.time
         self.distance += float(np.sqrt(((truth.position - before.position) ** 2).sum()))
         self.slack_steps += truth.excess > SLACK
-        self.most_tension = max(self.most_tension, float(truth.tensions.max()))
+        self.max_tension = max(self.max_tension, float(truth.tensions.max()))
         x, y, yaw = truth.rotation.tolist()
         tilt = float(np.hypot(x, y))
-        self.most_tilt = max(self.most_tilt, tilt)
+        self.max_tilt = max(self.max_tilt, tilt)
         self.yaw = (min(self.yaw[0], yaw), max(self.yaw[1], yaw))
         self.powder = truth.powder
         self.readings.update(getattr(reading, "source", type(reading).__name__) for reading in frame.readings)
-        self.notices.update(f"{notice.whose}: {notice.condition.value}" for notice in frame.notices)
+        self.notices.update(f"{notice.subject}: {notice.condition.value}" for notice in frame.notices)
         if int(frame.time) != int(before.time):
             self.path.append((frame.time, *truth.position.tolist(), tilt, yaw, *truth.excess.tolist()))
 
@@ -209,14 +209,14 @@ def random_round(robot: Robot, length: float, seed: int) -> Array:
     return np.asarray(curve.even(max(16, round(length / _STEP))) + 0.5 * (low + high))
 
 
-def length_of(way: Array) -> float:
+def path_length(path: Array) -> float:
     """Length of a path (k, 2) of short straight pieces, m."""
-    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
 def drive(
     machine: SimulatedMachine,
-    way: Array | None,
+    path: Array | None,
     duration: float,
     *,
     settings: DriveSettings | None = None,
@@ -233,7 +233,7 @@ def drive(
     steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
     if steps < 1:
         raise InputError(f"duration = {duration:g} s: at least one step of {machine.period:g} s is wanted")
-    pilot = Pilot(machine, way, settings or DriveSettings(), seed)
+    pilot = Pilot(machine, path, settings or DriveSettings(), seed)
     found = Drive(tuple(line.name for line in machine.robot.lines))
     full, rounds = machine.truth.powder, 0
     begin = time.perf_counter()
@@ -249,5 +249,5 @@ def drive(
         found.add(frame, machine.truth, before)
         if progress is not None and step % 50 == 0:
             progress("simulating", step, steps)
-    found.seconds = time.perf_counter() - begin
+    found.elapsed = time.perf_counter() - begin
     return found

@@ -25,7 +25,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 
-__all__ = ["OBSERVERS", "Observer", "believed", "filter_settings", "observer_settings", "surveyed"]
+__all__ = ["OBSERVERS", "Observer", "filter_settings", "observer_settings", "surveyed_walls", "with_drum_mass"]
 
 _LEAST_WALL: Final = 3.0  # m: a shorter face is a window or a corner
 _SAME: Final = 1e-6  # m, by which two faces may be off one line
@@ -42,8 +42,8 @@ def observer_settings(
     *lasers*: an operator's at the start. Tolerances, biases and faults are not looked at. Raises `InputError` for a
     machine without what the estimation needs: a horizontal lidar, walls, line angles; and for a *laser* to no wall.
     """
-    model = Model(believed(robot, settings))
-    walls = surveyed(settings.room)
+    model = Model(with_drum_mass(robot, settings))
+    walls = surveyed_walls(settings.room)
     for laser in lasers:
         walls.index(laser.wall)
     mounted = {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
@@ -60,18 +60,18 @@ def observer_settings(
         walls=WallSettings(walls, tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items())),
         lidars=tuple(mounted),
         slackness=SlacknessSettings(
-            model, settings.line_angles.from_platform, quiet=max(0.5, 2.5 / settings.line_angles.rate)
+            model, settings.line_angles.from_platform, timeout=max(0.5, 2.5 / settings.line_angles.rate)
         ),
         radius=RadiusSettings(radii, _RADII[0] * min(radii), _RADII[1] * max(radii)),
-        counts=winch.counts * winch.ratio / math.tau,
+        counts_per_radian=winch.counts * winch.ratio / math.tau,
         height=None
         if vertical is None
-        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, wide=_WIDE),
+        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, floor_cone=_WIDE),
         tilt=TiltSettings(robot.scene.gravity),
-        fastest=winch.max_speed,
-        valve=settings.drum.valve,
+        max_drum_speed=winch.max_speed,
+        valve_depth=settings.drum.valve,
         lasers=tuple(lasers),
-        quiet=_quiet(settings),
+        timeouts=_quiet(settings),
     )
 
 
@@ -81,17 +81,17 @@ def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Seq
     winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
     walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # of what forgets in some turns
-    known: dict[str, float] = {"radius_walk": walk} if walk > 0.0 else {}
+    known: dict[str, float] = {"radius_noise": walk} if walk > 0.0 else {}
     if inertial is not None:
         known |= {
-            "gyro": max(inertial.rate_bias, 1e-5),
+            "gyro_bias_sigma": max(inertial.rate_bias, 1e-5),
             "gyro_noise": max(inertial.rate_deviation, 1e-5) / math.sqrt(inertial.rate),
-            "lean": max(inertial.acceleration_bias / robot.scene.gravity, 1e-5),
+            "accelerometer_bias_sigma": max(inertial.acceleration_bias / robot.scene.gravity, 1e-5),
         }
     if vertical is not None:
-        known["height_bias"] = max(vertical.bias, 1e-4)
+        known["height_bias_sigma"] = max(vertical.bias, 1e-4)
     if settings.distance is not None:
-        known["level_height"] = max(settings.distance.deviation, 1e-4)
+        known["distance_sigma"] = max(settings.distance.deviation, 1e-4)
     return FilterSettings(chain, **known)
 
 
@@ -111,13 +111,13 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
 """By name: the chain of Merlet and Papegay 2023, and the filter that fuses all of it."""
 
 
-def believed(robot: Robot, settings: machine.MachineSettings) -> Robot:
+def with_drum_mass(robot: Robot, settings: machine.MachineSettings) -> Robot:
     """Return *robot* with the drum as heavy as it is at the beginning: it was weighed when it was filled."""
     mass = settings.drum.empty_mass + settings.drum.powder
     return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
 
 
-def surveyed(room: machine.RoomSettings) -> RoomMap:
+def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
     """Return the walls that a survey has: faces on one line are one wall, named by what is before their comma.
 
     Windows and corners, faces of under 3 m together, are left out. Raises `InputError` where no wall remains.
@@ -163,8 +163,8 @@ def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel
         lidar.most,
         max(lidar.deviation, 1e-4),
         bias_sigma=lidar.bias,
-        masked=lidar.masks,
-        sees=sees,
+        masks=lidar.masks,
+        visible_walls=sees,
     )
 
 

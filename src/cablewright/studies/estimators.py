@@ -21,7 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
-from cablewright.studies.estimator_settings import OBSERVERS, believed
+from cablewright.studies.estimator_settings import OBSERVERS, with_drum_mass
 
 __all__ = ["ESTIMATORS", "Estimator", "estimator"]
 
@@ -59,22 +59,22 @@ def estimator(
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     if name in OBSERVERS:
-        kind = _Filtered if name == "filter" else _Observed
+        kind = _FilterEstimator if name == "filter" else _ChainEstimator
         return kind(name, robot, settings, lasers, radii)
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    return _Reckoned(reckoning_settings(robot, settings), place)
+    return _EncoderEstimator(reckoning_settings(robot, settings), place)
 
 
 def reckoning_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
     """What is known of a machine's winches by description."""
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)
-    model = Model(believed(robot, settings))
+    model = Model(with_drum_mass(robot, settings))
     return ReckoningSettings(model, winch.counts * winch.ratio / (2.0 * np.pi), coils, winch.held)
 
 
-class _Observed:
+class _ChainEstimator:
     """The chain, which follows an equilibrium itself."""
 
     def __init__(
@@ -94,7 +94,7 @@ class _Observed:
         return _tensions(self._state.tracker)
 
 
-class _Filtered(_Observed):
+class _FilterEstimator(_ChainEstimator):
     """The filter: what its lengths would give is followed apart from where it sees the platform."""
 
     _tracker: Tracker | None = None
@@ -125,7 +125,7 @@ def _with_radii(told: Any, radii: Array) -> Any:
     return replace(told, radius=replace(told.radius, nominal=tuple(inside.tolist())))
 
 
-class _Reckoned:
+class _EncoderEstimator:
     def __init__(self, settings: ReckoningSettings, place: Array) -> None:
         self._settings, self._state = settings, dead_reckoning.start(settings, place)
 

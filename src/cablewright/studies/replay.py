@@ -23,11 +23,11 @@ from cablewright.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
 
-__all__ = ["SLACK", "WITHIN", "ErrorStatistics", "Replay", "bound", "replay", "spread"]
+__all__ = ["CHI2_95", "SLACK", "ErrorStatistics", "Replay", "bound", "replay", "spread"]
 
 Array = NDArray[np.float64]
 
-WITHIN: Final = 7.8147
+CHI2_95: Final = 7.8147
 """Squared size of an error in space, in standard deviations, under which 95 of 100 are."""
 
 SLACK: Final = 5e-3
@@ -122,21 +122,21 @@ class Replay:
         """Relative errors of the radii (k, m), steps that count."""
         return np.array(self.radii).reshape(len(self.radii), -1).T
 
-    def chosen(self, *, moving: bool) -> NDArray[np.bool_]:
+    def counted(self, *, moving: bool) -> NDArray[np.bool_]:
         """Return which steps count as moving, or as static, (k,)."""
         return np.asarray((self.column("moving") > 0.5) == moving)
 
     def position(self, *, moving: bool) -> Array:
         """Return sizes of the position's errors in space, (k,) m, of steps that move or stand."""
-        columns = [self.column(name)[self.chosen(moving=moving)] for name in ("x", "y", "z")]
+        columns = [self.column(name)[self.counted(moving=moving)] for name in ("x", "y", "z")]
         return np.asarray(np.sqrt(sum(c**2 for c in columns)))
 
     def level(self, *, moving: bool) -> Array:
         """Return sizes of the position's errors seen from above, (k,) m."""
-        columns = [self.column(name)[self.chosen(moving=moving)] for name in ("x", "y")]
+        columns = [self.column(name)[self.counted(moving=moving)] for name in ("x", "y")]
         return np.asarray(np.hypot(*columns))
 
-    def named_share(self) -> tuple[int, float]:
+    def slack_identified(self) -> tuple[int, float]:
         """Return in how many steps a line is slack by over `SLACK`, and in which share the slack are named rightly."""
         due = self.column("true_excess") > SLACK
         right = due & (self.column("named") > 0.5) & (self.column("clean") > 0.5)
@@ -150,7 +150,7 @@ class Replay:
         """
         told = self.column("nees")
         told = told[np.isfinite(told)]
-        return (float(np.mean(told <= WITHIN)), float(told.mean())) if len(told) else (math.nan, math.nan)
+        return (float(np.mean(told <= CHI2_95)), float(told.mean())) if len(told) else (math.nan, math.nan)
 
 
 def replay(
@@ -170,7 +170,7 @@ def replay(
         one = OBSERVERS[estimator]
         settings = one.settings(log.head.robot, log.head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in log.head.settings.lidars)
-        state, judge = one.start(settings), _Judge(Replay(log.head, estimator), turning)
+        state, judge = one.start(settings), _ErrorCollector(Replay(log.head, estimator), turning)
         for entry in log.entries():
             begin = time.thread_time()
             estimate = one.step(settings, state, entry.frame)
@@ -181,7 +181,7 @@ def replay(
     return judge.found
 
 
-class _Judge:
+class _ErrorCollector:
     """Compares estimates with the truth, step by step."""
 
     def __init__(self, found: Replay, lidars: tuple[str, ...]) -> None:

@@ -9,11 +9,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MOST_ROWS", "Histogram", "Moments", "Summary", "Thinned"]
+__all__ = ["MAX_ROWS", "Histogram", "Moments", "Summary", "ThinnedRows"]
 
 Array = NDArray[np.float64]
 
-MOST_ROWS: Final = 20_000
+MAX_ROWS: Final = 20_000
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Summary:
     count: int
     mean: float
     variance: float
-    least: float
-    most: float
+    min: float
+    max: float
 
     @property
     def deviation(self) -> float:
@@ -34,7 +34,7 @@ class Summary:
     @property
     def size(self) -> float:
         """The largest in size."""
-        return max(abs(self.least), abs(self.most))
+        return max(abs(self.min), abs(self.max))
 
 
 class Moments:
@@ -44,7 +44,7 @@ class Moments:
         """Begin with none."""
         self.count = np.zeros(width, dtype=np.int64)
         self._mean, self._squares = np.zeros(width), np.zeros(width)
-        self._least, self._most = np.full(width, np.inf), np.full(width, -np.inf)
+        self._min, self._max = np.full(width, np.inf), np.full(width, -np.inf)
 
     def add(self, values: Array) -> None:
         """Count in *values*, (k,) of one column or (k, w)."""
@@ -63,8 +63,8 @@ class Moments:
         self._mean += away * count / whole
         self._squares += squares + away**2 * self.count * count / whole
         self.count += count
-        self._least = np.minimum(self._least, np.where(known, rows, np.inf).min(axis=0))
-        self._most = np.maximum(self._most, np.where(known, rows, -np.inf).max(axis=0))
+        self._min = np.minimum(self._min, np.where(known, rows, np.inf).min(axis=0))
+        self._max = np.maximum(self._max, np.where(known, rows, -np.inf).max(axis=0))
 
     @property
     def mean(self) -> Array:
@@ -77,18 +77,18 @@ class Moments:
         return np.where(self.count > 0, self._squares / np.maximum(self.count, 1), np.nan)
 
     @property
-    def most(self) -> Array:
+    def max(self) -> Array:
         """(w,); NaN of none."""
-        return np.where(self.count > 0, self._most, np.nan)
+        return np.where(self.count > 0, self._max, np.nan)
 
     @property
-    def least(self) -> Array:
+    def min(self) -> Array:
         """(w,); NaN of none."""
-        return np.where(self.count > 0, self._least, np.nan)
+        return np.where(self.count > 0, self._min, np.nan)
 
-    def told(self, column: int = 0) -> Summary:
+    def summary(self, column: int = 0) -> Summary:
         """All of one column."""
-        columns = (self.mean, self.variance, self.least, self.most)
+        columns = (self.mean, self.variance, self.min, self.max)
         return Summary(int(self.count[column]), *(float(each[column]) for each in columns))
 
 
@@ -109,13 +109,13 @@ class Histogram:
         self.counts += np.bincount(at, minlength=bins)
 
 
-class Thinned:
+class ThinnedRows:
     """Every so manyth of rows of numbers, so that there are never more than some; the first always is."""
 
-    def __init__(self, width: int, most: int = MOST_ROWS) -> None:
+    def __init__(self, width: int, capacity: int = MAX_ROWS) -> None:
         """Keep at most *most* rows of *width* numbers."""
         self.every = 1
-        self._kept = np.empty((most, width))
+        self._kept = np.empty((capacity, width))
         self._count = self._seen = 0
 
     def add(self, rows: Array) -> None:

@@ -146,9 +146,9 @@ def test_a_volume_that_does_not_converge_is_a_no(cli, tmp_path) -> None:
     """One line holds its point straight below: the workspace has no thickness."""
     (tmp_path / "one.toml").write_text(ONE_LINE)
     answer = cli("workspace", tmp_path / "one.toml", "--json")
-    assert "even on the finest lattice" in answer.no
+    assert "give a larger --tolerance, or a smaller --box" in answer.no
     assert answer.json["status"] == "not-converged"
-    assert answer.json["volume"] < 1e-6
+    assert answer.json["volume"] <= answer.json["volume_error"] < 1e-4
 
 
 def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:

@@ -8,16 +8,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from cablewright.analyses.workspace.accessible import Rule
-from cablewright.apps.pictures.accessible import workspace
 from matplotlib.image import imread
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
+from cablewright.analyses.sheave_ratio import SheaveRule
 from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
+from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.report.accuracy import write, write_place
 from cablewright.errors import EnvironmentFault
@@ -146,8 +146,8 @@ def test_figures_are_those_of_the_study(folder):
 def test_limits_that_end_the_workspace_are_told(folder):
     study = studied("workspace")
     text = told(write(study, folder).read_text(encoding="utf-8"))
-    for edge in study.accessible.edges:
-        assert edge.limit in text
+    for each in study.workspace.by_limit:
+        assert each.limit in text
 
 
 @pytest.mark.parametrize("shape", ["workspace", "helix"])
@@ -244,7 +244,7 @@ def test_warnings(folder):
     spread = dataclasses.replace(
         spread, nonlinearity=np.full_like(spread.nonlinearity, 0.062), unsolved=np.ones_like(spread.unsolved)
     )
-    rules = (Rule("south-west", 12.5, 20.0, holds=False), Rule("north-west", 25.0, 20.0, holds=True))
+    rules = (SheaveRule("south-west", 12.5, 20.0, holds=False), SheaveRule("north-west", 25.0, 20.0, holds=True))
     found = dataclasses.replace(study.accuracy, spread=spread, method="first-order")
     changed = dataclasses.replace(study, accuracy=found, rules=rules)
     text = told(write(changed, folder).read_text(encoding="utf-8"))

@@ -105,6 +105,6 @@ def test_a_machine_without_lidars_and_radii_is_recorded() -> None:
 def test_a_quasi_static_print_has_no_frequencies() -> None:
     entries, track, _ = printed(40.0, seed=5, plant="quasi-static")
     found = record(entries, head(plant="quasi-static"), track, print_speed=SPEED)
-    assert np.isnan(found.ringing.frequencies).all()
+    assert np.isnan(found.vibration.frequencies).all()
     assert found.true.error.size < 0.05
     assert found.distance == pytest.approx(SPEED * 39.0, abs=0.1)

@@ -98,7 +98,7 @@ def _values(found: Replay, log: Path, plot: Path | None) -> dict[str, Any]:
     import numpy as np
 
     times = np.array(found.step_times)
-    steps, share = found.named_share()
+    steps, share = found.slack_identified()
     within, nees = found.coverage()
     since = found.column("time") - found.begin > _LEARNT
     radii, due = found.radius_errors, found.column("true_excess") > 5e-3
@@ -144,7 +144,7 @@ def _position(found: Replay, *, moving: bool) -> dict[str, Any]:
     """Errors of steps that move, or stand: in space, from above, in height; and shares within the paper's bounds."""
     import numpy as np
 
-    chosen = found.chosen(moving=moving)
+    chosen = found.counted(moving=moving)
     space, level, height = found.position(moving=moving), found.level(moving=moving), found.column("z")[chosen]
     shares = {
         f"within_{bound}mm": float(np.mean(space <= 1e-3 * bound)) if len(space) else math.nan for bound in (2, 20)

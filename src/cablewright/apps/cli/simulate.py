@@ -163,10 +163,10 @@ def _fault(text: str) -> FaultPlan:
 
 def _once_round(way: Array | None, settings: DriveSettings) -> float:
     """Whole seconds that a round takes; half of the ramp is lost."""
-    from cablewright.studies.drive import length_of
+    from cablewright.studies.drive import path_length
 
     assert way is not None  # a machine that is held has a duration
-    return math.floor(length_of(way) / settings.speed + 0.5 * settings.ramp)
+    return math.floor(path_length(way) / settings.speed + 0.5 * settings.ramp)
 
 
 def _numbers(text: str, count: int, option: str) -> list[float]:
@@ -195,12 +195,12 @@ def _values(twin: SimulatedMachine, found: Drive, head: LogHead) -> dict[str, An
         "refills": found.refills,
         "lines": list(found.lines),
         "slack_share": found.slack_share,
-        "max_tension": found.most_tension,
-        "max_tilt": found.most_tilt,
+        "max_tension": found.max_tension,
+        "max_tilt": found.max_tilt,
         "yaw": list(found.yaw),
         "readings": dict(sorted(found.readings.items())),
         "notices": dict(sorted(found.notices.items())),
-        "real_time_ratio": found.duration / found.seconds,
+        "real_time_ratio": found.duration / found.elapsed,
     }
 
 

@@ -94,17 +94,19 @@ def _searched(
     scan: FileScan, within: str, mask: str | None, noise: float | None
 ) -> tuple[LidarModel, Points, list[WallLine]]:
     """The points that count and the walls among them."""
-    from cablewright.estimation.lidar.scan import LidarModel, noise_of, points_of
-    from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
+    from cablewright.estimation.lidar.scan import LidarModel, estimate_noise, level_points
+    from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
 
-    least, most = _pair(within, "--range")
-    masked = _masked(mask)
+    low, high = _pair(within, "--range")
+    masks = _masked(mask)
     if noise is not None and not 0 < noise < 1:
         raise InputError(f"--noise = {noise:g}: must be over 0 and under 1 m")
-    lidar = LidarModel(least=least, most=most, masked=masked, bias_sigma=0.0)
-    points = points_of(lidar, scan.angles, scan.ranges)
-    lidar = LidarModel(least=least, most=most, masked=masked, bias_sigma=0.0, sigma=noise or noise_of(points))
-    return lidar, points, lines_of(points, lidar, LineSearch.of_noise(lidar.sigma))
+    lidar = LidarModel(min_range=low, max_range=high, masks=masks, bias_sigma=0.0)
+    points = level_points(lidar, scan.angles, scan.ranges)
+    lidar = LidarModel(
+        min_range=low, max_range=high, masks=masks, bias_sigma=0.0, sigma=noise or estimate_noise(points)
+    )
+    return lidar, points, find_lines(points, lidar, LineSearch.for_noise(lidar.sigma))
 
 
 def _placed(
@@ -113,9 +115,11 @@ def _placed(
     from cablewright.estimation.lidar.localisation import LidarTurn, WallSettings, start, step
     from cablewright.estimation.lidar.wall_lines import LineSearch
 
-    search = LineSearch.of_noise(lidar.sigma)
-    wide = search.merge / LineSearch().merge
-    settings = WallSettings(known, (lidar,), search, yaws, near=0.02 * wide, gate=0.015 * wide, distinct=0.02 * wide)
+    search = LineSearch.for_noise(lidar.sigma)
+    wide = search.merge_distance / LineSearch().merge_distance
+    settings = WallSettings(
+        known, (lidar,), search, yaws, near_distance=0.02 * wide, gate=0.015 * wide, distinct_distance=0.02 * wide
+    )
     return step(settings, start(), LidarTurn(scan.angles, scan.ranges), lasers)[1]
 
 
@@ -206,7 +210,7 @@ def _values(
                 "normal": [math.cos(line.angle), math.sin(line.angle)],
                 "distance": line.distance,
                 "rms": math.sqrt(line.variance),
-                "points": line.points,
+                "points": line.point_count,
                 "angle": line.angle,
                 "ends": line.ends,
                 "length": line.length,
@@ -217,7 +221,7 @@ def _values(
         ],
         "points": len(scan.ranges),
         "used": len(points),
-        "on_walls": sum(line.points for line in lines),
+        "on_walls": sum(line.point_count for line in lines),
         "noise": lidar.sigma,
         "length_unit": scan.length_unit,
         "angle_unit": scan.angle_unit,
@@ -272,7 +276,7 @@ def _print(
         angle = f"{math.degrees(line.angle):.3f} +- {math.degrees(turn):.3f}"
         distance = f"{line.distance:.4f} +- {far:.4f}"
         rms = 1e3 * math.sqrt(line.variance)
-        typer.echo(f"{i:>4} {angle:>18} {distance:>18} {rms:>9.2f} {line.points:>7} {line.length:>10.2f}")
+        typer.echo(f"{i:>4} {angle:>18} {distance:>18} {rms:>9.2f} {line.point_count:>7} {line.length:>10.2f}")
     if pose is None or known is None:
         return
     if not math.isnan(pose.position[0]):

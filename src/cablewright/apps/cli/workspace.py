@@ -223,7 +223,8 @@ def _print_slices(heights: Any, areas: Any) -> None:
 def _verdict(status: str) -> int:
     sentences = {
         "empty": "no place in the box was found inside",
-        "not-converged": "the volume's error is larger than what was asked for, even on the finest lattice",
+        "not-converged": "the volume's error stays over the tolerance: give a larger --tolerance, or a smaller --box "
+        "around it; a workspace without thickness, as a planar robot's, has no volume",
     }
     if status == "ok":
         return 0

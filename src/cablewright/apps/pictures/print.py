@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.apps import style
 from cablewright.signals import PrintState
-from cablewright.studies.prints.result import Following, PrintRecord
+from cablewright.studies.prints.result import PathFollowing, PrintRecord
 from cablewright.studies.running_statistics import Histogram
 
 __all__ = [
@@ -72,7 +72,7 @@ def path_picture(found: PrintRecord) -> Figure | None:
     bundle = None
     for each, (title, place, values) in zip(axes, panels, strict=True):
         bundle = _coloured(each, found.rows[place][:, :2], 1e3 * values, largest)
-        worst = found.true.worst if place == "true_position" else found.seen.worst
+        worst = found.true.worst if place == "true_position" else found.estimated.worst
         if worst is not None:
             most = f"{1e3 * worst.value:+.1f}".replace("-", "\N{MINUS SIGN}")
             title += f"; largest, in the ring: {most} mm"
@@ -142,11 +142,11 @@ def _along(axes: Axes, found: PrintRecord, column: str, printed: NDArray[np.int6
     axes.margins(x=0.01, y=0.2)
 
 
-def _by_layer(axes: Axes, best: Following, printed: NDArray[np.int64]) -> None:
+def _by_layer(axes: Axes, best: PathFollowing, printed: NDArray[np.int64]) -> None:
     layers = best.by_layer
     number = layers.number[printed] + 1.0
     mean, spread = 1e3 * layers.mean[printed], 1e3 * layers.deviation[printed]
-    low, high = 1e3 * layers.least[printed], 1e3 * layers.most[printed]
+    low, high = 1e3 * layers.min[printed], 1e3 * layers.max[printed]
     if len(printed) > 12:
         axes.fill_between(number, low, high, color=style.BLUE, alpha=0.15, linewidth=0, label="least to most")
         axes.fill_between(
@@ -174,7 +174,7 @@ def speed_picture(found: PrintRecord) -> Figure | None:
     kinds = [
         (name, colour, own, found.drawn[column])
         for name, colour, own, column in (
-            ("estimated", style.ORANGE, found.seen, "seen_speed"),
+            ("estimated", style.ORANGE, found.estimated, "seen_speed"),
             ("true", style.BLUE, found.true, "speed"),
         )
         if own.speed.count

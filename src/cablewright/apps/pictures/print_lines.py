@@ -49,7 +49,7 @@ def angles_picture(found: PrintRecord) -> Figure | None:
 def _last_layer(found: PrintRecord) -> NDArray[np.intp]:
     """Rows that printed in the last layer of which much was printed; all, where none was."""
     rows, begins = found.rows, found.track.visits.begin
-    printing = rows.being(PrintState.PRINTING) & np.isfinite(rows["distance"])
+    printing = rows.in_state(PrintState.PRINTING) & np.isfinite(rows["distance"])
     visit = np.searchsorted(begins, rows["distance"], side="right") - 1
     counts = np.bincount(np.maximum(visit[printing], 0), minlength=len(begins))
     if not counts.any():
@@ -96,14 +96,14 @@ def tensions_picture(found: PrintRecord) -> Figure | None:
 
 def coiling_picture(found: PrintRecord) -> Figure | None:
     """Radius at which cable leaves each winch drum, against the length paid out."""
-    known = [i for i, each in enumerate(found.coiling) if np.isfinite(each.radii).any()][:_MOST]
+    known = [i for i, each in enumerate(found.spools) if np.isfinite(each.radii).any()][:_MOST]
     if not known:
         return None
     across = 2 if len(known) > 1 else 1
     drawn = style.figure(9.6, 1.0 + 1.9 * -(-len(known) // across))
     axes = drawn.subplots(-(-len(known) // across), across, sharey=True, squeeze=False).ravel()
     for at, (axis, i) in enumerate(zip(axes, known, strict=False)):
-        each = found.coiling[i]
+        each = found.spools[i]
         axis.plot(each.lengths, 1e3 * each.regular, color=style.INK, linewidth=0.9, linestyle=(0, (4, 2)),
                   label="wound evenly")  # fmt: skip
         axis.plot(each.lengths, 1e3 * each.true_radii, color=style.GREY, linewidth=2.4, label="true")
@@ -121,7 +121,7 @@ def coiling_picture(found: PrintRecord) -> Figure | None:
 
 def ringing_picture(found: PrintRecord) -> Figure | None:
     """First frequencies of the lines over time, and against the temperature what they are off a string's."""
-    ringing = found.ringing
+    ringing = found.vibration
     if not np.isfinite(ringing.frequencies).any():
         return None
     drawn = style.figure(9.6, 3.6)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cablewright.apps import style
 from cablewright.printing.heightfield import HeightField
 from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.structure import Cut, PrintedStructure
+from cablewright.studies.prints.structure import CrossSection, PrintedStructure
 
 __all__ = ["cuts_picture", "maps_picture"]
 
@@ -29,7 +29,7 @@ def maps_picture(found: PrintRecord) -> Figure | None:
     structure = found.structure
     if structure is None:
         return None
-    fields = [("true", structure.true), ("rebuilt from scans", structure.seen)]
+    fields = [("true", structure.true), ("rebuilt from scans", structure.estimated)]
     known = [(title, field) for title, field in fields if field is not None]
     low = found.track.positions[:, :2].min(axis=0) - _MARGIN
     high = found.track.positions[:, :2].max(axis=0) + _MARGIN
@@ -46,8 +46,8 @@ def maps_picture(found: PrintRecord) -> Figure | None:
     bar = drawn.colorbar(shown, ax=list(axes[: len(known)]), location="bottom", shrink=0.7, aspect=30, pad=0.02)
     bar.set_label("height in mm")
     bar.outline.set_visible(False)
-    if structure.seen is not None and structure.true is not None:
-        _difference(drawn, axes[-1], structure, structure.seen)
+    if structure.estimated is not None and structure.true is not None:
+        _difference(drawn, axes[-1], structure, structure.estimated)
     for axis in axes:
         axis.set(xlabel="x in m", aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         axis.grid(visible=False)
@@ -83,9 +83,9 @@ def _difference(drawn: Figure, axes: Axes, structure: PrintedStructure, seen: He
 
 def cuts_picture(found: PrintRecord) -> Figure | None:
     """Heights across the path where it passes once, and where the structure is highest."""
-    if found.structure is None or not found.structure.cuts:
+    if found.structure is None or not found.structure.sections:
         return None
-    cuts = found.structure.cuts
+    cuts = found.structure.sections
     drawn = style.figure(9.6, 3.2)
     axes = drawn.subplots(1, len(cuts), sharey=True, sharex=True, squeeze=False).ravel()
     for axis, cut in zip(axes, cuts, strict=True):
@@ -96,14 +96,14 @@ def cuts_picture(found: PrintRecord) -> Figure | None:
     return drawn
 
 
-def _draw_cut(axes: Axes, cut: Cut) -> None:
+def _draw_cut(axes: Axes, cut: CrossSection) -> None:
     if np.isfinite(cut.true).any():
         axes.fill_between(
             1e2 * cut.offsets, 0.0, 1e3 * cut.true, color=style.GREY, alpha=0.35, linewidth=0, label="true"
         )
-    if np.isfinite(cut.seen).any():
+    if np.isfinite(cut.estimated).any():
         axes.plot(
-            1e2 * cut.offsets, 1e3 * cut.seen, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans"
+            1e2 * cut.offsets, 1e3 * cut.estimated, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans"
         )
     title = f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m".replace("-", "\N{MINUS SIGN}")
     axes.set(xlabel="cm beside the path, left of it positive", title=title)

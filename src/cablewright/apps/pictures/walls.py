@@ -27,7 +27,7 @@ def walls_picture(points: Points, lines: Sequence[WallLine]) -> Figure:
     axes.plot(*shown.T, ".", color=style.GREY, markersize=3, label=f"{len(points)} points that count")
     for i, line in enumerate(lines):
         colour = _COLOURS[i % len(_COLOURS)]
-        about = f"{i + 1}: {line.distance:.3f} m away, rms {1e3 * line.variance**0.5:.1f} mm, {line.points} points"
+        about = f"{i + 1}: {line.distance:.3f} m away, rms {1e3 * line.variance**0.5:.1f} mm, {line.point_count} points"
         axes.plot(*line.ends.T, color=colour, linewidth=2.0, label=about if i < 12 else None)
         away = (11 * np.cos(line.angle), 11 * np.sin(line.angle))
         x, y = line.ends[0] + _LABEL_AT[i % len(_LABEL_AT)] * (line.ends[1] - line.ends[0])

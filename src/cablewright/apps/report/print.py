@@ -160,8 +160,8 @@ def _figures(found: PrintRecord) -> Iterator[tuple[str, str, str]]:
     if best.error.count:
         yield "mean error", quantity(best.error.mean, "m"), "beside the path, left positive"
         yield "largest error", quantity(best.error.size, "m"), "true" if found.has_truth else "estimated"
-    if found.has_truth and found.seen.error.count:
-        yield "largest error seen", quantity(found.seen.error.size, "m"), "by the estimation"
+    if found.has_truth and found.estimated.error.count:
+        yield "largest error seen", quantity(found.estimated.error.size, "m"), "by the estimation"
     if best.speed.count:
         yield (
             "mean speed",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cablewright.apps.report.page import Html, element, short_name, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, duration, quantity
-from cablewright.studies.prints.result import Following, LineUse, PrintRecord
+from cablewright.studies.prints.result import LineUse, PathFollowing, PrintRecord
 from cablewright.studies.prints.structure import PrintedStructure
 
 __all__ = [
@@ -31,7 +31,7 @@ _OF_THE_PAPER: Final = "merlet2023"
 
 def following_table(found: PrintRecord) -> Html:
     """Error, height and speed: truly, and as the estimation believed."""
-    columns = [(name, of) for name, of in (("true", found.true), ("estimated", found.seen)) if of.error.count]
+    columns = [(name, of) for name, of in (("true", found.true), ("estimated", found.estimated)) if of.error.count]
     if not columns:
         return element("p", "Not known: the log tells of no step that printed with a position.")
     rows = [
@@ -48,7 +48,7 @@ def following_table(found: PrintRecord) -> Html:
     return table(("while printing", *(name for name, _ in columns)), rows, numbers=range(1, len(columns) + 1))
 
 
-def _where(of: Following) -> str:
+def _where(of: PathFollowing) -> str:
     worst = of.worst
     if worst is None:
         return ""
@@ -60,9 +60,9 @@ def paper_table(found: PrintRecord) -> Html | None:
     """The figures that Merlet and Papegay 2023 print beside the same of this print; None for another robot."""
     if found.head.robot.name != _OF_THE_PAPER:
         return None
-    true, seen, structure = found.true, found.seen, found.structure
+    true, seen, structure = found.true, found.estimated, found.structure
     mass = NOT_KNOWN if structure is None else _kg(structure.mass)
-    places = {} if structure is None else {cut.title: cut for cut in structure.cuts}
+    places = {} if structure is None else {cut.title: cut for cut in structure.sections}
     heights = {title: quantity(_top(cut.true), "m") for title, cut in places.items()}
     rows = [
         ("mean error beside the path", f"\N{MINUS SIGN}0.026{_GAP}cm", _cm(true.error.mean), _cm(seen.error.mean)),
@@ -73,7 +73,7 @@ def paper_table(found: PrintRecord) -> Html | None:
         ("layers", "142 (or 146)", count(found.layers), ""),
         ("distance travelled", "about 9 km", quantity(found.travelled, "m"), ""),
         ("hours", "126", f"{found.duration / 3600.0:.2f}", ""),
-        ("powder", "2.56 t", mass, "" if structure is None else _kg(structure.seen_mass)),
+        ("powder", "2.56 t", mass, "" if structure is None else _kg(structure.estimated_mass)),
         ("stops by the light barrier", "24", count(found.barrier_stops), ""),
         ("height where the path passes once", f"9{_GAP}cm", heights.get("where the path passes once", ""), ""),
         ("greatest height", f"18{_GAP}cm", heights.get("where it is highest", ""), ""),
@@ -110,10 +110,10 @@ def states_table(found: PrintRecord) -> Html:
 
 def structure_table(structure: PrintedStructure) -> Html:
     """Mass and height, and how like the rebuilt one is."""
-    like = structure.likeness
+    like = structure.difference
     rows = [
         ("mass, true", _kg(structure.mass)),
-        ("mass by the scans, where over 5 mm high", _kg(structure.seen_mass)),
+        ("mass by the scans, where over 5 mm high", _kg(structure.estimated_mass)),
         ("density", f"{structure.density:g}{_GAP}kg/m³"),
         ("greatest height", quantity(structure.highest, "m")),
     ]
@@ -122,8 +122,8 @@ def structure_table(structure: PrintedStructure) -> Html:
             ("rebuilt less true, mean", quantity(like.mean, "m")),
             ("rms", quantity(like.rms, "m")),
             ("rms on the structure", quantity(like.on_structure, "m")),
-            ("largest", quantity(like.most, "m")),
-            ("of the structure's cells seen", f"{1e2 * like.seen:.0f} %"),
+            ("largest", quantity(like.max, "m")),
+            ("of the structure's cells seen", f"{1e2 * like.share_seen:.0f} %"),
         ]
     return table(("what", "value"), [row for row in rows if row[1] != NOT_KNOWN], numbers=(1,))
 
@@ -190,8 +190,8 @@ def went_in(found: PrintRecord, name: str) -> Html:
         ("job", name),
         ("path", f"{quantity(found.track.length, 'm')} in {count(len(found.track.visits.begin))} visits of layers"),
         ("step", f"{1e3 * head.period:g}{_GAP}ms, {count(found.steps)} of them"),
-        ("temperature", _range(found.temperature.least, found.temperature.most, "°C")),
-        ("humidity", _range(1e2 * found.humidity.least, 1e2 * found.humidity.most, "%")),
+        ("temperature", _range(found.temperature.min, found.temperature.max, "°C")),
+        ("humidity", _range(1e2 * found.humidity.min, 1e2 * found.humidity.max, "%")),
         ("program", program()),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])

@@ -1,8 +1,8 @@
-"""The radius at which cable leaves each winch drum: what its length grew by over what the drum turned.
+"""The radius at which cable leaves each winch drum: change of length over rotation of the drum.
 
-Merlet and Papegay 2023, III.C: between two states that lidars gave, used until the next (``rule = "paper"``). A second
-of their speed pays out 3 cm at most, of which 2 mm of lidar noise are a tenth; so by default (``"filter"``) each line's
-length and radius are a Kalman filter's state, and many lidar states tell the radius together.
+Merlet and Papegay 2023, III.C: from the last two lidar states (``rule = "paper"``). In a second at their speed 3 cm at
+most are paid out, of which 2 mm of lidar noise are a tenth. So by default (``"filter"``) a Kalman filter for each line
+estimates length and radius from all lidar states.
 """
 
 from __future__ import annotations
@@ -16,44 +16,46 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 
-__all__ = ["RadiusSettings", "RadiusState", "start", "step", "unhooked"]
+__all__ = ["RadiusSettings", "RadiusState", "start", "step", "without_reference"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class RadiusSettings:
-    """What is known of winch drums.
+    """Prior knowledge of the winch drums.
 
-    ``nominal`` (m,): m, of the bare drum. ``least`` and ``most``: m, what a radius may be. ``sigma``: m, of what it may
-    be besides nominal. ``walk``: m per square root of a radian, how a radius changes as the drum turns.
-    ``length_sigma``: m, of a lidar state's lengths. ``least_turn``: rad between two states that the paper's rule wants.
+    ``nominal`` (m,): m, of the bare drum. ``min_radius``, ``max_radius``: m, bounds. ``sigma``: m, standard deviation
+    at the start. ``random_walk``: m per root radian, of the radius as the drum turns. ``length_sigma``: m, of a lidar
+    state's lengths. ``min_rotation``: rad between two lidar states that the paper's rule needs.
     """
 
     nominal: tuple[float, ...]
-    least: float
-    most: float
+    min_radius: float
+    max_radius: float
     rule: Literal["paper", "filter"] = "filter"
     sigma: float = 4e-3
-    walk: float = 2e-4
+    random_walk: float = 2e-4
     length_sigma: float = 1e-3
-    least_turn: float = 0.05
+    min_rotation: float = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse radii out of their range."""
-        if not 0.0 < self.least < self.most < math.inf:
-            raise InputError(f"least = {self.least:g} m and most = {self.most:g} m: 0 < least < most is wanted")
-        if not self.nominal or not all(self.least <= radius <= self.most for radius in self.nominal):
-            raise InputError(f"nominal = {self.nominal}: radii from {self.least:g} to {self.most:g} m are wanted")
+        """Refuse bounds that do not rise and nominal radii outside them."""
+        if not 0.0 < self.min_radius < self.max_radius < math.inf:
+            bounds = f"min_radius = {self.min_radius:g} m and max_radius = {self.max_radius:g} m"
+            raise InputError(f"{bounds}: 0 < min_radius < max_radius is wanted")
+        if not self.nominal or not all(self.min_radius <= radius <= self.max_radius for radius in self.nominal):
+            bounds = f"{self.min_radius:g} to {self.max_radius:g} m"
+            raise InputError(f"nominal = {self.nominal}: radii from {bounds} are wanted")
 
 
 class RadiusState(NamedTuple):
-    """Radii (m,), m; and of the last lidar state: lengths, drum angles, and the filter's covariance."""
+    """Radii (m,), m; and lengths, drum angles and covariance at the last lidar state."""
 
     radii: Array
     sigmas: Array  # (m,) m
-    lengths: Array | None
-    angles: Array | None  # (m,) rad, paid out
+    last_lengths: Array | None
+    last_angles: Array | None  # (m,) rad, paid out
     covariance: Array  # (m, 2, 2) of length and radius
 
 
@@ -65,51 +67,51 @@ def start(settings: RadiusSettings) -> RadiusState:
     return RadiusState(radii, np.full(len(radii), settings.sigma), None, None, covariance)
 
 
-def unhooked(state: RadiusState) -> RadiusState:
-    """Return *state* without the last lidar state: what drums turned since then is not known."""
-    return state._replace(lengths=None, angles=None)
+def without_reference(state: RadiusState) -> RadiusState:
+    """Return *state* without the last lidar state, because the rotation since then is not known."""
+    return state._replace(last_lengths=None, last_angles=None)
 
 
 def step(
     settings: RadiusSettings, state: RadiusState, lengths: Array, angles: Array, known: NDArray[np.bool_]
 ) -> RadiusState:
-    """Take a lidar state: unstrained *lengths* (m,), m, and the drums' *angles* (m,), rad, more is more paid out.
+    """Return the state after a lidar state: unstrained *lengths* (m,), m, and drum *angles* (m,), rad, paid out.
 
-    Lines whose length is not *known* (m,) tell nothing.
+    Only lines whose length is *known* (m,) are updated.
     """
-    if state.lengths is None or state.angles is None:
+    if state.last_lengths is None or state.last_angles is None:
         covariance = np.zeros_like(state.covariance)
         covariance[:, 0, 0], covariance[:, 1, 1] = settings.length_sigma**2, state.covariance[:, 1, 1]
-        return state._replace(lengths=lengths.copy(), angles=angles.copy(), covariance=covariance)
-    turned = angles - state.angles
+        return state._replace(last_lengths=lengths.copy(), last_angles=angles.copy(), covariance=covariance)
+    rotation = angles - state.last_angles
     if settings.rule == "paper":
-        told = (np.abs(turned) >= settings.least_turn) & known
-        slope = np.abs(lengths - state.lengths) / np.where(told, np.abs(turned), 1.0)
-        radii = np.where(told & (slope >= settings.least) & (slope <= settings.most), slope, state.radii)
-        return state._replace(radii=radii, lengths=lengths.copy(), angles=angles.copy())
-    return _filtered(settings, state, lengths, angles, turned, known)
+        usable = (np.abs(rotation) >= settings.min_rotation) & known
+        slope = np.abs(lengths - state.last_lengths) / np.where(usable, np.abs(rotation), 1.0)
+        radii = np.where(usable & (slope >= settings.min_radius) & (slope <= settings.max_radius), slope, state.radii)
+        return state._replace(radii=radii, last_lengths=lengths.copy(), last_angles=angles.copy())
+    return _kalman_step(settings, state, lengths, angles, rotation, known)
 
 
-def _filtered(
+def _kalman_step(
     settings: RadiusSettings,
     state: RadiusState,
     lengths: Array,
     angles: Array,
-    turned: Array,
+    rotation: Array,
     known: NDArray[np.bool_],
 ) -> RadiusState:
-    """One step of each line's filter: length += radius * turned, the radius walks, the length is measured."""
-    assert state.lengths is not None  # the first state has been taken
+    """Predict length += radius * rotation with a random walk of the radius, then update with the measured length."""
+    assert state.last_lengths is not None  # `step` has taken the first state
     P = state.covariance
-    ll = P[:, 0, 0] + 2.0 * turned * P[:, 0, 1] + turned**2 * P[:, 1, 1]
-    lr = P[:, 0, 1] + turned * P[:, 1, 1]
-    rr = P[:, 1, 1] + settings.walk**2 * np.abs(turned)
-    predicted = state.lengths + state.radii * turned
+    ll = P[:, 0, 0] + 2.0 * rotation * P[:, 0, 1] + rotation**2 * P[:, 1, 1]
+    lr = P[:, 0, 1] + rotation * P[:, 1, 1]
+    rr = P[:, 1, 1] + settings.random_walk**2 * np.abs(rotation)
+    predicted = state.last_lengths + state.radii * rotation
     gain = np.where(known, 1.0 / (ll + settings.length_sigma**2), 0.0)
-    off = np.where(known, lengths - predicted, 0.0)
-    made = np.empty_like(P)
-    made[:, 0, 0] = ll - gain * ll * ll
-    made[:, 0, 1] = made[:, 1, 0] = lr - gain * ll * lr
-    made[:, 1, 1] = rr - gain * lr * lr
-    radii = np.clip(state.radii + gain * lr * off, settings.least, settings.most)
-    return RadiusState(radii, np.sqrt(made[:, 1, 1]), predicted + gain * ll * off, angles.copy(), made)
+    innovation = np.where(known, lengths - predicted, 0.0)
+    updated = np.empty_like(P)
+    updated[:, 0, 0] = ll - gain * ll * ll
+    updated[:, 0, 1] = updated[:, 1, 0] = lr - gain * ll * lr
+    updated[:, 1, 1] = rr - gain * lr * lr
+    radii = np.clip(state.radii + gain * lr * innovation, settings.min_radius, settings.max_radius)
+    return RadiusState(radii, np.sqrt(updated[:, 1, 1]), predicted + gain * ll * innovation, angles.copy(), updated)

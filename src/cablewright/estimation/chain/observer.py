@@ -1,7 +1,7 @@
-"""The machine's state by the chain of Merlet and Papegay 2023, section III: `step` takes a frame, tells an estimate.
+"""The machine's state by the chain of Merlet and Papegay 2023, section III: `step` takes a frame, returns an estimate.
 
-Lidars tell where the drum is about once a second, line accelerometers which line is slack, and from both the lengths
-follow; encoders carry the lengths on, and a forward solve the drum, at every step in between.
+About once a second lidars give the drum's pose and line accelerometers the slack line; from both follow the lengths
+(update). At every step in between encoders predict the lengths, and a forward solve the drum's position.
 """
 
 from __future__ import annotations
@@ -16,14 +16,23 @@ from numpy.typing import NDArray
 from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
-from cablewright.estimation.chain.state import Looked, ObserverSettings, ObserverState
-from cablewright.estimation.fault_monitor import Watch
-from cablewright.estimation.height import height_of
+from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
+from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallState
-from cablewright.estimation.reading_checks import KEPT, UNHURRIED, Intake, felt, line_faults, queue, seen, turned
+from cablewright.estimation.reading_checks import (
+    HISTORY_LENGTH,
+    LONG_STEP,
+    ReadingChecks,
+    accept_imu,
+    accept_scan,
+    drum_rotation,
+    queue_scan,
+    report_line_sensors,
+)
 from cablewright.estimation.slackness import taut_at
-from cablewright.estimation.time_buffer import Trail
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.signals import (
     DistanceReading,
     Encoders,
@@ -41,332 +50,355 @@ __all__ = ["ObserverSettings", "ObserverState", "start", "step"]
 
 Array = NDArray[np.float64]
 
-_LEARN: Final = 0.1  # share of the yaw rate's bias that one lidar state tells
-_ENCODERS_OFF: Final = 0.01  # m that a length is off while no drum turned
+_BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
+_STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
-_SQUARE: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
-_STALE: Final = 2.5  # turns after which a lidar is quiet
-_SAME_PLACE: Final = 0.03  # m from where it should be, of one of several places that explain a scan
-_FLOOR: Final = 0.02  # m over where the floor should be, beyond which nothing is floor, ...
-_FLOOR_GROWS: Final = 0.02  # ... and by how much more for each metre that B went without seeing it
-_ENCODERS_GAP: Final = 0.1  # s without counts
+_SQUARE_ROOM: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
+_STALE_TURNS: Final = 2.5  # turns without a scan after which a lidar's older turns are dropped
+_SAME_PLACE: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
+_FLOOR_TOLERANCE: Final = 0.02  # m above the expected floor, of floor points, ...
+_FLOOR_DRIFT: Final = 0.02  # ... and how much more for each metre that B moved without seeing the floor
+_MAX_ENCODER_GAP: Final = 0.1  # s without counts
 
 
 def start(settings: ObserverSettings) -> ObserverState:
-    """Return the state before the first frame: nothing is known. Kernels are loaded, so that no step is late."""
+    """Return the state before the first frame. Loads the kernels by using them, so that no step is late."""
     scene = settings.model.robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
-    unheard = slackness.start(settings.slackness)
-    begun = lengths.hang(settings.slackness, unheard, middle, TrackerSettings(certify=settings.certify))
-    if not isinstance(begun, str):
-        tracker, paid = begun
-        lengths.bring(settings.slackness, unheard, tracker, paid, middle)
-    localisation.step(settings.walls, localisation.start(), _SQUARE)
+    no_reading = slackness.start(settings.slackness)
+    hung = lengths.hang_at(settings.slackness, no_reading, middle, TrackerSettings(certify=settings.certify))
+    if not isinstance(hung, str):
+        tracker, paid_out = hung
+        lengths.move_to(settings.slackness, no_reading, tracker, paid_out, middle)
+    localisation.step(settings.walls, localisation.start(), _SQUARE_ROOM)
     return ObserverState(
-        Intake(Watch(dict(settings.quiet))),
+        ReadingChecks(FaultMonitor(dict(settings.timeouts))),
         localisation.start(),
-        unheard,
+        no_reading,
         drum_radius.start(settings.radius),
         tilt.start(),
-        Trail(3, KEPT),
-        Trail(3, KEPT),
+        TimeBuffer(3, HISTORY_LENGTH),
+        TimeBuffer(3, HISTORY_LENGTH),
     )
 
 
 def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -> Estimate:
-    """Take one frame; *state* changes in place. Raises nothing for what a frame holds: faults are in the estimate."""
+    """Return the estimate after one frame; *state* changes in place. No frame raises an error; faults are reported."""
     if not frame.time > state.time:
-        _clock_back(state, frame.time)
+        _restart_clock(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     state.time = frame.time
-    told: LineAngles | None = None
+    line_angles: LineAngles | None = None
     for reading in frame.readings:
-        source = state.watch.heard(reading, frame.time)
+        source = state.monitor.accept(reading, frame.time)
         if source is None:
             continue
         if isinstance(reading, LineAngles):
-            told = reading
+            line_angles = reading
         else:
-            _take(settings, state, reading)
-    _carry_on(settings, state, dt)
-    _see(settings, state)
-    while dt > UNHURRIED and (state.pending or state.looked is not None):
-        _see(settings, state)
-    due = state.gathered.issuperset((*settings.lidars, "vertical")) or state.time - state.gathering > settings.gather
-    if due and not state.pending and state.looked is None:
-        _settle(settings, state)
+            _process(settings, state, reading)
+    _predict_position(settings, state, dt)
+    _process_scan(settings, state)
+    while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
+        _process_scan(settings, state)
+    complete = state.gathered_sources.issuperset((*settings.lidars, "vertical"))
+    due = complete or state.time - state.gather_start > settings.gather_time
+    if due and not state.pending_scans and state.extracted_turn is None:
+        _update_lengths(settings, state)
     if state.tracker is not None:
         state.taut = taut_at(settings.model, state.tracker.pose)
-        if told is not None:
-            state.slackness = slackness.step(settings.slackness, state.slackness, told, state.taut)
-            found = state.slackness
-            line_faults(state.watch, settings.model.robot.lines, np.isnan(found.excess), found.stuck)
-    elif told is not None and np.isfinite(state.anchor).all():
-        there = taut_at(settings.model, state.anchor + state.odometry)
-        state.slackness = slackness.step(settings.slackness, state.slackness, told, there)
-    state.watch.check(state.time)
+        if line_angles is not None:
+            state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, state.taut)
+            slack = state.slackness
+            report_line_sensors(state.monitor, settings.model.robot.lines, np.isnan(slack.excess), slack.stuck)
+    elif line_angles is not None and np.isfinite(state.position_offset).all():
+        there = taut_at(settings.model, state.position_offset + state.odometry)
+        state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, there)
+    state.monitor.check_timeouts(state.time)
     return _estimate(settings, state)
 
 
-def _see(settings: ObserverSettings, state: ObserverState) -> None:
-    """Do the next bit of work on the lidars' turns: as much as there is time for in one step."""
-    if state.looked is not None:
-        _place(settings, state, state.looked)
-    elif state.pending:
-        _look(settings, state, state.pending.pop(0))
+def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
+    """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
+    if state.extracted_turn is not None:
+        _localise(settings, state, state.extracted_turn)
+    elif state.pending_scans:
+        _extract(settings, state, state.pending_scans.pop(0))
 
 
-def _clock_back(state: ObserverState, now: float) -> None:
-    """Begin to count time anew: nothing of the past can be put in order with what comes."""
-    state.watch.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
-    state.places.clear()
-    state.attitudes.clear()
-    state.pending.clear()
-    state.gathered.clear()
+def _restart_clock(state: ObserverState, now: float) -> None:
+    """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
+    state.position_history.clear()
+    state.attitude_history.clear()
+    state.pending_scans.clear()
+    state.gathered_sources.clear()
     state.tilt = state.tilt._replace(time=-math.inf)
-    state.slackness = state.slackness._replace(time=-math.inf, heard=np.full_like(state.slackness.heard, -np.inf))
-    state.walls = WallState(yaw=state.walls.yaw, position=state.walls.position)
-    state.turns_end.clear()
-    state.looked = None
-    state.turn_end = None
-    state.intake.forget()
-    state.gathering, state.time, state.fixed, state.yaw_fixed = math.inf, -math.inf, now, -math.inf
-    state.settled_at = state.whole = now
+    state.slackness = state.slackness._replace(
+        time=-math.inf, last_times=np.full_like(state.slackness.last_times, -np.inf)
+    )
+    state.wall_state = WallState(yaw=state.wall_state.yaw, position=state.wall_state.position)
+    state.last_turn_times.clear()
+    state.extracted_turn = None
+    state.last_turn_end = None
+    state.checks.reset()
+    state.gather_start, state.time, state.last_position_time, state.last_yaw_time = math.inf, -math.inf, now, -math.inf
+    state.last_length_time = state.last_full_position_time = now
 
 
-def _take(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
-    """Take what is not of the lines."""
+def _process(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
+    """Process any reading but line angles."""
     if isinstance(reading, Inertial):
-        _turn(settings, state, reading)
+        _predict_attitude(settings, state, reading)
     elif isinstance(reading, Encoders):
-        _count(settings, state, reading)
+        _predict_lengths(settings, state, reading)
     elif isinstance(reading, DistanceReading):
-        state.depth = reading
-    elif isinstance(reading, Scan) and seen(state.intake, reading) and reading.source in (*settings.lidars, "vertical"):
-        queue(state.pending, reading, settings.walls.keep)
-        state.gathering = min(state.gathering, state.time)
+        state.last_distance = reading
+    elif (
+        isinstance(reading, Scan)
+        and accept_scan(state.checks, reading)
+        and reading.source in (*settings.lidars, "vertical")
+    ):
+        queue_scan(state.pending_scans, reading, settings.walls.kept_turns)
+        state.gather_start = min(state.gather_start, state.time)
 
 
-def _turn(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
-    """Carry yaw and tilt on."""
-    last = state.intake.inertial
-    counts = felt(state.intake, settings.tilt, reading)
-    if not counts:
-        if counts is not None:
+def _predict_attitude(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
+    """Integrate yaw and tilt to the time of an IMU *reading*."""
+    last = state.checks.last_imu
+    accepted = accept_imu(state.checks, settings.tilt, reading)
+    if not accepted:
+        if accepted is not None:
             state.yaw_rate = 0.0
         return
-    rate = float(reading.rate[2]) - state.yaw_bias
+    rate = float(reading.rate[2]) - state.yaw_rate_bias
     state.yaw_rate = rate
     if last is not None:
-        state.yaw += rate * min(max(reading.time - last.time, 0.0), 1.0)
+        state.odometry_yaw += rate * min(max(reading.time - last.time, 0.0), 1.0)
     state.tilt = tilt.step(settings.tilt, state.tilt, reading, rate)
-    state.attitudes.add(reading.time, (state.yaw, state.tilt.x, state.tilt.y))
+    state.attitude_history.add(reading.time, (state.odometry_yaw, state.tilt.x, state.tilt.y))
 
 
-def _count(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
-    """Carry the lengths on."""
-    by, since = turned(state.intake, reading, settings.counts, settings.fastest)
-    if state.angles is None:
-        state.angles = np.zeros(len(reading.counts))
+def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
+    """Add what the encoders count to the lengths."""
+    rotation, dt = drum_rotation(state.checks, reading, settings.counts_per_radian, settings.max_drum_speed)
+    if state.drum_angles is None:
+        state.drum_angles = np.zeros(len(reading.counts))
         return
-    if by is None:
-        if since > 0.0:
-            state.radius = drum_radius.unhooked(state.radius)
+    if rotation is None:
+        if dt > 0.0:
+            state.radius = drum_radius.without_reference(state.radius)
         return
-    state.angles = state.angles + by
-    if reading.time - since < state.settled_at - _ENCODERS_GAP:  # the lidars have told meanwhile where that led
-        state.radius = drum_radius.unhooked(state.radius)
+    state.drum_angles = state.drum_angles + rotation
+    if reading.time - dt < state.last_length_time - _MAX_ENCODER_GAP:  # a lidar state has included the rotation
+        state.radius = drum_radius.without_reference(state.radius)
     elif state.lengths is not None:
-        state.lengths = state.lengths + state.radius.radii * by
+        state.lengths = state.lengths + state.radius.radii * rotation
 
 
-def _carry_on(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
-    """Let the drum follow the lengths."""
-    tracker, paid = state.tracker, state.lengths
-    if tracker is None or paid is None:
+def _predict_position(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
+    """Follow the equilibrium from the last lengths to the current ones; *dt*: s since the last step."""
+    tracker, paid_out = state.tracker, state.lengths
+    if tracker is None or paid_out is None:
         return
     before = tracker.pose
-    status = tracker.step(paid) if (paid > 0.0).all() else Status.NOT_CONVERGED
+    status = tracker.step(paid_out) if (paid_out > 0.0).all() else Status.NOT_CONVERGED
     if status is not Status.OK:
-        state.watch.say("encoders", "lost", f"the drum could not be followed: {status.value}")
+        state.monitor.report("encoders", "lost", f"the drum could not be followed: {status.value}")
         return
-    state.watch.clear("encoders", "lost")
+    state.monitor.clear("encoders", "lost")
     moved = tracker.pose - before
     state.odometry = state.odometry + moved
-    state.floorless += float(np.sqrt(moved @ moved))
-    if state.intake.encoders is not None:
-        state.places.add(state.intake.encoders.time, state.odometry)
+    state.distance_without_floor += float(np.sqrt(moved @ moved))
+    if state.checks.last_encoders is not None:
+        state.position_history.add(state.checks.last_encoders.time, state.odometry)
     if dt > 0.0:
-        state.velocity = state.velocity + min(1.0, dt / settings.slackness.smooth) * (moved / dt - state.velocity)
+        gain = min(1.0, dt / settings.slackness.smoothing_time)
+        state.velocity = state.velocity + gain * (moved / dt - state.velocity)
 
 
-def _look(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
-    """Take one turn of a lidar: of a horizontal one its lines, for there is not the time for more in one step."""
-    state.gathered.add(scan.source)
+def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
+    """Process one lidar turn: height of a vertical one, lines of a horizontal one; its pose is the next step's work."""
+    state.gathered_sources.add(scan.source)
     times = scan.times
-    attitudes, places = state.attitudes.at(times), state.places.at(times)
+    attitudes, positions = state.attitude_history.at(times), state.position_history.at(times)
     if scan.source == "vertical":
         if settings.height is not None:
-            risen = float(places[len(times) // 2, 2])
-            reach = _FLOOR + _FLOOR_GROWS * state.floorless
-            state.height = height_of(settings.height, scan, attitudes[:, 1:], float(state.anchor[2]) + risen, reach)
-            if math.isfinite(state.height.over_structure):
-                state.clearance = state.height.over_structure - risen
-            if state.height.note:
-                state.watch.say("vertical", "floor", state.height.note)
-            else:
-                state.watch.clear("vertical", "floor")
-                state.anchor[2], state.floorless = state.height.over_floor - risen, 0.0
+            _update_height(settings.height, state, scan, attitudes[:, 1:], float(positions[len(times) // 2, 2]))
         return
-    _forget_stale(settings, state, scan)
-    end, yaw = places[-1], float(attitudes[-1, 0])
-    drift = _drift(state, places, attitudes) if settings.straighten else None
+    _drop_stale_turns(settings, state, scan)
+    end, yaw = positions[-1], float(attitudes[-1, 0])
+    drift = _drift(state, positions, attitudes) if settings.deskew else None
     moved = (0.0, 0.0, 0.0)
-    if state.turn_end is not None:
-        was, was_yaw = state.turn_end
-        moved = (float(end[0] - was[0]), float(end[1] - was[1]), yaw - was_yaw)
-    state.turn_end = end, yaw
+    if state.last_turn_end is not None:
+        last, last_yaw = state.last_turn_end
+        moved = (float(end[0] - last[0]), float(end[1] - last[1]), yaw - last_yaw)
+    state.last_turn_end = end, yaw
     turn = LidarTurn(scan.angles, scan.ranges, settings.lidars.index(scan.source), attitudes[:, 1:], drift, moved)
-    state.looked = Looked(scan, turn, localisation.look(settings.walls, turn), end, yaw)
+    state.extracted_turn = ExtractedTurn(scan, turn, localisation.extract(settings.walls, turn), end, yaw)
 
 
-def _place(settings: ObserverSettings, state: ObserverState, looked: Looked) -> None:
-    """Say where the drum is by the lines that were found a step before."""
-    lasers = settings.lasers if state.tracker is None else ()
-    state.walls, state.pose = localisation.step(settings.walls, state.walls, looked.turn, lasers, looked.kept)
-    state.looked = None
-    _judge(settings, state, looked.scan, state.pose, looked.end, looked.yaw)
+def _update_height(settings: HeightSettings, state: ObserverState, scan: Scan, tilts: Array, z: float) -> None:
+    """Update the offset of the height and the clearance by a vertical turn; *z*: m, odometry in its middle."""
+    reach = _FLOOR_TOLERANCE + _FLOOR_DRIFT * state.distance_without_floor
+    height = state.height = estimate_height(settings, scan, tilts, float(state.position_offset[2]) + z, reach)
+    if math.isfinite(height.over_structure):
+        state.clearance_offset = height.over_structure - z
+    if height.note:
+        state.monitor.report("vertical", "floor", height.note)
+    else:
+        state.monitor.clear("vertical", "floor")
+        state.position_offset[2], state.distance_without_floor = height.over_floor - z, 0.0
 
 
-def _forget_stale(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
-    """Leave out turns of lidars that are quiet: odometry has carried them too far."""
-    state.turns_end[scan.source] = scan.time
-    most = _STALE * len(scan.ranges) * scan.period
-    old = [i for i, name in enumerate(settings.lidars) if scan.time - state.turns_end.get(name, -math.inf) > most]
-    if any(turn.lidar in old for turn in state.walls.turns):
-        kept = tuple(turn for turn in state.walls.turns if turn.lidar not in old)
-        state.walls = replace(state.walls, turns=kept)
+def _localise(settings: ObserverSettings, state: ObserverState, extracted: ExtractedTurn) -> None:
+    """Compute the drum's pose from the lines of a turn, and update by it."""
+    lasers, features = settings.lasers if state.tracker is None else (), extracted.features
+    state.wall_state, pose = localisation.step(settings.walls, state.wall_state, extracted.turn, lasers, features)
+    state.wall_pose, state.extracted_turn = pose, None
+    _update_position(settings, state, extracted.scan, pose, extracted.end_position, extracted.end_yaw)
 
 
-def _drift(state: ObserverState, places: Array, attitudes: Array) -> Array:
-    """Where the drum was at each ray, (n, 3), from where it was at the last, along its level axes there."""
-    at = state.anchor_yaw if math.isfinite(state.anchor_yaw) else 0.0
-    yaw = at + float(attitudes[-1, 0])
+def _drop_stale_turns(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
+    """Drop turns of lidars that have become silent: odometry has moved them too far."""
+    state.last_turn_times[scan.source] = scan.time
+    limit, last = _STALE_TURNS * len(scan.ranges) * scan.period, state.last_turn_times
+    stale = [i for i, name in enumerate(settings.lidars) if scan.time - last.get(name, -math.inf) > limit]
+    if any(turn.lidar in stale for turn in state.wall_state.turns):
+        kept = tuple(turn for turn in state.wall_state.turns if turn.lidar not in stale)
+        state.wall_state = replace(state.wall_state, turns=kept)
+
+
+def _drift(state: ObserverState, positions: Array, attitudes: Array) -> Array:
+    """Pose (n, 3), m and rad, of the drum at each ray, relative to the last one, along its level axes there."""
+    offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
+    yaw = offset + float(attitudes[-1, 0])
     c, s = math.cos(yaw), math.sin(yaw)
-    away = places[:, :2] - places[-1, :2]
-    return np.column_stack([away @ np.array([[c, -s], [s, c]]), attitudes[:, 0] - attitudes[-1, 0]])
+    back = positions[:, :2] - positions[-1, :2]
+    return np.column_stack([back @ np.array([[c, -s], [s, c]]), attitudes[:, 0] - attitudes[-1, 0]])
 
 
-def _judge(
+def _update_position(
     settings: ObserverSettings, state: ObserverState, scan: Scan, pose: WallPose, end: Array, yaw: float
 ) -> None:
-    """Believe what the walls tell, or say why not. *end* and *yaw*: by odometry, at the end of the turn."""
-    known = bool(np.isfinite(state.anchor[:2]).all())
+    """Update the offsets of position and yaw, or report why not. *end*, *yaw*: odometry at the end of the turn."""
+    known = bool(np.isfinite(state.position_offset[:2]).all())
     if pose.status != "ok":
-        state.watch.say(scan.source, "walls", pose.note)
+        state.monitor.report(scan.source, "walls", pose.note)
     else:
-        state.watch.clear(scan.source, "walls")
-    anchor = pose.position - end[:2]
+        state.monitor.clear(scan.source, "walls")
+    offset = pose.position - end[:2]
     if pose.status == "parallel" and known:
-        anchor = _across(settings, pose, state.anchor[:2] + end[:2]) - end[:2]
+        offset = _across_walls(settings, pose, state.position_offset[:2] + end[:2]) - end[:2]
     elif not (pose.status == "ok" or (pose.status == "ambiguous" and known)):
         return
-    off = float(np.hypot(*(anchor - state.anchor[:2]))) if known else 0.0
-    if pose.status == "ambiguous" and off > _SAME_PLACE:
-        return  # the other of two places; what is wrong has been said
-    if off > settings.gate and state.refused < settings.believe:
-        state.refused += 1
-        state.watch.say(scan.source, "gate", f"its walls put the drum {off:.2f} m from where it should be: not used")
+    error = float(np.hypot(*(offset - state.position_offset[:2]))) if known else 0.0
+    if pose.status == "ambiguous" and error > _SAME_PLACE:
+        return  # probably the other one of two places; the fault has been reported
+    if error > settings.gate and state.rejections < settings.max_rejections:
+        state.rejections += 1
+        sentence = f"its walls put the drum {error:.2f} m from where it should be: not used"
+        state.monitor.report(scan.source, "gate", sentence)
         return
-    state.refused = 0
-    state.watch.clear(scan.source, "gate")
-    state.anchor[:2], state.fixed = anchor, state.time
+    state.rejections = 0
+    state.monitor.clear(scan.source, "gate")
+    state.position_offset[:2], state.last_position_time = offset, state.time
     if pose.status != "parallel":
-        state.whole = state.time
+        state.last_full_position_time = state.time
     if math.isfinite(pose.yaw):
-        _turn_to(state, pose.yaw - yaw, scan.time)
+        _update_yaw(state, pose.yaw - yaw, scan.time)
 
 
-def _across(settings: ObserverSettings, pose: WallPose, expected: Array) -> Array:
-    """*expected* (2,), m, moved across parallel walls to where those that are near put it; along them it stays."""
+def _across_walls(settings: ObserverSettings, pose: WallPose, expected: Array) -> Array:
+    """Move *expected* (2,), m, across parallel walls to where those within the gate put it; it stays along them."""
     moves = []
     for each in pose.constraints:
         normal = np.array(each.normal)
-        off = each.offset - float(normal @ expected)
-        if abs(off) <= settings.gate:
-            moves.append(off * normal)
+        distance = each.offset - float(normal @ expected)
+        if abs(distance) <= settings.gate:
+            moves.append(distance * normal)
     return expected + np.mean(moves, axis=0) if moves else expected
 
 
-def _turn_to(state: ObserverState, anchor: float, time: float) -> None:
-    """Take a yaw, as what is to be added to odometry's; learn what the gyro is off."""
-    since = time - state.yaw_fixed
-    if 0.5 < since < 5.0 and math.isfinite(state.anchor_yaw):
-        state.yaw_bias -= _LEARN * math.remainder(anchor - state.anchor_yaw, math.tau) / since
+def _update_yaw(state: ObserverState, offset: float, time: float) -> None:
+    """Set the *offset* of yaw from odometry, rad, and update the bias of the yaw rate."""
+    since = time - state.last_yaw_time
+    if 0.5 < since < 5.0 and math.isfinite(state.yaw_offset):
+        state.yaw_rate_bias -= _BIAS_GAIN * math.remainder(offset - state.yaw_offset, math.tau) / since
     if not since <= 0.5:
-        state.yaw_fixed = time
-    state.anchor_yaw = anchor
+        state.last_yaw_time = time
+    state.yaw_offset = offset
 
 
-def _settle(settings: ObserverSettings, state: ObserverState) -> None:
-    """Make a state of what the lidars told: lengths that put the drum there, and the radii of the winch drums."""
-    state.gathered.clear()
-    state.gathering = math.inf
-    if math.isnan(state.anchor[2]) and state.depth is not None and settings.valve is not None:
-        state.anchor[2] = state.depth.distance + settings.valve - state.odometry[2]  # over what lies there
-    target = state.anchor + state.odometry
+def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
+    """Compute the lengths that hang the drum at the lidars' position, and the radii of the winch drums from them."""
+    state.gathered_sources.clear()
+    state.gather_start = math.inf
+    if math.isnan(state.position_offset[2]) and state.last_distance is not None and settings.valve_depth is not None:
+        height = state.last_distance.distance + settings.valve_depth  # over what lies there
+        state.position_offset[2] = height - state.odometry[2]
+    target = state.position_offset + state.odometry
     if not np.isfinite(target).all():
         return
     angular = settings.slackness
-    if state.tracker is None or state.lengths is None or state.watch.has("encoders", "lost"):
-        hung = lengths.hang(angular, state.slackness, target, TrackerSettings(certify=settings.certify))
+    if state.tracker is None or state.lengths is None or state.monitor.is_active("encoders", "lost"):
+        hung = lengths.hang_at(angular, state.slackness, target, TrackerSettings(certify=settings.certify))
         if isinstance(hung, str):
-            state.watch.say("walls", "hang", hung)
+            state.monitor.report("walls", "hang", hung)
             return
         state.tracker, state.lengths = hung
-        state.watch.clear("encoders", "lost")
+        state.monitor.clear("encoders", "lost")
     else:
-        state.lengths, status = lengths.bring(angular, state.slackness, state.tracker, state.lengths, target)
+        state.lengths, status = lengths.move_to(angular, state.slackness, state.tracker, state.lengths, target)
         if status is not Status.OK:
-            state.watch.say("walls", "hang", f"the drum cannot be brought to where the lidars put it: {status.value}")
+            sentence = f"the drum cannot be brought to where the lidars put it: {status.value}"
+            state.monitor.report("walls", "hang", sentence)
             return
-    state.watch.clear("walls", "hang")
-    _measure_radii(settings, state, state.lengths)
+    state.monitor.clear("walls", "hang")
+    _update_radii(settings, state, state.lengths)
 
 
-def _measure_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
-    """Learn the radii of the winch drums from the lengths *found* (m,), m, if the lidars told a place anew."""
-    news = state.whole > state.settled_at
-    state.settled += news
-    state.settled_at = max(state.settled_at, state.whole)
-    if state.angles is None or not news or state.settled < settings.walls.keep:
+def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
+    """Update the radii of the winch drums with the lengths *found* (m,), m, if there is a new lidar position."""
+    new = state.last_full_position_time > state.last_length_time
+    state.lidar_states += new
+    state.last_length_time = max(state.last_length_time, state.last_full_position_time)
+    if state.drum_angles is None or not new or state.lidar_states < settings.walls.kept_turns:
         return
-    last, was = state.radius.lengths, state.radius.angles
-    if last is not None and was is not None:
-        if (state.angles != was).any():
-            state.watch.clear("encoders", "stand")
-        elif float(np.abs(found - last).max()) > _ENCODERS_OFF:
-            state.watch.say("encoders", "stand", "no winch drum turns by its counts, but lengths change")
+    last_lengths, last_angles = state.radius.last_lengths, state.radius.last_angles
+    if last_lengths is not None and last_angles is not None:
+        if (state.drum_angles != last_angles).any():
+            state.monitor.clear("encoders", "stand")
+        elif float(np.abs(found - last_lengths).max()) > _STUCK_ENCODER_ERROR:
+            state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but lengths change")
             return
     known = np.isfinite(state.slackness.excess)
-    state.radius = drum_radius.step(settings.radius, state.radius, found, state.angles, known)
+    state.radius = drum_radius.step(settings.radius, state.radius, found, state.drum_angles, known)
 
 
 def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
-    """Say what is believed."""
+    """Return the state as an estimate."""
     m = settings.model.m
-    yaw = state.yaw + (state.anchor_yaw if math.isfinite(state.anchor_yaw) else 0.0)
+    yaw = state.odometry_yaw + (state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0)
     rotation = frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y))
-    clear = float(state.odometry[2]) + state.clearance
+    clearance = float(state.odometry[2]) + state.clearance_offset
     if state.tracker is None or state.lengths is None or state.taut is None:
-        nothing = frozen(np.full(m, np.nan))
-        place, still = frozen(state.anchor + state.odometry), frozen(np.zeros(3))
-        slack = np.zeros(m, dtype=np.bool_)
-        radii = frozen(state.radius.radii)
+        unknown = frozen(np.full(m, np.nan))
         return Estimate(
-            state.time, place, still, rotation, nothing, nothing, slack, radii, None, state.watch.faults, False, clear
+            state.time,
+            frozen(state.position_offset + state.odometry),
+            frozen(np.zeros(3)),
+            rotation,
+            unknown,
+            unknown,
+            np.zeros(m, dtype=np.bool_),
+            frozen(state.radius.radii),
+            faults=state.monitor.faults,
+            valid=False,
+            clearance=clearance,
         )
-    excess = lengths.excess_now(settings.slackness, state.slackness, state.taut, state.lengths)
+    current = state.time - state.last_position_time <= settings.position_timeout
+    excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, state.lengths)
     return Estimate(
         state.time,
         frozen(state.tracker.pose),
@@ -374,10 +406,9 @@ def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
         rotation,
         frozen(state.lengths),
         frozen(excess),
-        excess > settings.slackness.slack,
+        excess > settings.slackness.threshold,
         frozen(state.radius.radii),
-        None,
-        state.watch.faults,
-        valid=state.time - state.fixed <= settings.lost and not state.watch.has("encoders", "lost"),
-        clearance=clear,
+        faults=state.monitor.faults,
+        valid=current and not state.monitor.is_active("encoders", "lost"),
+        clearance=clearance,
     )

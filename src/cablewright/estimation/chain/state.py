@@ -1,4 +1,4 @@
-"""What an observer is told of the machine, and what it keeps from step to step."""
+"""Settings and state of the observer: the chain of Merlet and Papegay 2023, section III."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
-from cablewright.estimation.fault_monitor import Watch
+from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightEstimate, HeightSettings
-from cablewright.estimation.lidar.localisation import KeptTurn, LidarTurn, WallPose, WallSettings, WallState
+from cablewright.estimation.lidar.localisation import LidarTurn, TurnFeatures, WallPose, WallSettings, WallState
 from cablewright.estimation.lidar.room import Laser
-from cablewright.estimation.reading_checks import Intake
+from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut
 from cablewright.estimation.tilt import TiltSettings, TiltState
-from cablewright.estimation.time_buffer import Trail
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.models.statics import Model
 from cablewright.signals import DistanceReading, Scan
 from cablewright.solvers.continuation import Tracker
 
-__all__ = ["Looked", "ObserverSettings", "ObserverState"]
+__all__ = ["ExtractedTurn", "ObserverSettings", "ObserverState"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class ObserverSettings:
-    """What is believed of the machine, and how its sensors are judged.
+    """The machine as described, and the limits by which readings are accepted.
 
-    ``model``: the robot as described, with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
-    ``counts``: of an encoder for a radian of a winch drum. ``fastest``: rad/s of a winch drum. ``valve``: m, from B
-    down to the distance sensor. ``lasers``: what an operator measured at the start. ``straighten``: bring the rays of
-    a turn to its end by odometry, not by tilt alone. ``gather``: s to wait for the other lidars' turns. ``gate``: m,
-    by which lidars may put the drum elsewhere than expected; after ``believe`` times in a row they are believed.
-    ``lost``: s without lidars until the position is a guess. ``quiet``: s by source, without a reading, until it is
-    said.
+    ``model``: the robot with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``max_drum_speed``: rad/s of a winch drum.
+    ``valve_depth``: m, from B down to the distance sensor. ``lasers``: an operator's distances at the start.
+    ``deskew``: correct the rays of a turn for the drum's motion by odometry, not for its tilt alone. ``gather_time``: s
+    to wait for the other lidars' turns. ``gate``: m, by which a lidar's position may differ from the expected one;
+    after ``max_rejections`` in a row it is accepted anyway. ``position_timeout``: s without an accepted lidar position
+    until the estimate is invalid. ``timeouts``: s by source, without a reading, until that is a fault.
     """
 
     model: Model
@@ -47,82 +47,82 @@ class ObserverSettings:
     lidars: tuple[str, ...]
     slackness: SlacknessSettings
     radius: RadiusSettings
-    counts: float
+    counts_per_radian: float
     height: HeightSettings | None = None
     tilt: TiltSettings = field(default_factory=TiltSettings)
-    fastest: float = math.inf
-    valve: float | None = None
+    max_drum_speed: float = math.inf
+    valve_depth: float | None = None
     lasers: tuple[Laser, ...] = ()
-    straighten: bool = True
+    deskew: bool = True
     certify: bool = False
-    gather: float = 0.1
+    gather_time: float = 0.1
     gate: float = 0.1
-    believe: int = 4
-    lost: float = 30.0
-    quiet: Mapping[str, float] = field(default_factory=dict)
+    max_rejections: int = 4
+    position_timeout: float = 30.0
+    timeouts: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what does not hang together."""
+        """Refuse lidars without a model, platforms with a rotation and counts that are not positive."""
         if len(self.lidars) != len(self.walls.lidars):
             raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
         if self.model.n != 3:
             raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
-        if not self.counts > 0.0:
-            raise InputError(f"counts = {self.counts:g}: over 0 is wanted")
+        if not self.counts_per_radian > 0.0:
+            raise InputError(f"counts_per_radian = {self.counts_per_radian:g}: over 0 is wanted")
 
 
-class Looked(NamedTuple):
-    """A turn of a horizontal lidar whose lines are found; where the drum is by them comes in the next step."""
+class ExtractedTurn(NamedTuple):
+    """A turn of a horizontal lidar and the lines found in it; the next time step computes the drum's pose from them."""
 
     scan: Scan
     turn: LidarTurn
-    kept: KeptTurn
-    end: Array  # (3,) m, by odometry, at the end of the turn; of the filter, from there to now
-    yaw: float  # rad, likewise
+    features: TurnFeatures
+    end_position: Array  # (3,) m, by odometry at the end of the turn; in the filter: displacement since then
+    end_yaw: float  # rad, by odometry at the end of the turn; in the filter: by the gyro
 
 
 @dataclass(eq=False)
 class ObserverState:
-    """What `step` changes. Odometry (x, y, z, yaw) goes on without the lidars; `anchor` is what they add to it."""
+    """Changed in place by `step`. Position and yaw are odometry, which needs no lidar, plus an offset by the lidars."""
 
-    intake: Intake
-    walls: WallState
+    checks: ReadingChecks
+    wall_state: WallState
     slackness: SlacknessState
     radius: RadiusState
     tilt: TiltState
-    places: Trail  # x, y, z by odometry, at the encoders' times
-    attitudes: Trail  # yaw by odometry, tilt x and y, at the inertial readings' times
+    position_history: TimeBuffer  # odometry x, y, z at the encoders' times
+    attitude_history: TimeBuffer  # odometry yaw, tilt x and y, at the IMU's times
     time: float = -math.inf
     odometry: Array = field(default_factory=lambda: np.zeros(3))
-    yaw: float = 0.0  # rad by odometry
+    odometry_yaw: float = 0.0  # rad
     yaw_rate: float = 0.0
-    yaw_bias: float = 0.0
-    anchor: Array = field(default_factory=lambda: np.full(3, np.nan))  # m: position less odometry
-    anchor_yaw: float = math.nan
-    yaw_fixed: float = -math.inf  # s: when the lidars told a yaw last
-    angles: Array | None = None  # (m,) rad paid out
+    yaw_rate_bias: float = 0.0
+    position_offset: Array = field(default_factory=lambda: np.full(3, np.nan))  # m: position less odometry
+    yaw_offset: float = math.nan
+    last_yaw_time: float = -math.inf  # s: of the last lidar yaw
+    drum_angles: Array | None = None  # (m,) rad, paid out
     lengths: Array | None = None
     tracker: Tracker | None = None
     velocity: Array = field(default_factory=lambda: np.zeros(3))
     taut: Taut | None = None
-    pending: list[Scan] = field(default_factory=list)
-    looked: Looked | None = None
-    turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn that was used
-    turns_end: dict[str, float] = field(default_factory=dict)  # s: when each lidar turned last
-    gathered: set[str] = field(default_factory=set)
-    gathering: float = math.inf  # s: since when
-    settled: int = 0  # how many states were made of what lidars told
-    refused: int = 0
-    fixed: float = -math.inf  # s: when the lidars told a place last ...
-    whole: float = -math.inf  # ... and when not along one direction only
-    settled_at: float = -math.inf  # s: when lengths were made of it last
-    pose: WallPose | None = None
+    pending_scans: list[Scan] = field(default_factory=list)
+    extracted_turn: ExtractedTurn | None = None
+    last_turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn: m, rad
+    last_turn_times: dict[str, float] = field(default_factory=dict)  # s: of each lidar's last turn
+    gathered_sources: set[str] = field(default_factory=set)
+    gather_start: float = math.inf  # s: when the first of `gathered_sources` came
+    lidar_states: int = 0  # number of states made from lidar positions
+    rejections: int = 0
+    last_position_time: float = -math.inf  # s: of the last lidar position ...
+    last_full_position_time: float = -math.inf  # ... and of the last in both directions
+    last_length_time: float = -math.inf  # s: of the last lidar position that gave lengths
+    wall_pose: WallPose | None = None
     height: HeightEstimate | None = None
-    floorless: float = 0.0  # m that B went since the floor was seen
-    clearance: float = math.nan  # m: fictive height less height by odometry
-    depth: DistanceReading | None = None
+    distance_without_floor: float = 0.0  # m that B moved since the floor was seen
+    clearance_offset: float = math.nan  # m: fictive height less odometry's z
+    last_distance: DistanceReading | None = None
 
     @property
-    def watch(self) -> Watch:
-        """Faults."""
-        return self.intake.watch
+    def monitor(self) -> FaultMonitor:
+        """Active faults."""
+        return self.checks.monitor

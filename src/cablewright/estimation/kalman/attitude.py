@@ -1,4 +1,4 @@
-"""How the drum leans and is turned: the gyro carries it on, gravity and that it hangs from one point hold it."""
+"""Attitude of the drum: predicted by the gyro, updated by gravity and by hanging from one point."""
 
 from __future__ import annotations
 
@@ -6,77 +6,79 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, correct, fuse
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction, kalman_update
 from cablewright.signals import Inertial
 
-__all__ = ["coast", "feel"]
+__all__ = ["predict", "predict_without_imu"]
 
-_LEANS: Final = 10  # readings of the accelerometer that are used at once
-_HELD: Final = 0.1  # s in which so many come
-_SMOOTH: Final = 0.2  # share of B's acceleration that such a time tells
+_READINGS: Final = 10  # of the accelerometer, for one update
+_INTERVAL: Final = 0.1  # s between updates
+_SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
 
-def feel(settings: FilterSettings, state: FilterState, reading: Inertial) -> None:
-    """Carry the attitude on to the time of a *reading* that is believed."""
-    since = reading.time - state.felt
-    if not since <= state.gap:
-        coast(settings, state, reading.time - 0.5 * state.gap)
-        since = reading.time - state.felt if state.felt > -np.inf else 0.0
-    wx, wy, wz = (reading.rate - state.gyro).tolist()
+def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> None:
+    """Integrate the attitude to the time of an accepted IMU *reading*."""
+    dt = reading.time - state.last_imu_time
+    if not dt <= state.max_gap:
+        predict_without_imu(settings, state, reading.time - 0.5 * state.max_gap)
+        dt = reading.time - state.last_imu_time if state.last_imu_time > -np.inf else 0.0
+    wx, wy, wz = (reading.rate - state.gyro_bias).tolist()
     x, y = state.tilt.tolist()
-    state.turn_rate = np.array([wx + wz * y, wy - wz * x, wz])
-    state.tilt = state.tilt + since * state.turn_rate[:2]
-    state.yaw += since * wz
-    state.gyro_yaw += since * wz
-    state.felt = reading.time
+    state.angular_rate = np.array([wx + wz * y, wy - wz * x, wz])
+    state.tilt = state.tilt + dt * state.angular_rate[:2]
+    state.yaw += dt * wz
+    state.gyro_yaw += dt * wz
+    state.last_imu_time = reading.time
     lay, P = state.layout, state.P
-    turn = since * wz
+    turn = dt * wz
     att, own = lay.attitude, P[lay.attitude]
-    P[att] = own + [[turn], [-turn], [0.0]] * own[[1, 0, 2]] - since * P[lay.gyro]
-    P[:, att] += P[:, att][:, [1, 0, 2]] * [turn, -turn, 0.0] - since * P[:, lay.gyro]
+    P[att] = own + [[turn], [-turn], [0.0]] * own[[1, 0, 2]] - dt * P[lay.gyro_bias]
+    P[:, att] += P[:, att][:, [1, 0, 2]] * [turn, -turn, 0.0] - dt * P[:, lay.gyro_bias]
     diagonal = P.reshape(-1)[:: len(P) + 1]
-    diagonal[att] += settings.gyro_noise**2 * since
-    state.turning.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
+    diagonal[att] += settings.gyro_noise**2 * dt
+    state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.chain.tilt.gravity
-    state.leans.append((fy / g, -fx / g))
-    if len(state.leans) >= _LEANS:
-        _hold(settings, state)
+    state.measured_tilts.append((fy / g, -fx / g))
+    if len(state.measured_tilts) >= _READINGS:
+        _update(settings, state)
 
 
-def _hold(settings: FilterSettings, state: FilterState) -> None:
-    """Gravity tells the tilt and what the accelerometer is off; that the drum hangs from one point, the tilt."""
+def _update(settings: FilterSettings, state: FilterState) -> None:
+    """Update by two measurements: gravity gives tilt plus accelerometer bias; the suspension, a tilt of zero."""
     lay = state.layout
-    told = np.mean(state.leans, axis=0)
-    state.leans.clear()
-    speed = state.jacobian[:2] @ (state.radii * state.rates)
-    state.push = state.push + _SMOOTH * ((speed - state.speed) / _HELD - state.push)
-    state.speed = speed
-    pushed = float(state.push @ state.push) / settings.chain.tilt.gravity**2  # who is pushed leans, and feels it not
+    measured = np.mean(state.measured_tilts, axis=0)
+    state.measured_tilts.clear()
+    velocity, smoothed = state.jacobian[:2] @ (state.radii * state.drum_rates), state.level_acceleration
+    acceleration = smoothed + _SMOOTHING * ((velocity - state.level_velocity) / _INTERVAL - smoothed)
+    state.level_velocity, state.level_acceleration = velocity, acceleration
+    # an accelerated drum tilts, and its accelerometer does not show that
+    unseen = float(acceleration @ acceleration) / settings.chain.tilt.gravity**2
     tilt = slice(lay.attitude.start, lay.attitude.start + 2)
     H = np.zeros((4, lay.size))
-    H[:2, tilt] = H[2:, tilt] = H[:2, lay.lean] = np.eye(2)
-    off = np.concatenate([told - state.tilt - state.lean, -state.tilt])
-    hanging = (settings.swing**2 + pushed) * settings.period / _HELD
-    R = np.diag([settings.gravity**2 + pushed * settings.period / _HELD] * 2 + [hanging] * 2)
-    correction, state.P = fuse(state.P, H, off, R)
-    correct(state, correction)
+    H[:2, tilt] = H[2:, tilt] = H[:2, lay.accelerometer_bias] = np.eye(2)
+    innovation = np.concatenate([measured - state.tilt - state.accelerometer_bias, -state.tilt])
+    upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
+    gravity = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
+    R = np.diag([gravity] * 2 + [upright] * 2)
+    correction, state.P = kalman_update(state.P, H, innovation, R)
+    inject_correction(state, correction)
 
 
-def coast(settings: FilterSettings, state: FilterState, time: float) -> None:
-    """Carry the attitude on to *time* without the inertial unit: what turns the drum is not known."""
-    since = time - state.felt
-    if not 0.0 < since < 1e6:
-        state.felt = max(state.felt, time)
+def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:
+    """Predict the attitude at *time*, s, without the IMU: upright, at an unknown rate of yaw."""
+    dt = time - state.last_imu_time
+    if not 0.0 < dt < 1e6:
+        state.last_imu_time = max(state.last_imu_time, time)
         return
     lay, P = state.layout, state.P
-    state.felt = state.blind = time
-    state.leans.clear()
+    state.last_imu_time = state.imu_gap_end = time
+    state.measured_tilts.clear()
     diagonal = P.reshape(-1)[:: len(P) + 1]
     tilt = slice(lay.attitude.start, lay.attitude.start + 2)
     P[tilt] = 0.0
     P[:, tilt] = 0.0
-    diagonal[tilt] = settings.swing**2
-    diagonal[lay.attitude.stop - 1] += settings.turning**2 * since * (1.0 + since)
-    state.tilt, state.turn_rate = np.zeros(2), np.zeros(3)
-    state.turning.add(time, (state.gyro_yaw, 0.0, 0.0))
+    diagonal[tilt] = settings.swing_sigma**2
+    diagonal[lay.attitude.stop - 1] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
+    state.tilt, state.angular_rate = np.zeros(2), np.zeros(3)
+    state.attitude_history.add(time, (state.gyro_yaw, 0.0, 0.0))

@@ -1,8 +1,8 @@
-"""The machine's state by one error-state Kalman filter that fuses all sensors: `step` takes a frame, tells an estimate.
+"""The machine's state by one error-state Kalman filter of all sensors: `step` takes a frame, returns an estimate.
 
-Encoders carry position and lengths on, the gyro the attitude; walls, floor, line angles, gravity and the distance
-sensor correct them together with what they depend on: radii of the winch drums, biases of gyro, accelerometer and
-lidars. The paper's chain finds the first place. docs/estimation.md has the equations.
+Encoders predict position and lengths, the gyro the attitude. Walls, floor, line angles, gravity and the distance sensor
+update them, and with them the radii of the winch drums and the biases of gyro, accelerometer and lidars. The paper's
+chain finds the first position. docs/estimation.md has the equations.
 """
 
 from __future__ import annotations
@@ -18,10 +18,18 @@ from cablewright.estimation import slackness
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverState
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, add_unknown
-from cablewright.estimation.reading_checks import KEPT, UNHURRIED, felt, line_faults, queue, seen, turned
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, inflate_position
+from cablewright.estimation.reading_checks import (
+    HISTORY_LENGTH,
+    LONG_STEP,
+    accept_imu,
+    accept_scan,
+    drum_rotation,
+    queue_scan,
+    report_line_sensors,
+)
 from cablewright.estimation.tilt import rotation_vector
-from cablewright.estimation.time_buffer import Trail
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.kernels import layout
 from cablewright.signals import (
     DistanceReading,
@@ -39,31 +47,31 @@ __all__ = ["FilterSettings", "FilterState", "start", "step"]
 
 Array = NDArray[np.float64]
 
-_FIRST: Final = 0.01  # m: of the chain's first place
-_FIRST_TILT: Final = math.radians(0.15)
-_FIRST_YAW: Final = math.radians(0.5)
-_FIRST_LENGTH: Final = 5e-3  # m: of lengths besides the place's
-_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not gone by
-_TURNED: Final = math.radians(2.0)  # of the drum, while the clock jumped
-_DOUBTED: Final = 2  # turns in a row of which most does not fit: B is as unsure as at first
-_AGAIN: Final = 10.0  # s from one search for the place to the next
-_LET_OUT: Final = 5e-3  # m per root second: by which a winch that is not told makes a line slack
-_GOES: Final = 0.01  # m/s: who is as fast does not stand
-_RESTS: Final = 4.0  # s of counts that stand, after which B stands too if no lidar sees it go
-_FASTEST: Final = 0.05  # m/s: about as fast as B goes while nothing tells
-_CALM: Final = np.array([1.0, 1.0, 0.2])  # upwards it goes less than level
-_GROUND: Final = 0.1  # m: of what lies under the valve, at first
-_TRIES: Final = 5  # readings of the distance sensor in a row that do not fit: then the ground is another
+_POSITION_SIGMA: Final = 0.01  # m, of the chain's first position
+_TILT_SIGMA: Final = math.radians(0.15)  # at the start
+_YAW_SIGMA: Final = math.radians(0.5)  # at the start
+_LENGTH_SIGMA: Final = 5e-3  # m, at the start, besides the position's
+_GROUND_SIGMA: Final = 0.1  # m, of the ground under the valve at the start
+_MAX_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not relied on
+_JUMP_YAW: Final = math.radians(2.0)  # deviation of yaw while the clock jumped
+_DOUBTFUL_TURNS: Final = 2  # rejected turns in a row after which position and yaw are as uncertain as at the start
+_MIN_TRACKING_TIME: Final = 10.0  # s between two initialisations
+_WINCH_DRIFT: Final = 5e-3  # m per root second, of a length whose winch is not measured
+_MIN_SPEED: Final = 0.01  # m/s, from which B moves
+_REST_TIME: Final = 4.0  # s of constant counts after which B is at rest unless lidars see it move
+_COASTING_SPEED: Final = 0.05  # m/s, about the largest of B while nothing measures it
+_DIRECTIONS: Final = np.array([1.0, 1.0, 0.2])  # vertical motion is slower
+_MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, after which the ground has changed
 
 
 def start(settings: FilterSettings) -> FilterState:
-    """Return the state before the first frame: nothing is known."""
+    """Return the state before the first frame."""
     chain = observer.start(settings.chain)
     own = settings.chain
     lay = Layout.of(own.model.m, len(own.lidars))
     weight = float(own.model.packed.platform[layout.PLATFORM_WEIGHT])
     return FilterState(
-        chain.intake,
+        chain.checks,
         lay,
         slackness.start(own.slackness),
         weight / own.model.robot.scene.gravity,
@@ -73,234 +81,237 @@ def start(settings: FilterSettings) -> FilterState:
 
 
 def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Estimate:
-    """Take one frame; *state* changes in place. Raises nothing for what a frame holds: faults are in the estimate."""
+    """Return the estimate after one frame; *state* changes in place. No frame raises an error; faults are reported."""
     if state.chain is not None:
         estimate = observer.step(settings.chain, state.chain, frame)
-        if not _begin(settings, state, state.chain, frame.time):
-            return _guess(estimate)
+        if not _initialise(settings, state, state.chain, frame.time):
+            return _as_invalid(estimate)
         return _estimate(settings, state)
     if not frame.time > state.time:
-        _clock_back(state, frame.time)
+        _restart_clock(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
-    _tick(settings, state, frame.time, dt)
-    told = _hear(settings, state, frame)
-    if state.time - state.told > state.gap:
-        _go_free(state)
-    if state.free:
-        _drift(settings, state, dt)
-    line_update.draw(settings, state)
-    _see(settings, state)
-    while dt > UNHURRIED and (state.pending or state.looked is not None):
-        _see(settings, state)
-    if told is not None and state.taut is not None:
-        state.slackness = slackness.step(settings.chain.slackness, state.slackness, told, state.taut)
-        heard = state.slackness
-        line_faults(state.watch, settings.chain.model.robot.lines, np.isnan(heard.excess), heard.stuck)
-        line_update.listen(settings, state)
-    state.watch.check(state.time)
-    if _astray(settings, state):
-        _again(settings, state)
-        return _guess(_estimate(settings, state))
+    _advance_clock(settings, state, frame.time, dt)
+    line_angles = _process_readings(settings, state, frame)
+    if state.time - state.last_encoder_time > state.max_gap:
+        _start_coasting(state)
+    if state.coasting:
+        _predict_coasting(settings, state, dt)
+    line_update.update_jacobian(settings, state)
+    _process_scan(settings, state)
+    while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
+        _process_scan(settings, state)
+    if line_angles is not None and state.taut is not None:
+        state.slackness = slackness.step(settings.chain.slackness, state.slackness, line_angles, state.taut)
+        slack = state.slackness
+        report_line_sensors(state.monitor, settings.chain.model.robot.lines, np.isnan(slack.excess), slack.stuck)
+        line_update.update(settings, state)
+    state.monitor.check_timeouts(state.time)
+    if _is_lost(settings, state):
+        _reinitialise(settings, state)
+        return _as_invalid(_estimate(settings, state))
     return _estimate(settings, state)
 
 
-def _tick(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
-    """Let the clock go on."""
-    state.time, state.gap = now, max(_GAP, 1.5 * dt)
-    if now - state.slackness.time > settings.chain.slackness.quiet:
+def _advance_clock(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
+    """Advance the clock to *now*, s, by *dt*."""
+    state.time, state.max_gap = now, max(_MAX_GAP, 1.5 * dt)
+    if now - state.slackness.time > settings.chain.slackness.timeout:
         state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
-    if state.coarse:  # in so long a step a drum turns by what no gyro that is read once in it tells
+    if state.has_long_steps:  # the gyro, read once a step, does not measure the rotation
         yaw = state.layout.attitude.stop - 1
-        state.P[yaw, yaw] += (settings.turning * dt) ** 2
+        state.P[yaw, yaw] += (settings.turn_rate_sigma * dt) ** 2
 
 
-def _hear(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> LineAngles | None:
-    """Take all readings but those of the lines' angles, of which the last is returned."""
-    told: LineAngles | None = None
+def _process_readings(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> LineAngles | None:
+    """Process all readings but line angles; return the last of these."""
+    line_angles: LineAngles | None = None
     for reading in frame.readings:
-        if state.watch.heard(reading, frame.time) is None:
+        if state.monitor.accept(reading, frame.time) is None:
             continue
         if isinstance(reading, LineAngles):
-            told = reading
+            line_angles = reading
         else:
-            _take(settings, state, reading)
-    return told
+            _process(settings, state, reading)
+    return line_angles
 
 
-def _begin(settings: FilterSettings, state: FilterState, chain: ObserverState, now: float) -> bool:
-    """Take over from the chain once it has a place."""
+def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverState, now: float) -> bool:
+    """Take the state over from the chain once that has a position; return whether it has."""
     state.time = now
-    if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.angles is None:
+    if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.drum_angles is None:
         return False
-    if chain.pose is None or chain.pose.status != "ok":
+    if chain.wall_pose is None or chain.wall_pose.status != "ok":
         return False
     lay, m = state.layout, settings.chain.model.m
     state.position, state.lengths = chain.tracker.pose.copy(), chain.lengths.copy()
-    state.velocity, state.yaw = chain.velocity.copy(), chain.yaw + chain.anchor_yaw
+    state.velocity, state.yaw = chain.velocity.copy(), chain.odometry_yaw + chain.yaw_offset
     state.tilt, state.slackness = np.zeros(2), chain.slackness
-    state.lean, state.gyro, state.turn_rate = np.zeros(2), np.zeros(3), np.zeros(3)  # a second tells no bias
-    state.leans.clear()
-    state.radii, state.bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
-    state.angles, state.rates, state.ground = np.zeros(m), np.zeros(m), 0.0
-    state.way, state.turning, state.gyro_yaw = Trail(m + 4, KEPT), Trail(3, KEPT), 0.0
-    state.drifted = np.zeros(4)
-    heard = state.intake = chain.intake
-    state.told = now if heard.encoders is None else heard.encoders.time
-    state.felt = now if heard.inertial is None else heard.inertial.time
-    state.begun, state.fixed, state.free = now, now, False
-    state.looked = None
-    state.pending.clear()
-    state.refused.clear()
-    state.across = dict.fromkeys({wall.kind for wall in settings.chain.walls.room.walls}, now)
-    line_update.draw(settings, state, at_once=True)
+    state.accelerometer_bias, state.gyro_bias, state.angular_rate = np.zeros(2), np.zeros(3), np.zeros(3)
+    state.measured_tilts.clear()
+    state.radii, state.range_bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
+    state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
+    state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
+    state.gyro_yaw, state.coasted = 0.0, np.zeros(4)
+    checks = state.checks = chain.checks
+    state.last_encoder_time = now if checks.last_encoders is None else checks.last_encoders.time
+    state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time
+    state.settling_start, state.last_position_time, state.coasting = now, now, False
+    state.extracted_turn = None
+    state.pending_scans.clear()
+    state.rejections.clear()
+    state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.chain.walls.room.walls}, now)
+    line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
-    state.P = _first(settings, lay, state.taut.toward)
+    state.P = _initial_covariance(settings, lay, state.taut.toward)
     state.chain = None
     return True
 
 
-def _first(settings: FilterSettings, lay: Layout, toward: Array) -> Array:
-    """Covariance of what the chain hands over."""
-    size = np.zeros(lay.size)
-    size[lay.attitude] = _FIRST_TILT, _FIRST_TILT, _FIRST_YAW
-    size[lay.lengths], size[lay.radii] = _FIRST_LENGTH, settings.radius
-    size[lay.gyro], size[lay.lean], size[lay.ground] = settings.gyro, settings.lean, _GROUND
+def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array) -> Array:
+    """Covariance of the state that the chain hands over."""
+    sigma = np.zeros(lay.size)
+    sigma[lay.attitude] = _TILT_SIGMA, _TILT_SIGMA, _YAW_SIGMA
+    sigma[lay.lengths], sigma[lay.radii], sigma[lay.ground] = _LENGTH_SIGMA, settings.radius_sigma, _GROUND_SIGMA
+    sigma[lay.gyro_bias], sigma[lay.accelerometer_bias] = settings.gyro_bias_sigma, settings.accelerometer_bias_sigma
     lidars = settings.chain.walls.lidars
-    size[lay.bias] = [max(lidar.bias_sigma, 1e-6) for lidar in lidars] + [settings.height_bias]
-    P = np.diag(size**2)
+    sigma[lay.range_bias] = [max(lidar.bias_sigma, 1e-6) for lidar in lidars] + [settings.height_bias_sigma]
+    P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]
-    by_place = np.vstack([np.eye(3), toward])
-    P[np.ix_(rows, rows)] += _FIRST**2 * (by_place @ by_place.T)
+    spread = np.vstack([np.eye(3), toward])
+    P[np.ix_(rows, rows)] += _POSITION_SIGMA**2 * (spread @ spread.T)
     return P
 
 
-def _guess(estimate: Estimate) -> Estimate:
-    """Return *estimate* as one that nobody should go by."""
+def _as_invalid(estimate: Estimate) -> Estimate:
+    """Return *estimate* marked as invalid."""
     return replace(estimate, valid=False)
 
 
-def _astray(settings: FilterSettings, state: FilterState) -> bool:
-    """Whether most of what a lidar sees has not fitted for some turns: the place may be another than believed."""
-    turns = max((state.refused.get(source, 0) for source in settings.chain.lidars), default=0)
+def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
+    """Whether a lidar's turns have been rejected too often in a row: the position may be wrong."""
+    turns = max((state.rejections.get(source, 0) for source in settings.chain.lidars), default=0)
     lost = not np.isfinite(state.position).all() or not np.isfinite(state.P).all()
-    return lost or (turns >= settings.chain.believe and state.time - state.begun > _AGAIN)
+    return lost or (turns >= settings.chain.max_rejections and state.time - state.settling_start > _MIN_TRACKING_TIME)
 
 
-def _again(settings: FilterSettings, state: FilterState) -> None:
-    """Look for the place from the beginning, with the faults that are known."""
+def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
+    """Find the position anew by the chain; active faults stay."""
     state.chain = observer.start(settings.chain)
-    state.chain.intake = state.intake
-    state.refused.clear()
+    state.chain.checks = state.checks
+    state.rejections.clear()
 
 
-def _clock_back(state: FilterState, now: float) -> None:
-    """Begin to count time anew: nothing of the past can be put in order with what comes."""
-    state.watch.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
-    state.intake.forget()
-    for trail in (state.way, state.turning):
-        trail.clear()
-    state.pending.clear()
-    state.leans.clear()
-    heard = state.slackness
-    state.slackness = heard._replace(time=-math.inf, heard=np.full_like(heard.heard, -np.inf))
-    state.looked = None
-    state.drawn = state.listened = -math.inf
-    state.time, state.told, state.felt, state.fixed, state.begun = -math.inf, now, now, now, now
-    state.went = now
-    state.across = dict.fromkeys(state.across, now)
-    add_unknown(state, _FASTEST)  # how far it went and turned meanwhile is not known
+def _restart_clock(state: FilterState, now: float) -> None:
+    """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
+    state.checks.reset()
+    state.motion_history.clear()
+    state.attitude_history.clear()
+    state.pending_scans.clear()
+    state.measured_tilts.clear()
+    slack = state.slackness
+    state.slackness = slack._replace(time=-math.inf, last_times=np.full_like(slack.last_times, -np.inf))
+    state.extracted_turn = None
+    state.taut_time = state.last_angle_time = -math.inf
+    state.time = -math.inf
+    state.last_encoder_time = state.last_motion_time = state.last_imu_time = now
+    state.last_position_time = state.settling_start = now
+    state.last_wall_times = dict.fromkeys(state.last_wall_times, now)
+    inflate_position(state, _COASTING_SPEED)  # moved for an unknown time
     yaw = state.layout.attitude.stop - 1
-    state.P[yaw, yaw] += _TURNED**2
+    state.P[yaw, yaw] += _JUMP_YAW**2
 
 
-def _take(settings: FilterSettings, state: FilterState, reading: Reading) -> None:
-    """Take what is not of the lines."""
+def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> None:
+    """Process any reading but line angles."""
     own = settings.chain
     if isinstance(reading, Inertial):
-        if felt(state.intake, own.tilt, reading):
-            attitude.feel(settings, state, reading)
+        if accept_imu(state.checks, own.tilt, reading):
+            attitude.predict(settings, state, reading)
     elif isinstance(reading, Encoders):
-        _count(settings, state, reading)
+        _predict_from_encoders(settings, state, reading)
     elif isinstance(reading, DistanceReading):
-        _sound(settings, state, reading)
-    elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and seen(state.intake, reading):
-        queue(state.pending, reading, own.walls.keep)
+        _update_ground(settings, state, reading)
+    elif (
+        isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and accept_scan(state.checks, reading)
+    ):
+        queue_scan(state.pending_scans, reading, own.walls.kept_turns)
 
 
-def _count(settings: FilterSettings, state: FilterState, reading: Encoders) -> None:
-    """Carry B and the lengths on; counts that come after a gap tell nothing, since lidars told meanwhile."""
+def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading: Encoders) -> None:
+    """Predict B and the lengths; counts after a gap are not used, because lidars have updated meanwhile."""
     own = settings.chain
-    by, since = turned(state.intake, reading, own.counts, own.fastest)
-    late = reading.time - state.told > state.gap
-    state.told = reading.time
-    if by is None:
-        if since > 0.0:
-            add_unknown(state, _FASTEST * since)
+    rotation, dt = drum_rotation(state.checks, reading, own.counts_per_radian, own.max_drum_speed)
+    late = reading.time - state.last_encoder_time > state.max_gap
+    state.last_encoder_time = reading.time
+    if rotation is None:
+        if dt > 0.0:
+            inflate_position(state, _COASTING_SPEED * dt)
     else:
-        still = reading.time - state.went
-        if by.any():
-            state.went = reading.time
-            if state.free:
-                _hold(state)
-        elif state.gap < still <= state.gap + _RESTS:  # the drum stands, or the encoders do
-            _go_free(state)
-        elif state.free and not late and not state.watch.has("encoders", "stand"):
-            _rest(state)
+        rest = reading.time - state.last_motion_time
+        if rotation.any():
+            state.last_motion_time = reading.time
+            if state.coasting:
+                _stop_coasting(state)
+        elif state.max_gap < rest <= state.max_gap + _REST_TIME:  # B is at rest, or the encoders are stuck
+            _start_coasting(state)
+        elif state.coasting and not late and not state.monitor.is_active("encoders", "stand"):
+            _set_at_rest(state)
         if not late:
-            state.angles = state.angles + by
-            if not state.free:
-                line_update.carry(settings, state, by, since)
-    state.way.add(reading.time, np.concatenate([state.angles, state.drifted]))
+            state.drum_angles = state.drum_angles + rotation
+            if not state.coasting:
+                line_update.predict(settings, state, rotation, dt)
+    state.motion_history.add(reading.time, np.concatenate([state.drum_angles, state.coasted]))
 
 
-def _sound(settings: FilterSettings, state: FilterState, reading: DistanceReading) -> None:
-    """Let the distance sensor tell how high B is over what lies under the valve."""
-    valve, lay = settings.chain.valve, state.layout
-    if valve is None or not math.isfinite(reading.distance):
+def _update_ground(settings: FilterSettings, state: FilterState, reading: DistanceReading) -> None:
+    """Update by the distance sensor: height of B over the ground under the valve."""
+    depth, lay = settings.chain.valve_depth, state.layout
+    if depth is None or not math.isfinite(reading.distance):
         return
     H = np.zeros((1, lay.size))
     H[0, lay.position][2], H[0, lay.ground] = 1.0, -1.0
-    off = np.array([reading.distance + valve - float(state.position[2]) + state.ground])
-    R = np.array([[settings.level_height**2]])
-    fits = lidar_update.measure(state, "distance", H, off, R, ("distance", "gate"), "")
-    if not fits and state.refused["distance"] > _TRIES:
-        state.P[lay.ground, lay.ground] += float(off[0]) ** 2
+    innovation = np.array([reading.distance + depth - float(state.position[2]) + state.ground_height])
+    R = np.array([[settings.distance_sigma**2]])
+    passes = lidar_update.gated_update(state, "distance", H, innovation, R, ("distance", "gate"), "")
+    if not passes and state.rejections["distance"] > _MAX_GROUND_REJECTIONS:
+        state.P[lay.ground, lay.ground] += float(innovation[0]) ** 2
 
 
-def _go_free(state: FilterState) -> None:
-    """Let B go on as it went, since no encoder tells; it may as well have stopped."""
-    if state.free:
+def _start_coasting(state: FilterState) -> None:
+    """Predict without encoders from now on, at the last velocity or any smaller one."""
+    if state.coasting:
         return
-    state.free = True
-    _doubt_velocity(state, 0.5 * _FASTEST * _CALM)
+    state.coasting = True
+    _set_velocity_sigma(state, 0.5 * _COASTING_SPEED * _DIRECTIONS)
 
 
-def _rest(state: FilterState) -> None:
-    """Believe that B stands: no winch drum has turned for a while, and no lidar saw it go."""
-    state.free = False
-    _doubt_velocity(state, np.zeros(3))
-    state.rates = np.zeros_like(state.rates)
+def _set_at_rest(state: FilterState) -> None:
+    """Take B to be at rest: no winch drum has turned for a while, and no lidar saw B move."""
+    state.coasting = False
+    _set_velocity_sigma(state, np.zeros(3))
+    state.drum_rates = np.zeros_like(state.drum_rates)
 
 
-def _doubt_velocity(state: FilterState, deviation: Array) -> None:
-    """Let the velocity be known to a standard *deviation* (3,), m/s, and hang together with nothing else."""
+def _set_velocity_sigma(state: FilterState, sigma: Array) -> None:
+    """Give the velocity a standard deviation *sigma* (3,), m/s, and no correlation."""
     velocity = state.layout.velocity
     state.P[velocity] = 0.0
     state.P[:, velocity] = 0.0
-    state.P[velocity, velocity] = np.diag(deviation**2)
+    state.P[velocity, velocity] = np.diag(sigma**2)
 
 
-def _hold(state: FilterState) -> None:
-    """Go by the encoders again."""
-    state.free = False  # what its velocity was off stays in the covariance, for turns that began before
-    state.begun = state.time  # such turns are bent: lidars count less for a while
-    add_unknown(state, _FIRST)
-    state.watch.clear("encoders", "stand")
+def _stop_coasting(state: FilterState) -> None:
+    """Predict from the encoders again. The velocity keeps its covariance, for turns that began before."""
+    state.coasting = False
+    state.settling_start = state.time  # turns that began before are distorted: lidars count less for a while
+    inflate_position(state, _POSITION_SIGMA)
+    state.monitor.clear("encoders", "stand")
 
 
-def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
-    """Carry B and the lengths on by its velocity."""
+def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -> None:
+    """Predict B and the lengths by the velocity, without encoders, over *dt*, s."""
     lay, taut = state.layout, state.taut
     if taut is None or not dt > 0.0:
         return
@@ -308,78 +319,80 @@ def _drift(settings: FilterSettings, state: FilterState, dt: float) -> None:
     F[lay.position, lay.velocity] = dt * np.eye(3)
     F[lay.lengths, lay.velocity] = dt * taut.toward
     P = F @ state.P @ F.T
-    P[lay.velocity, lay.velocity] += np.diag((settings.push * _CALM) ** 2) * dt
-    P[lay.lengths, lay.lengths] += _LET_OUT**2 * dt * np.eye(len(state.lengths))
+    P[lay.velocity, lay.velocity] += np.diag((settings.velocity_noise * _DIRECTIONS) ** 2) * dt
+    P[lay.lengths, lay.lengths] += _WINCH_DRIFT**2 * dt * np.eye(len(state.lengths))
     state.P = 0.5 * (P + P.T)
     moved = dt * state.velocity
     state.position = state.position + moved
     state.lengths = state.lengths + taut.toward @ moved
-    state.drifted = state.drifted + np.append(moved, dt)
-    state.way.add(state.time, np.concatenate([state.angles, state.drifted]))
+    state.coasted = state.coasted + np.append(moved, dt)
+    state.motion_history.add(state.time, np.concatenate([state.drum_angles, state.coasted]))
 
 
-def _see(settings: FilterSettings, state: FilterState) -> None:
-    """Do the next bit of work on the lidars' turns: as much as there is time for in one step."""
-    if state.looked is not None:
-        source = state.looked.scan.source
-        lidar_update.place(settings, state)
-        _stand(state)
-        if state.refused.get(source, 0) and not state.free:
-            state.went = max(state.went, state.time - state.gap)  # if the counts stand, B may not
-        if state.refused.get(source, 0) >= _DOUBTED:
-            add_unknown(state, _FIRST)
+def _process_scan(settings: FilterSettings, state: FilterState) -> None:
+    """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
+    if state.extracted_turn is not None:
+        source = state.extracted_turn.scan.source
+        lidar_update.update(settings, state)
+        _report_stuck_encoders(state)
+        rejections = state.rejections.get(source, 0)
+        if rejections and not state.coasting:  # B may move though the counts do not
+            state.last_motion_time = max(state.last_motion_time, state.time - state.max_gap)
+        if rejections >= _DOUBTFUL_TURNS:
+            inflate_position(state, _POSITION_SIGMA)
             yaw = state.layout.attitude.stop - 1
-            state.P[yaw, yaw] += _FIRST_YAW**2
+            state.P[yaw, yaw] += _YAW_SIGMA**2
         return
-    if not state.pending:
+    if not state.pending_scans:
         return
-    scan = state.pending.pop(0)
-    if scan.time - state.felt > state.gap:
-        attitude.coast(settings, state, scan.time)
+    scan = state.pending_scans.pop(0)
+    if scan.time - state.last_imu_time > state.max_gap:
+        attitude.predict_without_imu(settings, state, scan.time)
     if scan.source == "vertical":
-        vertical_update.vertical(settings, state, scan)
+        vertical_update.update(settings, state, scan)
     else:
-        lidar_update.look(settings, state, scan)
+        lidar_update.extract(settings, state, scan)
 
 
-def _stand(state: FilterState) -> None:
-    """Say that the counts stand while the lidars see the drum go."""
-    spread = float(np.trace(state.P[state.layout.velocity, state.layout.velocity]))
-    if state.free and state.time - state.told < state.gap and _sure(state.velocity, spread):
-        state.watch.say("encoders", "stand", "no winch drum turns by its counts, but the drum goes on: not used")
+def _report_stuck_encoders(state: FilterState) -> None:
+    """Report that the counts are constant while the lidars see B move."""
+    variance = float(np.trace(state.P[state.layout.velocity, state.layout.velocity]))
+    if state.coasting and state.time - state.last_encoder_time < state.max_gap and _is_moving(state.velocity, variance):
+        state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but the drum goes on: not used")
 
 
-def _sure(velocity: Array, spread: float) -> bool:
-    """Whether B goes, by a velocity with that variance in space."""
+def _is_moving(velocity: Array, variance: float) -> bool:
+    """Whether a *velocity* (3,), m/s, with that *variance* in space is certainly not zero."""
     speed = float(np.sqrt(velocity @ velocity))
-    return speed > _GOES and speed > 2.0 * math.sqrt(spread)
+    return speed > _MIN_SPEED and speed > 2.0 * math.sqrt(variance)
 
 
 def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
-    """Say what is believed, and how surely."""
-    if not state.free:
-        state.velocity = state.jacobian @ (state.radii * state.rates)
-    late = min(max(state.time - state.told, 0.0), state.gap) if not state.free else 0.0
-    place, paid = state.position + late * state.velocity, late * state.radii * state.rates
-    turning = min(max(state.time - state.felt, 0.0), state.gap) * state.turn_rate
+    """Return the state, predicted to the current time, with its covariance."""
+    if not state.coasting:
+        state.velocity = state.jacobian @ (state.radii * state.drum_rates)
+    dt = min(max(state.time - state.last_encoder_time, 0.0), state.max_gap) if not state.coasting else 0.0
+    position, paid_out = state.position + dt * state.velocity, dt * state.radii * state.drum_rates
+    rotation = min(max(state.time - state.last_imu_time, 0.0), state.max_gap) * state.angular_rate
     covariance = _covariance(settings, state)
-    own = settings.chain
-    sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.unsure**2
-    x, y = (state.tilt + turning[:2]).tolist()
-    out = line_update.excess(state)
+    own, monitor = settings.chain, state.monitor
+    sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.max_position_sigma**2
+    current = state.time - state.last_position_time <= own.position_timeout
+    x, y = (state.tilt + rotation[:2]).tolist()
+    excess = line_update.excess(state)
     return Estimate(
         state.time,
-        frozen(place),
+        frozen(position),
         frozen(state.velocity),
-        frozen(rotation_vector(state.yaw + float(turning[2]), x, y)),
-        frozen(state.lengths + paid),
-        frozen(out),
-        out > own.slackness.slack,
+        frozen(rotation_vector(state.yaw + float(rotation[2]), x, y)),
+        frozen(state.lengths + paid_out),
+        frozen(excess),
+        excess > own.slackness.threshold,
         frozen(state.radii),
         covariance,
-        state.watch.faults,
-        valid=sure and state.time - state.fixed <= own.lost and not state.watch.has("encoders", "lost"),
-        clearance=float(place[2]) + state.clearance_off,
+        monitor.faults,
+        valid=sure and current and not monitor.is_active("encoders", "lost"),
+        clearance=float(position[2]) + state.clearance_offset,
     )
 
 
@@ -388,20 +401,18 @@ def _covariance(settings: FilterSettings, state: FilterState) -> Array:
     lay = state.layout
     G = np.zeros((9, lay.size))
     G[:3, lay.position] = np.eye(3)
-    if state.free:
+    if state.coasting:
         G[3:6, lay.velocity] = np.eye(3)
     else:
-        G[3:6, lay.radii] = state.jacobian * (state.radii * state.rates)
+        G[3:6, lay.radii] = state.jacobian * (state.radii * state.drum_rates)
     c, s = math.cos(state.yaw), math.sin(state.yaw)
     G[6:, lay.attitude] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
-    found = G @ state.P @ G.T
-    diagonal = found.reshape(-1)[::10]
-    diagonal[3:6] += settings.speed**2
-    late = state.time - state.felt
-    diagonal[6:] += settings.tremble**2
-    if late > state.gap:
-        diagonal[6:8] += settings.swing**2
-        diagonal[8] += settings.turning**2 * late * (1.0 + late)
-    made = 0.5 * (found + found.T)
-    made.flags.writeable = False
-    return np.asarray(made)
+    covariance = G @ state.P @ G.T
+    diagonal = covariance.reshape(-1)[::10]
+    diagonal[3:6] += settings.velocity_sigma**2
+    dt = state.time - state.last_imu_time
+    diagonal[6:] += settings.attitude_sigma**2
+    if dt > state.max_gap:
+        diagonal[6:8] += settings.swing_sigma**2
+        diagonal[8] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
+    return frozen(0.5 * (covariance + covariance.T))

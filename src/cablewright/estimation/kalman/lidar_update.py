@@ -1,7 +1,7 @@
-"""What horizontal lidars tell the filter: each line's distance and angle to its wall, and so their own biases.
+"""Update by horizontal lidars: each line's angle and distance to its wall, which also show the lidars' range biases.
 
-Each is an equation rho(state) = 0 at the moment when the beam passed the middle of what it saw, carried to now by what
-encoders and gyro told since: so a turn that comes late counts where it belongs.
+Each is an equation rho(state) = 0 at the time when the beam passed the middle of the line, related to the current state
+by the rotations that encoders and gyro measured since. So a turn that arrives late is used at its own time.
 """
 
 from __future__ import annotations
@@ -13,254 +13,266 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.chain.state import Looked
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, correct, fuse, likely
+from cablewright.estimation.chain.state import ExtractedTurn
+from cablewright.estimation.kalman.state import (
+    FilterSettings,
+    FilterState,
+    inject_correction,
+    innovation_gate,
+    kalman_update,
+)
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.constraints import SeenLine, wrapped
+from cablewright.estimation.lidar.constraints import ObservedLine, wrap_angle
 from cablewright.estimation.lidar.localisation import LidarTurn
 from cablewright.signals import Scan
 
-__all__ = ["Equation", "doubt", "equations_of", "look", "measure", "place", "swept_by"]
+__all__ = ["WallObservation", "extract", "gated_update", "noise_factor", "sweep_of", "update", "wall_observations"]
 
 Array = NDArray[np.float64]
 
-_SETTLED: Final = 4.0  # s from the first place on ...
-_DOUBT: Final = 4.0  # ... in which this is the variance of a lidar's readings, times theirs
-_UNSEEN: Final = 3.5  # s without a wall across
+_SETTLING_TIME: Final = 4.0  # s from the start in which ...
+_SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is so many times as large
+_WALL_TIMEOUT: Final = 3.5  # s without any wall of a kind
 _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
-_SAID: Final = 3  # times in a row that a reading does not fit until it is said
-_REACH: Final = 4.0  # m: about as far as the sheaves are, for how B's way bends
+_REPORTED: Final = 3  # rejections in a row from which they are reported
+_LINE_LENGTH: Final = 4.0  # m, typical, for the curvature of B's path
 
 
 @dataclass(frozen=True, eq=False)
-class Equation:
-    """One line taken for one wall: innovation (2,), its derivative H (2, n), and the noise's covariance R (2, 2)."""
+class WallObservation:
+    """One line matched with one wall: innovation (2,) of angle and distance, Jacobian H (2, n), noise R (2, 2)."""
 
-    seen: int
-    wall: int
+    line: int  # index
+    wall: int  # index
     innovation: Array
     H: Array
     R: Array
-    size: float  # squared, in standard deviations
-    fits: bool
+    nis: float  # normalised innovation squared
+    passes: bool  # the gate
 
 
-def look(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
-    """Find the lines of one turn of a horizontal lidar: half of the work."""
+def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
+    """Find the lines in one turn of a horizontal lidar; `update`, in the next time step, uses them."""
     times = scan.times
-    turning, since = state.turning.at(times), state.since(times)
-    moved = since.moved[-1] - since.moved  # (n, 3) m, world
-    yaw = state.yaw - state.gyro_yaw + float(turning[-1, 0])
+    attitudes, motion = state.attitude_history.at(times), state.motion_since(times)
+    moved = motion.displacement[-1] - motion.displacement  # (n, 3) m, world
+    yaw = state.yaw - state.gyro_yaw + float(attitudes[-1, 0])
     c, s = math.cos(yaw), math.sin(yaw)
     level = moved[:, :2] @ np.array([[c, -s], [s, c]])
-    drift = np.column_stack([level, turning[:, 0] - turning[-1, 0]])
-    which = settings.chain.lidars.index(scan.source)
-    turn = LidarTurn(scan.angles, scan.ranges, which, turning[:, 1:], drift)
-    kept = localisation.look(settings.chain.walls, turn)
-    state.looked = Looked(scan, turn, kept, since.moved[-1], float(turning[-1, 0]))
+    drift = np.column_stack([level, attitudes[:, 0] - attitudes[-1, 0]])
+    lidar = settings.chain.lidars.index(scan.source)
+    turn = LidarTurn(scan.angles, scan.ranges, lidar, attitudes[:, 1:], drift)
+    features = localisation.extract(settings.chain.walls, turn)
+    state.extracted_turn = ExtractedTurn(scan, turn, features, motion.displacement[-1], float(attitudes[-1, 0]))
 
 
-def place(settings: FilterSettings, state: FilterState) -> None:
-    """Let the lines that were found tell where the drum is."""
-    looked, state.looked = state.looked, None
-    assert looked is not None
-    source, seen = looked.scan.source, looked.kept.seen
-    watch, room = state.watch, settings.chain.walls.room
-    if not seen:
-        watch.say(source, "walls", "no wall is in sight: no straight line long enough")
+def update(settings: FilterSettings, state: FilterState) -> None:
+    """Update by the lines of the extracted turn, the one that matches a wall most surely first."""
+    extracted, state.extracted_turn = state.extracted_turn, None
+    assert extracted is not None
+    source, lines = extracted.scan.source, extracted.features.lines
+    walls = settings.chain.walls.room.walls
+    if not lines:
+        state.monitor.report(source, "walls", "no wall is in sight: no straight line long enough")
         return
-    swept = [swept_by(state, looked.scan, one, settings.chain.walls.lidars[one.lidar].yaw) for one in seen]
-    left, used, refused = set(range(len(seen))), 0.0, 0.0
+    lidars = settings.chain.walls.lidars
+    sweeps = [sweep_of(state, extracted.scan, one, lidars[one.lidar].yaw) for one in lines]
+    left, used, rejected = set(range(len(lines))), 0.0, 0.0
     while left:
-        found = equations_of(settings, state, looked, swept, left)
+        found = wall_observations(settings, state, extracted, sweeps, left)
         if not found:
             break
-        rivals = {each.seen: sum(other.fits and other.wall == each.wall for other in found) for each in found}
-        best = min(found, key=lambda each: (not each.fits, rivals[each.seen], each.size))
-        if not best.fits:
-            refused = sum(seen[i].line.length for i in {each.seen for each in found})
+        rivals = {each.line: sum(other.passes and other.wall == each.wall for other in found) for each in found}
+        best = min(found, key=lambda each: (not each.passes, rivals[each.line], each.nis))
+        if not best.passes:
+            rejected = sum(lines[i].line.length for i in {each.line for each in found})
             break
-        left.discard(best.seen)
-        _take(state, best)
-        state.across[room.walls[best.wall].kind] = state.time
-        used += seen[best.seen].line.length
-    _judge(state, source, used, refused)
+        left.discard(best.line)
+        _update_wall(state, best)
+        state.last_wall_times[walls[best.wall].kind] = state.time
+        used += lines[best.line].line.length
+    _report(state, source, used, rejected)
 
 
-def _take(state: FilterState, equation: Equation) -> None:
-    """Fuse one line."""
+def _update_wall(state: FilterState, observed: WallObservation) -> None:
+    """Update by one line."""
     if state.nis is not None:
-        state.nis.append((f"wall {equation.wall}", equation.size, 2))
-    correction, state.P = fuse(state.P, equation.H, equation.innovation, equation.R)
-    correct(state, correction)
+        state.nis.append((f"wall {observed.wall}", observed.nis, 2))
+    correction, state.P = kalman_update(state.P, observed.H, observed.innovation, observed.R)
+    inject_correction(state, correction)
 
 
-class Swept(NamedTuple):
-    """How the beam passed a line, whose rays are as evenly spread as they are."""
+class Sweep(NamedTuple):
+    """When the beam swept over a line, whose points are taken to be evenly spread in bearing."""
 
-    middle: float  # s, when it passed the middle of the points
-    before: float  # s from then to the end of the turn
-    along: float  # m along the line, from the lidar's foot on it to the points' middle
-    rate: float  # s/m: by how much earlier the points are, the farther along
-    aside: float  # m along the line, from B's foot on it to the lidar's
-    bent: float  # s: what the line turns by if the drum's rate of turn is off by 1 rad/s, from the end of the turn back
-    shifted: float  # m s: what its points' middle is off then
-    gone: Array  # (2, m + 4) of `FilterState.gone`: since the end of the turn, and since the middle
+    middle_time: float  # s, when it passed the middle of the points
+    time_to_end: float  # s from then to the end of the turn
+    middle_offset: float  # m along the line, from the foot of the lidar's perpendicular to the points' middle
+    time_slope: float  # s/m: time to the end of the turn per offset along the line
+    lidar_offset: float  # m along the line, from B's foot to the lidar's
+    angle_per_rate: float  # s: error of the line's angle per error of the drum's rate of turn
+    offset_per_rate: float  # m s: error of the distance at the points' middle likewise
+    change: Array  # (2, m + 4), see `FilterState.change_since`: since the end of the turn, and since `middle_time`
 
 
-def swept_by(state: FilterState, scan: Scan, one: SeenLine, yaw: float) -> Swept:
-    """Say how the beam of a lidar that is mounted at *yaw* (rad) passed a line that it saw."""
+def sweep_of(state: FilterState, scan: Scan, one: ObservedLine, yaw: float) -> Sweep:
+    """Compute how the beam of a lidar that is mounted at *yaw* (rad) swept over a line."""
     ends = one.line.ends - one.mount
     first, last = np.arctan2(ends[:, 1], ends[:, 0]).tolist()
-    bearings = first + wrapped(last - first) * _SHARES
+    bearings = first + wrap_angle(last - first) * _SHARES
     along = one.line.distance * np.tan(bearings - one.line.angle)
     end = scan.first_angle + scan.angle_step * (len(scan.ranges) - 1)
     turn = math.tau / abs(scan.angle_step) if scan.angle_step else 1.0
     before = scan.period * (((end - bearings + yaw) * math.copysign(1.0, scan.angle_step)) % math.tau) * turn / math.tau
-    away, middle = along - along.mean(), float(before.mean())
-    spread = max(float(away @ away), 1e-9)
-    aside = float(math.cos(one.line.angle) * one.mount[1] - math.sin(one.line.angle) * one.mount[0])
-    turned = before * (along + aside)  # the drum turns about B
-    return Swept(
+    centred, middle = along - along.mean(), float(before.mean())
+    square = max(float(centred @ centred), 1e-9)
+    lidar_offset = float(math.cos(one.line.angle) * one.mount[1] - math.sin(one.line.angle) * one.mount[0])
+    turned = before * (along + lidar_offset)  # the drum turns about B
+    return Sweep(
         scan.time - middle,
         middle,
         float(along.mean()),
-        float(away @ before) / spread,
-        aside,
-        float(away @ turned) / spread,
+        float(centred @ before) / square,
+        lidar_offset,
+        float(centred @ turned) / square,
         float(turned.mean()),
-        state.gone([scan.time, scan.time - middle]),
+        state.change_since([scan.time, scan.time - middle]),
     )
 
 
-def equations_of(
-    settings: FilterSettings, state: FilterState, looked: Looked, swept: list[Swept], chosen: set[int]
-) -> list[Equation]:
-    """Take each *chosen* line for each wall that its lidar can see and that stands about as the line does."""
-    room, lidar = settings.chain.walls.room, settings.chain.walls.lidars[looked.turn.lidar]
-    yaw = state.yaw - state.gyro_yaw + looked.yaw
-    spread = math.sqrt(float(state.P[state.layout.attitude.stop - 1, state.layout.attitude.stop - 1]))
-    gate = 5.0 * spread + math.radians(3.0)
+def wall_observations(
+    settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, sweeps: list[Sweep], chosen: set[int]
+) -> list[WallObservation]:
+    """Match each *chosen* line with each wall that its lidar can see and that has about the line's direction."""
+    room, lidar = settings.chain.walls.room, settings.chain.walls.lidars[extracted.turn.lidar]
+    yaw = state.yaw - state.gyro_yaw + extracted.end_yaw
+    sigma = math.sqrt(float(state.P[state.layout.attitude.stop - 1, state.layout.attitude.stop - 1]))
+    gate = 5.0 * sigma + math.radians(3.0)
     found = []
     for i in sorted(chosen):
-        one = looked.kept.seen[i]
+        one = extracted.features.lines[i]
         for j, wall in enumerate(room.walls):
-            if lidar.sees is not None and wall.name not in lidar.sees:
+            if lidar.visible_walls is not None and wall.name not in lidar.visible_walls:
                 continue
-            if abs(wrapped(wall.azimuth - one.line.angle - yaw)) <= gate:
-                found.append(_equation(settings, state, looked, swept[i], i, j))
+            if abs(wrap_angle(wall.azimuth - one.line.angle - yaw)) <= gate:
+                found.append(_wall_observation(settings, state, extracted, sweeps[i], i, j))
     return found
 
 
-def _equation(settings: FilterSettings, state: FilterState, looked: Looked, swept: Swept, i: int, j: int) -> Equation:
-    one, wall, lay, J = looked.kept.seen[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
-    line, bias, m = one.line, float(state.bias[one.lidar]), len(state.radii)
-    since_end, since_middle = state.moved(swept.gone)
+def _wall_observation(
+    settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, sweep: Sweep, i: int, j: int
+) -> WallObservation:
+    one, wall, lay, J = extracted.features.lines[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
+    line, bias, m = one.line, float(state.range_bias[one.lidar]), len(state.radii)
+    since_end, since_middle = state.displacement(sweep.change)
     x, y = (state.position - since_end)[:2].tolist()
-    yaw = state.yaw - state.gyro_yaw + looked.yaw
+    yaw = state.yaw - state.gyro_yaw + extracted.end_yaw
     c, s = math.cos(yaw), math.sin(yaw)
     n, (nx, ny), (ahead, left) = np.array(wall.normal), wall.normal, one.mount.tolist()
-    turned = wrapped(yaw + line.angle - wall.azimuth) - float(line.per_bias[0]) * bias
+    turn = wrap_angle(yaw + line.angle - wall.azimuth) - float(line.bias_slopes[0]) * bias
     off = nx * (x + c * ahead - s * left) + ny * (y + s * ahead + c * left) - wall.distance
-    off += line.distance - float(line.per_bias[1]) * bias
-    # Who turns a line about the middle of its points moves it at its foot, where its distance is told.
-    rate, along, alone = swept.rate, swept.along, float(swept.gone[1, m + 3])
+    off += line.distance - float(line.bias_slopes[1]) * bias
+    # Rotating a line about the middle of its points shifts its perpendicular distance.
+    slope, along, coasting_time = sweep.time_slope, sweep.middle_offset, float(sweep.change[1, m + 3])
     toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
     H[0, lay.attitude.stop - 1] = 1.0
     H[1, lay.position][:2] = n
-    if state.free:
-        H[0, lay.velocity][:2] = rate * n
-        H[1, lay.velocity][:2] = (rate * along - alone) * n
-        H[1, lay.radii] = -toward * swept.gone[1, :m]
+    if state.coasting:
+        H[0, lay.velocity][:2] = slope * n
+        H[1, lay.velocity][:2] = (slope * along - coasting_time) * n
+        H[1, lay.radii] = -toward * sweep.change[1, :m]
     else:
-        H[0, lay.radii] = by_rates = rate * toward * state.rates
-        H[1, lay.radii] = along * by_rates - toward * swept.gone[1, :m]
-        H[1, lay.velocity][:2] = -alone * n
-    H[1, lay.attitude] = _by_attitude(n, yaw, np.array([ahead, left, settings.chain.walls.lidars[one.lidar].mount[2]]))
-    late = state.felt - looked.scan.time
-    bent = late + swept.bent
-    shifted = late * (along + swept.aside) + swept.shifted
-    H[1, lay.gyro] = (state.felt - swept.middle) * H[1, lay.attitude]
-    H[:, lay.gyro.stop - 1] = bent, along * bent - shifted
-    H[:, lay.bias.start + one.lidar] = -line.per_bias
-    R = line.covariance + settings.wall_angle**2 * _levered(along)
+        H[0, lay.radii] = by_rates = slope * toward * state.drum_rates
+        H[1, lay.radii] = along * by_rates - toward * sweep.change[1, :m]
+        H[1, lay.velocity][:2] = -coasting_time * n
+    H[1, lay.attitude] = _attitude_slopes(
+        n, yaw, np.array([ahead, left, settings.chain.walls.lidars[one.lidar].mount[2]])
+    )
+    late = state.last_imu_time - extracted.scan.time
+    angle = late + sweep.angle_per_rate
+    offset = late * (along + sweep.lidar_offset) + sweep.offset_per_rate
+    H[1, lay.gyro_bias] = (state.last_imu_time - sweep.middle_time) * H[1, lay.attitude]
+    H[:, lay.gyro_bias.stop - 1] = angle, along * angle - offset
+    H[:, lay.range_bias.start + one.lidar] = -line.bias_slopes
+    R = line.covariance + settings.wall_angle_sigma**2 * _lever_covariance(along)
     R[0, 0] += wall.angle_sigma**2
-    R[1, 1] += settings.wall**2 + wall.distance_sigma**2
-    _add_unknown_motion(settings, state, swept, looked.scan.begin, since_middle, R)
-    R *= doubt(state)
-    innovation = np.array([-turned, -off])
-    fits, size = likely(state.P, H, innovation, R)
-    return Equation(i, j, innovation, H, R, size, fits)
+    R[1, 1] += settings.wall_sigma**2 + wall.distance_sigma**2
+    _add_motion_noise(settings, state, sweep, extracted.scan.begin, since_middle, R)
+    R *= noise_factor(state)
+    innovation = np.array([-turn, -off])
+    passes, nis = innovation_gate(state.P, H, innovation, R)
+    return WallObservation(i, j, innovation, H, R, nis, passes)
 
 
-def _by_attitude(n: Array, yaw: float, point: Array) -> Array:
-    """By how much a *point* (3,) of the drum, level axes, goes along *n* as tilt x and y, and yaw, grow: (3,)."""
+def _attitude_slopes(n: Array, yaw: float, point: Array) -> Array:
+    """Derivative (3,) of n . point by tilt x and y, and yaw; *point* (3,), m, of the drum along its level axes."""
     c, s = math.cos(yaw), math.sin(yaw)
     ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
     x, y, z = point.tolist()
     return np.array([-left * z, ahead * z, left * x - ahead * y])
 
 
-def _add_unknown_motion(
-    settings: FilterSettings, state: FilterState, swept: Swept, begin: float, moved: Array, R: Array
+def _add_motion_noise(
+    settings: FilterSettings, state: FilterState, sweep: Sweep, begin: float, moved: Array, R: Array
 ) -> None:
-    """Add what the linearisation since the beam passed leaves out, and turns and motion that nothing told."""
-    blind, far = min(swept.before, 1.0), math.sqrt(float(moved @ moved))
-    R[1, 1] += (far * far / (2.0 * _REACH)) ** 2 + settings.travel**2 * far
-    R[0, 0] += settings.gyro_noise**2 * abs(state.felt - swept.middle)
-    if state.free:
-        R += settings.push**2 * blind * swept.rate**2 * _levered(swept.along)
-        R[1, 1] += settings.push**2 * blind**3
-    if state.coarse or begin < state.blind:
-        R += (settings.turning * max(blind, 0.2)) ** 2 * _levered(-swept.aside)
-        R[1, 1] += (settings.turning * settings.bend) ** 2
+    """Add the error of linearising the displacement since the sweep, and unmeasured rotation and motion."""
+    dt, far = min(sweep.time_to_end, 1.0), math.sqrt(float(moved @ moved))
+    R[1, 1] += (far * far / (2.0 * _LINE_LENGTH)) ** 2 + settings.travel_noise**2 * far
+    R[0, 0] += settings.gyro_noise**2 * abs(state.last_imu_time - sweep.middle_time)
+    if state.coasting:
+        R += settings.velocity_noise**2 * dt * sweep.time_slope**2 * _lever_covariance(sweep.middle_offset)
+        R[1, 1] += settings.velocity_noise**2 * dt**3
+    if state.has_long_steps or begin < state.imu_gap_end:
+        R += (settings.turn_rate_sigma * max(dt, 0.2)) ** 2 * _lever_covariance(-sweep.lidar_offset)
+        R[1, 1] += (settings.turn_rate_sigma * settings.skew_time) ** 2
 
 
-def _levered(arm: float) -> Array:
-    """What a turn of variance 1, rad^2, does to a line's angle and to its distance at an *arm*, m, from there."""
+def _lever_covariance(arm: float) -> Array:
+    """Covariance (2, 2) of a line's angle and distance for a rotation of variance 1, rad^2, at an *arm*, m."""
     return np.array([[1.0, arm], [arm, arm * arm]])
 
 
-def _judge(state: FilterState, source: str, used: float, refused: float) -> None:
-    """Say what is wrong with a turn of which lines of *used* metres fit, and *refused* are nowhere near a wall."""
-    watch = state.watch
+def _report(state: FilterState, source: str, used: float, rejected: float) -> None:
+    """Report the faults of a turn with lines of *used* metres that match a wall and of *rejected* that match none."""
+    monitor = state.monitor
     if used:
-        unseen = [kind for kind, last in state.across.items() if state.time - last > _UNSEEN]
+        unseen = [kind for kind, last in state.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
         if unseen:
-            watch.say(source, "walls", "all walls in sight bound the same direction: the place along them is not known")
+            sentence = "all walls in sight bound the same direction: the place along them is not known"
+            monitor.report(source, "walls", sentence)
         else:
-            watch.clear(source, "walls")
-        state.fixed = state.time
-    elif not refused:
-        watch.say(source, "walls", "no wall is in sight at a yaw that is allowed")
-    if refused > used:
-        state.refused[source] = state.refused.get(source, 0) + 1
-        watch.say(source, "gate", "its walls put the drum elsewhere than it can be: not used")
+            monitor.clear(source, "walls")
+        state.last_position_time = state.time
+    elif not rejected:
+        monitor.report(source, "walls", "no wall is in sight at a yaw that is allowed")
+    if rejected > used:
+        state.rejections[source] = state.rejections.get(source, 0) + 1
+        monitor.report(source, "gate", "its walls put the drum elsewhere than it can be: not used")
     else:
-        state.refused[source] = 0
-        watch.clear(source, "gate")
+        state.rejections[source] = 0
+        monitor.clear(source, "gate")
 
 
-def doubt(state: FilterState) -> float:
-    """By how much more the variance of a lidar's reading is while swing and rates, which bend a turn, settle."""
-    return _DOUBT if state.time - state.begun < _SETTLED else 1.0
+def noise_factor(state: FilterState) -> float:
+    """Factor on the variance of a lidar's measurement: larger while swing and rates, which distort a turn, settle."""
+    return _SETTLING_FACTOR if state.time - state.settling_start < _SETTLING_TIME else 1.0
 
 
-def measure(
+def gated_update(
     state: FilterState, what: str, H: Array, innovation: Array, R: Array, fault: tuple[str, str], sentence: str
 ) -> bool:
-    """Fuse one measurement, or say why it is not used."""
-    fits, size = likely(state.P, H, innovation, R)
+    """Update by one measurement if it passes the gate, else count the rejection and report it; return whether."""
+    passes, nis = innovation_gate(state.P, H, innovation, R)
     if state.nis is not None:
-        state.nis.append((what, size, len(innovation)))
-    if not fits:
-        state.refused[what] = state.refused.get(what, 0) + 1
-        if sentence and state.refused[what] >= _SAID:
-            state.watch.say(*fault, sentence)
+        state.nis.append((what, nis, len(innovation)))
+    if not passes:
+        state.rejections[what] = state.rejections.get(what, 0) + 1
+        if sentence and state.rejections[what] >= _REPORTED:
+            state.monitor.report(*fault, sentence)
         return False
-    state.refused[what] = 0
-    state.watch.clear(*fault)
-    correction, state.P = fuse(state.P, H, innovation, R)
-    correct(state, correction)
+    state.rejections[what] = 0
+    state.monitor.clear(*fault)
+    correction, state.P = kalman_update(state.P, H, innovation, R)
+    inject_correction(state, correction)
     return True

@@ -1,8 +1,8 @@
-"""What lines tell the filter: how B moves as they grow, and how much longer than taut each is.
+"""Prediction by encoders, and update by line angles.
 
-Encoders: B goes where the lengths' changes lead it, each line counting by its stiffness, which of a sagging one is what
-its sag leaves (Ernst 1965); a slack line hardly counts. Angles: the excess of a line that sags; of one that does not,
-that it is shorter than taut by its stretch, which is known from balance if one line is slack, else only within bounds.
+Encoders: changes of the lengths move B, each line weighted by its stiffness; that of a sagging line is reduced by its
+sag (Ernst 1965), so a slack line hardly counts. Angles: a sagging line's excess is measured; a taut line is shorter
+than its taut length by its stretch, which balance gives if one line is slack, else it is known only within bounds.
 """
 
 from __future__ import annotations
@@ -13,140 +13,147 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.chain.lengths import visible
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, correct, fuse, likely
-from cablewright.estimation.slackness import excess_of, taut_at
+from cablewright.estimation.chain.lengths import visibly_slack
+from cablewright.estimation.kalman.state import (
+    FilterSettings,
+    FilterState,
+    inject_correction,
+    innovation_gate,
+    kalman_update,
+)
+from cablewright.estimation.slackness import parabolic_excess, taut_at
 from cablewright.kernels import layout
 
-__all__ = ["carry", "draw", "excess", "listen"]
+__all__ = ["excess", "predict", "update", "update_jacobian"]
 
 Array = NDArray[np.float64]
 
-_DRAWN: Final = 0.05  # s after which the lines are drawn anew
-_LISTEN: Final = 0.2  # s between uses of the angles, which are smoothed over as long
-_SAME: Final = 10.0  # s for which what a taut line's stretch is off stays the same
-_TAUT: Final = 1e6  # N: as good as straight
-_DEAF: Final = 0.02  # m per root metre that B goes otherwise, if a slack line is taken for taut
-_LOOSE: Final = 1e-4  # m of excess from which a line whose angle is not told sags
+_JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
+_ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
+_STRETCH_TIME: Final = 10.0  # s for which the error of a taut line's stretch is correlated
+_TAUT_FORCE: Final = 1e6  # N, of a line that does not sag
+_UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
+_MIN_EXCESS: Final = 1e-4  # m, from which a line without a measured angle counts as sagging
 
 
-def draw(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
-    """Draw the lines straight where B is, and find how B moves as they grow."""
-    if not at_once and state.time - state.drawn < _DRAWN:
+def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
+    """Compute the taut lines at B and the Jacobian of B by lengths, if they are old or *at_once*."""
+    if not at_once and state.time - state.taut_time < _JACOBIAN_INTERVAL:
         return
     model = settings.chain.model
     taut = taut_at(model, state.position)
     if not np.isfinite(taut.toward).all():
-        state.watch.say("encoders", "lost", "a line has no tangent where the drum is believed to be")
+        state.monitor.report("encoders", "lost", "a line has no tangent where the drum is believed to be")
         return
-    state.watch.clear("encoders", "lost")
-    state.taut, state.taut_at, state.drawn = taut, state.position.copy(), state.time
+    state.monitor.clear("encoders", "lost")
+    state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
     lines, c = model.packed.lines, np.cos(taut.angles)
-    h = _pulls(settings, state)
+    h = _horizontal_forces(settings, state)
     sag = (lines[:, layout.WEIGHT] * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stiffness = 1.0 / (lines[:, layout.FREE_COMPLIANCE] * taut.lengths + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
     state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
 
 
-def _pulls(settings: FilterSettings, state: FilterState) -> Array:
-    """Horizontal force (m,) in each line, N, by its angle, or by its excess; much where it does not sag visibly."""
-    taut, heard = state.taut, state.slackness
-    assert taut is not None  # drawn
+def _horizontal_forces(settings: FilterSettings, state: FilterState) -> Array:
+    """Horizontal force (m,), N, of each line by its angle, or by its excess; large where it does not visibly sag."""
+    taut, slackness = state.taut, state.slackness
+    assert taut is not None  # `update_jacobian` has run
     weight, c = settings.chain.model.packed.lines[:, layout.WEIGHT], np.cos(taut.angles)
-    angular = settings.chain.slackness
-    told = np.isfinite(heard.excess)
-    slope = np.tan(np.minimum(taut.angles + np.where(told, heard.differences, 0.0), 1.5)) - np.tan(taut.angles)
-    known = told & visible(angular, heard)
-    by_angle = weight * (0.5 * taut.free - angular.from_platform) / np.where(known, slope, 1.0)
-    out = state.lengths - taut.lengths
-    loose = ~told & (out > _LOOSE)
-    by_length = weight * taut.free * c * np.sqrt(taut.free / (24.0 * np.where(loose, out, 1.0)))
-    return np.maximum(np.where(known, by_angle, np.where(loose, by_length, _TAUT)), 1e-2)
+    sensors = settings.chain.slackness
+    measured = np.isfinite(slackness.excess)
+    slope = np.tan(np.minimum(taut.angles + np.where(measured, slackness.differences, 0.0), 1.5)) - np.tan(taut.angles)
+    known = measured & visibly_slack(sensors, slackness)
+    by_angle = weight * (0.5 * taut.free - sensors.from_platform) / np.where(known, slope, 1.0)
+    beyond = state.lengths - taut.lengths
+    sagging = ~measured & (beyond > _MIN_EXCESS)
+    by_length = weight * taut.free * c * np.sqrt(taut.free / (24.0 * np.where(sagging, beyond, 1.0)))
+    return np.maximum(np.where(known, by_angle, np.where(sagging, by_length, _TAUT_FORCE)), 1e-2)
 
 
 def excess(state: FilterState) -> Array:
     """Excess (m,), m, of each line over its taut length."""
-    assert state.taut is not None  # drawn
-    away = state.position - state.taut_at
-    return np.asarray(state.lengths - state.taut.lengths - state.taut.toward @ away)
+    assert state.taut is not None  # `update_jacobian` has run
+    moved = state.position - state.taut_position
+    return np.asarray(state.lengths - state.taut.lengths - state.taut.toward @ moved)
 
 
-def carry(settings: FilterSettings, state: FilterState, turned: Array, since: float) -> None:
-    """Carry lengths and B on as the winch drums *turned* (m,), rad, in *since* s."""
+def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: float) -> None:
+    """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
     lay, P, J = state.layout, state.P, state.jacobian
-    paid = state.radii * turned
-    moved = J @ paid
-    state.lengths = state.lengths + paid
+    paid_out = state.radii * rotation
+    moved = J @ paid_out
+    state.lengths = state.lengths + paid_out
     state.position = state.position + moved
-    if since > 0.0 and turned.any():
-        share = min(1.0, since / settings.chain.slackness.smooth)
-        state.rates = state.rates + share * (turned / since - state.rates)
-    by_place, rows = J * paid, P[lay.radii]  # per share of each radius
-    P[lay.position] += by_place @ rows
-    P[lay.lengths] += paid[:, None] * rows
+    if dt > 0.0 and rotation.any():
+        gain = min(1.0, dt / settings.chain.slackness.smoothing_time)
+        state.drum_rates = state.drum_rates + gain * (rotation / dt - state.drum_rates)
+    by_radius, rows = J * paid_out, P[lay.radii]  # of B, per share of each radius
+    P[lay.position] += by_radius @ rows
+    P[lay.lengths] += paid_out[:, None] * rows
     columns = P[:, lay.radii]
-    P[:, lay.position] += columns @ by_place.T
-    P[:, lay.lengths] += columns * paid
-    way = math.sqrt(float(moved @ moved))
-    deaf = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack is not known
-    spread = (_DEAF if deaf else settings.travel) ** 2 * way + settings.time**2 * since
+    P[:, lay.position] += columns @ by_radius.T
+    P[:, lay.lengths] += columns * paid_out
+    distance = math.sqrt(float(moved @ moved))
+    unknown = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack
+    travel_noise = _UNKNOWN_SLACK_NOISE if unknown else settings.travel_noise
+    variance = travel_noise**2 * distance + settings.drift_noise**2 * dt
     diagonal = P.reshape(-1)[:: len(P) + 1]
-    diagonal[lay.position] += spread
-    diagonal[lay.lengths] += spread
-    diagonal[lay.radii] += settings.radius_walk**2 * np.abs(turned)
-    diagonal[lay.ground] += settings.ground**2 * way
+    diagonal[lay.position] += variance
+    diagonal[lay.lengths] += variance
+    diagonal[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
+    diagonal[lay.ground] += settings.ground_noise**2 * distance
 
 
-def listen(settings: FilterSettings, state: FilterState) -> None:
-    """Let the line angles tell excesses, those that were not used yet."""
-    if state.time - state.listened < _LISTEN or state.taut is None:
+def update(settings: FilterSettings, state: FilterState) -> None:
+    """Update by the excess of each line with a measured angle, once in a while."""
+    if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None:
         return
-    state.listened = state.time
-    told, sigmas, known = _told(settings, state)
+    state.last_angle_time = state.time
+    measured, sigmas, known = _measured_excess(settings, state)
     lay, taut = state.layout, state.taut
-    H = np.zeros((len(told), lay.size))
+    H = np.zeros((len(measured), lay.size))
     H[:, lay.position] = -taut.toward
-    H[:, lay.lengths] = np.eye(len(told))
-    off = told - excess(state)
+    H[:, lay.lengths] = np.eye(len(measured))
+    innovation = measured - excess(state)
     for i in np.flatnonzero(known):
         R = np.array([[sigmas[i] ** 2]])
-        fits, size = likely(state.P, H[i : i + 1], off[i : i + 1], R)
+        passes, nis = innovation_gate(state.P, H[i : i + 1], innovation[i : i + 1], R)
         if state.nis is not None:
-            state.nis.append(("line", size, 1))
-        if not fits:  # the place is measured, the length is what is not known: let it go
-            state.P[lay.lengths, lay.lengths][i, i] += float(off[i]) ** 2
-        correction, state.P = fuse(state.P, H[i : i + 1], off[i : i + 1], R)
-        correct(state, correction)
-        off = told - excess(state)
+            state.nis.append(("line", nis, 1))
+        if not passes:  # the position is measured, so the length must be wrong
+            state.P[lay.lengths, lay.lengths][i, i] += float(innovation[i]) ** 2
+        correction, state.P = kalman_update(state.P, H[i : i + 1], innovation[i : i + 1], R)
+        inject_correction(state, correction)
+        innovation = measured - excess(state)
 
 
-def _told(settings: FilterSettings, state: FilterState) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Excess of each line (m,), m, its standard deviation, and of which lines anything is known."""
-    taut, heard, angular = state.taut, state.slackness, settings.chain.slackness
-    assert taut is not None  # drawn
+def _measured_excess(settings: FilterSettings, state: FilterState) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Excess (m,), m, of each line, its standard deviation (m,), m, and which lines have a measured angle (m,)."""
+    taut, slackness, sensors = state.taut, state.slackness, settings.chain.slackness
+    assert taut is not None  # `update_jacobian` has run
     lines = settings.chain.model.packed.lines
     compliance = lines[:, layout.FREE_COMPLIANCE] * taut.lengths
-    sags, told = visible(angular, heard), np.isfinite(heard.excess)
+    slack, measured = visibly_slack(sensors, slackness), np.isfinite(slackness.excess)
     tan = np.tan(taut.angles)
-    slope = np.maximum(np.tan(np.minimum(taut.angles + heard.differences, 1.5)) - tan, 1e-4)
-    by_angle = excess_of(angular, taut, heard.differences)
-    spread = 2.0 * np.abs(by_angle) / slope * settings.angle / np.cos(taut.angles) ** 2
-    spread = np.sqrt(spread**2 + settings.excess**2 + (0.03 * by_angle) ** 2)
+    slope = np.maximum(np.tan(np.minimum(taut.angles + slackness.differences, 1.5)) - tan, 1e-4)
+    by_angle = parabolic_excess(sensors, taut, slackness.differences)
+    sigma = 2.0 * np.abs(by_angle) / slope * settings.line_angle_sigma / np.cos(taut.angles) ** 2
+    sigma = np.sqrt(sigma**2 + settings.excess_sigma**2 + (0.03 * by_angle) ** 2)
     weight = state.mass * settings.chain.tilt.gravity
-    most = weight / np.maximum(-np.sin(taut.angles), 0.1) / 2.0
-    stretch, doubt = 0.5 * compliance * most, 0.5 * compliance * most
-    loose = np.flatnonzero(sags)
-    if len(loose) == 1:
-        (i,) = loose
+    max_tension = weight / np.maximum(-np.sin(taut.angles), 0.1) / 2.0
+    stretch = stretch_sigma = 0.5 * compliance * max_tension
+    slack_lines = np.flatnonzero(slack)
+    if len(slack_lines) == 1:
+        (i,) = slack_lines
         others = np.arange(len(lines)) != i
-        pull = _pulls(settings, state)[i] / math.cos(float(taut.angles[i]))
-        held = np.array([0.0, 0.0, -weight]) - pull * taut.toward[i]
+        tension = _horizontal_forces(settings, state)[i] / math.cos(float(taut.angles[i]))
+        load = np.array([0.0, 0.0, -weight]) - tension * taut.toward[i]
         if len(lines) == 4:
-            tensions = np.linalg.solve(taut.toward[others].T, held)
+            tensions = np.linalg.solve(taut.toward[others].T, load)
             stretch = stretch.copy()
             stretch[others] = compliance[others] * tensions
-            doubt = np.where(others, settings.stretch * np.abs(stretch), doubt)
-    lasting = math.sqrt(_SAME / _LISTEN)
-    doubt = lasting * np.sqrt(doubt**2 + settings.excess**2)
-    return np.where(sags, by_angle, -stretch), np.where(sags, spread, doubt), told
+            stretch_sigma = np.where(others, settings.stretch_sigma * np.abs(stretch), stretch_sigma)
+    repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
+    stretch_sigma = repeats * np.sqrt(stretch_sigma**2 + settings.excess_sigma**2)
+    return np.where(slack, by_angle, -stretch), np.where(slack, sigma, stretch_sigma), measured

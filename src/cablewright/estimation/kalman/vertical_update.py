@@ -1,7 +1,7 @@
-"""What the vertical lidar tells the filter: how far the floor and the walls are, and so its own bias.
+"""Update by the vertical lidar: distances of floor and walls, which also show its range bias.
 
-The bias lengthens a range to the floor by as much whatever its angle, and so the height the less the farther aside; and
-of two walls that face each other it changes the sum of distances, which is known.
+The bias is the same in every range, so it changes the height the less the farther aside the floor is measured; and it
+changes the sum of the distances to two opposite walls, which is known.
 """
 
 from __future__ import annotations
@@ -12,156 +12,158 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.height import MOSTLY, HeightSettings, floor_among, leaned, over_structure
-from cablewright.estimation.kalman.lidar_update import doubt, measure
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, Since, add_unknown
+from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure, tilted
+from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, inflate_position
 from cablewright.signals import Scan
 
-__all__ = ["vertical"]
+__all__ = ["update"]
 
 Array = NDArray[np.float64]
 
 _RINGS: Final = ((35.0, 70.0), (0.0, 35.0))  # degrees from the axis: two parts of the floor, the freer one first
-_STEEP: Final = math.cos(math.radians(60.0))  # rays flatter than this meet walls
-_OFF_FLOOR: Final = 0.1  # m over the floor, of points that are the walls'
-_LEAST: Final = 8  # points of a wall, twice as many of the floor
-_NEAR: Final = 3.0  # sigmas from the middle, of points that count
-_MANY: Final = 0.4  # of the most that lie together, of points that are the floor
-_WIDE: Final = 0.03  # m from where a wall is believed to be, of points that are looked at
-_DOUBTFUL: Final = 3.0  # times that by which it is over where it should be: the floor's standard deviation
-_BAND: Final = 0.01  # m likewise of the floor, besides what the height is uncertain by
+_WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls
+_WALL_HEIGHT: Final = 0.1  # m over the floor, from which points are taken for a wall's
+_MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
+_GATE: Final = 3.0  # sigmas from the expected value, of points and heights
+_MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
+_WALL_BAND: Final = 0.03  # m from the expected wall, of its points
+_MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
+_FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
-class Turn(NamedTuple):
-    """The rays of one turn that came back, where the drum was at each."""
+class VerticalTurn(NamedTuple):
+    """The rays of one turn that came back, and the pose of the drum at each."""
 
     ranges: Array  # (k,) m
-    down: Array  # (k,) cosine of each ray's angle from the drum's axis, downwards
+    axis_cosine: Array  # (k,) cosine of each ray's angle from the drum's axis, downwards
     rays: Array  # (k, 3) unit, level, along the drum's axes
-    points: Array  # (k, 3) m from B, likewise
+    points: Array  # (k, 3) m from B, level, along the drum's axes
     yaw: Array  # (k,) rad
-    late: Array  # (k,) s from then to the last inertial reading
-    turned: Array  # (k, m) rad that the winch drums turned since
-    alone: Array  # (k,) s since without encoders
-    place: Array  # (k, 3) m, world: B
+    gyro_time: Array  # (k,) s over which the gyro is integrated since
+    rotation: Array  # (k, m) rad, of the winch drums since
+    coasting_time: Array  # (k,) s without encoders since
+    position: Array  # (k, 3) m, world, of B
 
 
-def vertical(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
-    """Let one turn of the vertical lidar tell the height over the floor, and its bias."""
+def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
+    """Update by one turn of the vertical lidar."""
     height = settings.chain.height
     if height is None:
         return
-    turning, since = state.turning.at(scan.times), state.since(scan.times)
-    turn = _turn(state, height, scan, turning, since)
-    over = over_structure(height, scan, turning[:, 1:])
+    attitudes, motion = state.attitude_history.at(scan.times), state.motion_since(scan.times)
+    turn = _turn(state, height, scan, attitudes, motion)
+    over = height_over_structure(height, scan, attitudes[:, 1:])
     if math.isfinite(over):
-        state.clearance_off = over - float((state.position - since.moved[len(turning) // 2])[2])
-    _floor(settings, state, height, turn)
-    _walls(settings, state, height, turn)
+        state.clearance_offset = over - float((state.position - motion.displacement[len(attitudes) // 2])[2])
+    _update_floor(settings, state, height, turn)
+    _update_walls(settings, state, height, turn)
 
 
-def _turn(state: FilterState, height: HeightSettings, scan: Scan, turning: Array, since: Since) -> Turn:
+def _turn(
+    state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, motion: MotionSince
+) -> VerticalTurn:
     x, y = np.array(height.axes)
     good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
     angles = scan.angles[good]
     straight = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
-    lean, ranges = turning[good, 1:], scan.ranges[good]
-    rays = leaned(straight, lean)
-    arms = leaned(np.broadcast_to(height.place, rays.shape), lean)
-    place = state.position - since.moved[good]
-    yaw = state.yaw - state.gyro_yaw + turning[good, 0]
-    late = state.felt - scan.times[good]
-    return Turn(
+    tilts, ranges = attitudes[good, 1:], scan.ranges[good]
+    rays = tilted(straight, tilts)
+    arms = tilted(np.broadcast_to(height.mount, rays.shape), tilts)
+    yaw = state.yaw - state.gyro_yaw + attitudes[good, 0]
+    gyro_time = state.last_imu_time - scan.times[good]
+    return VerticalTurn(
         ranges,
         -straight[:, 2],
         rays,
         arms + ranges[:, None] * rays,
         yaw,
-        late,
-        since.turned[good],
-        since.alone[good],
-        place,
+        gyro_time,
+        motion.rotation[good],
+        motion.coasting_time[good],
+        state.position - motion.displacement[good],
     )
 
 
-def _floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:
-    """Points near where the floor is believed to be, in two parts: below, and aside, where the bias counts less."""
-    lay, sigma = state.layout, height.sigma or settings.height_bias
-    unsure = math.sqrt(float(state.P[lay.position, lay.position][2, 2] + state.P[lay.bias, lay.bias][-1, -1]))
-    up = turn.place[:, 2] + turn.points[:, 2] - height.floor - float(state.bias[-1]) * turn.rays[:, 2]
-    band = _BAND + _NEAR * unsure
-    heard = False
+def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
+    """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less."""
+    lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
+    variance = state.P[lay.position, lay.position][2, 2] + state.P[lay.range_bias, lay.range_bias][-1, -1]
+    heights = turn.position[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2]
+    band = _FLOOR_BAND + _GATE * math.sqrt(float(variance))
+    seen = False
     for low, high in _RINGS:
-        inside = (turn.down <= math.cos(math.radians(low))) & (turn.down > math.cos(math.radians(high)))
+        inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
         good = inside.copy()
-        good[inside] = floor_among(
-            height, turn.points[inside], up[inside], _NEAR * sigma * turn.down[inside], _MANY, band
+        good[inside] = floor_points(
+            height, turn.points[inside], heights[inside], _GATE * sigma * turn.axis_cosine[inside], _MIN_SHARE, band
         )
         count = int(np.count_nonzero(good))
-        if count < 2 * _LEAST:
+        if count < 2 * _MIN_POINTS:
             continue
-        over = float(up[good].mean())
-        if over < -band:  # however far below it may be: nothing is under a floor
-            add_unknown(state, [0.0, 0.0, over])
+        over = float(heights[good].mean())
+        if over < -band:  # nothing is below a floor, so it is believed however low it is
+            inflate_position(state, [0.0, 0.0, over])
         x, y, _ = turn.points[good].mean(axis=0).tolist()
         steep = turn.rays[good, 2]
         H = np.zeros((1, lay.size))
         H[0, lay.position][2] = 1.0
-        H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.turned[good].mean(axis=0)
-        alone = float(turn.alone[good].mean())
-        H[0, lay.velocity][2] = -alone
+        H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.rotation[good].mean(axis=0)
+        coasting_time = float(turn.coasting_time[good].mean())
+        H[0, lay.velocity][2] = -coasting_time
         H[0, lay.attitude] = y, -x, 0.0
-        H[0, lay.gyro] = turn.late[good].mean() * H[0, lay.attitude]
-        H[0, lay.bias.stop - 1] = -float(steep.mean())
-        own = settings.height**2 + _wandered(settings, alone)
-        R = doubt(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
-        if over > 0.0 and count < MOSTLY * np.count_nonzero(inside):  # it may as well be no floor
-            if over**2 > _NEAR**2 * float((H @ state.P @ H.T + R)[0, 0]):
+        H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
+        H[0, lay.range_bias.stop - 1] = -float(steep.mean())
+        own = settings.height_sigma**2 + _coasting_variance(settings, coasting_time)
+        R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
+        if over > 0.0 and count < FLOOR_MAJORITY * np.count_nonzero(inside):  # it may be no floor
+            if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
-            R += (_DOUBTFUL * over) ** 2
-        off, heard = np.array([-over]), True
-        measure(state, "height", H, off, R, ("vertical", "gate"), "its floor is not where it should be: not used")
-    if heard:
-        state.watch.clear("vertical", "floor")
+            R += (_MINORITY_FACTOR * over) ** 2
+        seen, sentence = True, "its floor is not where it should be: not used"
+        gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
+    if seen:
+        state.monitor.clear("vertical", "floor")
     else:
-        state.watch.say("vertical", "floor", "no floor in sight where it should be")
+        state.monitor.report("vertical", "floor", "no floor in sight where it should be")
 
 
-def _walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: Turn) -> None:
-    """Walls on both sides: their distances' sum is known."""
-    flat = np.flatnonzero(turn.down < _STEEP)
-    rays, points, place = turn.rays[flat], turn.points[flat], turn.place[flat]
-    turned, alone, late = turn.turned[flat], turn.alone[flat], turn.late[flat]
-    lay, sigma = state.layout, height.sigma or settings.height_bias
+def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
+    """Update by the points near each expected wall."""
+    flat = np.flatnonzero(turn.axis_cosine < _WALL_COSINE)
+    rays, points, position = turn.rays[flat], turn.points[flat], turn.position[flat]
+    rotation, coasting_times, gyro_time = turn.rotation[flat], turn.coasting_time[flat], turn.gyro_time[flat]
+    lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
-    rising = place[:, 2] + points[:, 2] > height.floor + _OFF_FLOOR
+    above = position[:, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
     for wall in settings.chain.walls.room.walls:
         n = np.array(wall.normal)
         ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
         steep = ahead * rays[:, 0] + left * rays[:, 1]
         across = ahead * points[:, 0] + left * points[:, 1]
-        off = place[:, :2] @ n + across - wall.distance - float(state.bias[-1]) * steep
-        good = rising & (steep > 0.5) & (np.abs(off) < _WIDE)
-        if np.count_nonzero(good) >= _LEAST:
-            good &= np.abs(off - np.median(off[good])) < _NEAR * sigma
+        off = position[:, :2] @ n + across - wall.distance - float(state.range_bias[-1]) * steep
+        good = above & (steep > 0.5) & (np.abs(off) < _WALL_BAND)
+        if np.count_nonzero(good) >= _MIN_POINTS:
+            good &= np.abs(off - np.median(off[good])) < _GATE * sigma
         count = int(np.count_nonzero(good))
-        if count < _LEAST:
+        if count < _MIN_POINTS:
             continue
         x, y, z = points[good].mean(axis=0).tolist()
         a, b = float(ahead[good].mean()), float(left[good].mean())
         H = np.zeros((1, lay.size))
         H[0, lay.position][:2] = n
-        H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * turned[good].mean(axis=0)
-        by_itself = float(alone[good].mean())
-        H[0, lay.velocity][:2] = -n * by_itself
+        H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * rotation[good].mean(axis=0)
+        coasting_time = float(coasting_times[good].mean())
+        H[0, lay.velocity][:2] = -n * coasting_time
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
-        H[0, lay.gyro] = late[good].mean() * H[0, lay.attitude]
-        H[0, lay.bias.stop - 1] = -float(steep[good].mean())
-        own = settings.wall**2 + wall.distance_sigma**2 + _wandered(settings, by_itself)
-        R = doubt(state) * np.array([[sigma**2 / count + own]])
-        measure(state, f"vertical {wall.name}", H, np.array([-float(off[good].mean())]), R, ("vertical", "wall"), "")
+        H[0, lay.gyro_bias] = gyro_time[good].mean() * H[0, lay.attitude]
+        H[0, lay.range_bias.stop - 1] = -float(steep[good].mean())
+        own = settings.wall_sigma**2 + wall.distance_sigma**2 + _coasting_variance(settings, coasting_time)
+        R = noise_factor(state) * np.array([[sigma**2 / count + own]])
+        innovation = np.array([-float(off[good].mean())])
+        gated_update(state, f"vertical {wall.name}", H, innovation, R, ("vertical", "wall"), "")
 
 
-def _wandered(settings: FilterSettings, alone: float) -> float:
-    """Variance, m^2, of how far B is from where its velocity led it in the s that no encoder told."""
-    return settings.push**2 * alone**3
+def _coasting_variance(settings: FilterSettings, coasting_time: float) -> float:
+    """Variance, m^2, of B's position after so long a prediction without encoders, s."""
+    return settings.velocity_noise**2 * coasting_time**3

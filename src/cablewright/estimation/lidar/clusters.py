@@ -1,4 +1,4 @@
-"""Clusters of a scan's points: by how near successive points are, and by how well three of them are aligned."""
+"""Clusters of a scan's points: by the distance of successive points, and by the alignment of three."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cablewright.estimation.lidar.scan import Points
 from cablewright.kernels.fitting.scan_lines import SUMS, cut
 
-__all__ = ["Clustering", "Clusters", "clusters_of"]
+__all__ = ["Clustering", "Clusters", "find_clusters"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -20,20 +20,19 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Clustering:
-    """When points belong together.
+    """When points belong to one cluster.
 
-    ``grazing``: rad, the flattest angle between ray and wall at which the next point of a wall is still expected.
-    ``skip``: rays without an echo that may lie between two points of a cluster. ``reach``: m, how far before and after
-    a point the two others of three aligned points are looked for: successive points of a near wall are nearer to each
-    other than their noise allows to tell a corner by. ``alignment``: m, by how much a point may be beside the line of
-    the other two, besides three sigma of its noise. ``least_points``: of a cluster.
+    ``min_incidence``: rad, smallest angle between ray and wall at which the next point of a wall is expected.
+    ``max_missing``: rays without an echo between two points of a cluster. ``reach``: m, distance to the two outer ones
+    of three aligned points: noise hides a corner between successive points of a near wall. ``alignment``: m, distance
+    of the middle point from the line of the outer two, besides three sigma of noise. ``min_points``: of a cluster.
     """
 
-    grazing: float = math.radians(10.0)
-    skip: int = 4
+    min_incidence: float = math.radians(10.0)
+    max_missing: int = 4
     reach: float = 0.12
     alignment: float = 4e-3
-    least_points: int = 5
+    min_points: int = 5
 
 
 class Clusters(NamedTuple):
@@ -48,11 +47,11 @@ class Clusters(NamedTuple):
         return len(self.first)
 
 
-def clusters_of(points: Points, sigma: float, settings: Clustering) -> Clusters:
+def find_clusters(points: Points, sigma: float, settings: Clustering) -> Clusters:
     """Cut a scan into clusters. ``sigma``: m, of one range."""
     n, c = len(points), settings
-    rules = np.array([sigma, c.grazing, c.skip, c.reach, c.alignment, c.least_points], np.float64)
+    rules = np.array([sigma, c.min_incidence, c.max_missing, c.reach, c.alignment, c.min_points], np.float64)
     work, marks, sums = np.empty((4, n)), np.empty((5, n), np.int64), np.empty((n // 2, SUMS))
     members, first, size = marks[2:]
-    k = cut(points.xy, points.distance, points.step, rules, work, marks[:2], members, first, size, sums)
+    k = cut(points.xy, points.distance, points.bearing_step, rules, work, marks[:2], members, first, size, sums)
     return Clusters(members, first[:k], size[:k], sums[:k])

@@ -1,4 +1,4 @@
-"""From lines that a lidar saw to where the platform is: constraints on x and y, and every pair of them solved.
+"""From the lines in scans to candidate positions: constraints on x and y, and the solution of every pair of them.
 
 Merlet and Papegay 2023, III.A: a wall that bounds y gives a C-type constraint, one that bounds x a D-type one.
 """
@@ -20,45 +20,45 @@ __all__ = [
     "Candidate",
     "Candidates",
     "Constraint",
-    "SeenLine",
-    "all_wrapped",
-    "candidates_of",
-    "constraints_of",
-    "judged",
-    "wrapped",
+    "ObservedLine",
+    "find_candidates",
+    "find_constraints",
+    "score_candidates",
+    "wrap_angle",
+    "wrap_angles",
 ]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
-_LEAST_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
-_MOST_CANDIDATES: Final = 40
+_MIN_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
+_MAX_CANDIDATES: Final = 40
 
 
-class SeenLine(NamedTuple):
-    """A line as the platform sees it: of which lidar, in the platform's level frame."""
+class ObservedLine(NamedTuple):
+    """A line in a scan, in the platform's level frame."""
 
-    lidar: int
+    lidar: int  # index
     mount: Array  # (2,) m, of the lidar, level
     line: WallLine  # its angle in the platform frame
 
     @property
     def lever(self) -> float:
-        """By how much more the platform point than the lidar is away from the line, m."""
+        """Distance of the platform point from the line less that of the lidar, m."""
         a = self.line.angle
         return float(math.cos(a) * self.mount[0] + math.sin(a) * self.mount[1])
 
 
 class Constraint(NamedTuple):
-    """One seen line taken for one wall: normal . (x, y) = offset, for the platform point."""
+    """One line matched with one wall: normal . (x, y) = offset, for the platform point."""
 
     kind: str  # "C" or "D"
-    wall: int
-    seen: int  # which line
+    wall: int  # index
+    line: int  # index
     normal: tuple[float, float]
     offset: float  # m
-    yaw: float  # rad, of the platform if the line is that wall
+    yaw: float  # rad, of the platform
     yaw_sigma: float  # rad
     variance: float  # m^2, of the points' distances from the line: the paper's quality
 
@@ -70,61 +70,63 @@ class Constraint(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """A place of the platform point by one C-type and one D-type constraint."""
+    """A pose of the platform by one C-type and one D-type constraint."""
 
     position: tuple[float, float]  # m
     yaw: float  # rad
     constraints: tuple[int, int]
     variance: float  # m^2, of both lines together
-    explained: float  # share of the points on a wall less those beyond one; NaN if not looked at
-    laser_misfit: float  # sigmas, the worst of the operator's distances; 0 without any
+    explained: float  # share of the points on a wall less those beyond one; NaN if not scored
+    laser_misfit: float  # sigmas, largest of the operator's distances; 0 without any
 
 
-def wrapped(angle: float) -> float:
-    """Return the angle within half a turn of 0."""
+def wrap_angle(angle: float) -> float:
+    """Return an *angle*, rad, within half a turn of 0."""
     return math.remainder(angle, math.tau)
 
 
-def all_wrapped(angles: Array) -> Array:
-    """Return the angles within half a turn of 0."""
+def wrap_angles(angles: Array) -> Array:
+    """Return *angles*, rad, within half a turn of 0."""
     return np.asarray(np.remainder(angles + math.pi, math.tau) - math.pi)
 
 
 class Candidates(NamedTuple):
-    """k candidates as arrays; `told` makes `Candidate`s of them."""
+    """k candidates as arrays."""
 
     position: Array  # (k, 2) m
     yaw: Array  # (k,) rad
     constraints: Index  # (k, 2)
     variance: Array  # (k,) m^2
-    explained: Array  # (k,); NaN if not looked at
+    explained: Array  # (k,); NaN if not scored
     laser_misfit: Array  # (k,) sigmas; 0 without any
 
-    def chosen(self, which: Index) -> Candidates:
-        """Return those of them, in that order."""
+    def select(self, which: Index) -> Candidates:
+        """Return the candidates of those indices, in that order."""
         first = self.position[which], self.yaw[which], self.constraints[which]
         return Candidates(*first, self.variance[which], self.explained[which], self.laser_misfit[which])
 
-    def told(self) -> tuple[Candidate, ...]:
-        """Return them one by one."""
+    def as_tuple(self) -> tuple[Candidate, ...]:
+        """Return each as a `Candidate`."""
         position, yaw, constraints, *rest = (column.tolist() for column in self)
         return tuple(map(Candidate, map(tuple, position), yaw, map(tuple, constraints), *rest))
 
 
-def constraints_of(seen: Sequence[SeenLine], sees: Bools, room: RoomMap, yaws: tuple[float, float]) -> list[Constraint]:
-    """Take each line for each wall that it can be with a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
+def find_constraints(
+    lines: Sequence[ObservedLine], visible: Bools, room: RoomMap, yaws: tuple[float, float]
+) -> list[Constraint]:
+    """Match each line with each wall that it can be at a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
 
-    ``sees``: (l, w), which walls each lidar can see.
+    ``visible``: (l, w), which walls each lidar can see.
     """
     found = []
     middle, half = 0.5 * (yaws[0] + yaws[1]), 0.5 * (yaws[1] - yaws[0])
-    walls, visible = list(zip(room.walls, room.azimuths.tolist(), strict=True)), sees.tolist()
-    for i, one in enumerate(seen):
-        line, lever, can = one.line, one.lever, visible[one.lidar]
+    walls, rows = list(zip(room.walls, room.azimuths.tolist(), strict=True)), visible.tolist()
+    for i, one in enumerate(lines):
+        line, lever, row = one.line, one.lever, rows[one.lidar]
         line_sigma = math.sqrt(line.covariance[0, 0])
         for j, (wall, azimuth) in enumerate(walls):
-            yaw = middle + wrapped(azimuth - line.angle - middle)
-            if abs(yaw - middle) > half or not can[j]:
+            yaw = middle + wrap_angle(azimuth - line.angle - middle)
+            if abs(yaw - middle) > half or not row[j]:
                 continue
             # n (p + R mount) + distance = d, and R turns the line's own normal to the wall's
             offset, sigma = wall.distance - line.distance - lever, math.hypot(line_sigma, wall.angle_sigma)
@@ -132,10 +134,12 @@ def constraints_of(seen: Sequence[SeenLine], sees: Bools, room: RoomMap, yaws: t
     return found
 
 
-def candidates_of(constraints: Sequence[Constraint], room: RoomMap, agree: float, outside: float) -> Candidates:
-    """Solve each C with each D whose yaws agree within ``agree`` (rad) and three sigma.
+def find_candidates(
+    constraints: Sequence[Constraint], room: RoomMap, yaw_tolerance: float, margin: float
+) -> Candidates:
+    """Solve each C with each D whose yaws agree within ``yaw_tolerance`` (rad) and three sigma.
 
-    Places more than ``outside`` (m) beyond a wall are left out. Of many, those with the least variance are kept.
+    Positions more than ``margin`` (m) beyond a wall are rejected. At most 40, with the smallest variance, are kept.
     """
     c = [i for i, one in enumerate(constraints) if one.kind == "C"]
     d = [i for i, one in enumerate(constraints) if one.kind == "D"]
@@ -144,44 +148,44 @@ def candidates_of(constraints: Sequence[Constraint], room: RoomMap, agree: float
     normals, offsets, yaws, sigmas, variances = map(np.array, list(zip(*constraints, strict=True))[3:])
     i, j = np.repeat(c, len(d)), np.tile(d, len(c))
     det = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
-    turn = all_wrapped(yaws[j] - yaws[i])
-    good = (np.abs(det) > math.sin(_LEAST_ANGLE)) & (np.abs(turn) <= agree + 3.0 * np.hypot(sigmas[i], sigmas[j]))
+    turn = wrap_angles(yaws[j] - yaws[i])
+    tolerance = yaw_tolerance + 3.0 * np.hypot(sigmas[i], sigmas[j])
+    good = (np.abs(det) > math.sin(_MIN_ANGLE)) & (np.abs(turn) <= tolerance)
     i, j, det, turn = i[good], j[good], det[good], turn[good]
     x = (offsets[i] * normals[j, 1] - offsets[j] * normals[i, 1]) / det
     y = (normals[i, 0] * offsets[j] - normals[j, 0] * offsets[i]) / det
     share = sigmas[i] ** 2 / np.maximum(sigmas[i] ** 2 + sigmas[j] ** 2, 1e-300)
-    place, both = np.stack([x, y], axis=1), variances[i] + variances[j]
-    within = np.all(place @ room.normals.T <= room.distances + outside, axis=1)
-    order = np.argsort(both, kind="stable")
-    order = order[within[order]][:_MOST_CANDIDATES]
-    unjudged = np.full(len(order), math.nan), np.zeros(len(order))
+    positions, variance = np.stack([x, y], axis=1), variances[i] + variances[j]
+    within = np.all(positions @ room.normals.T <= room.distances + margin, axis=1)
+    order = np.argsort(variance, kind="stable")
+    order = order[within[order]][:_MAX_CANDIDATES]
+    unscored = np.full(len(order), math.nan), np.zeros(len(order))
     pairs = np.stack([i, j], axis=1)[order]
-    return Candidates(place[order], (yaws[i] + share * turn)[order], pairs, both[order], *unjudged)
+    return Candidates(positions[order], (yaws[i] + share * turn)[order], pairs, variance[order], *unscored)
 
 
-def judged(
+def score_candidates(
     candidates: Candidates,
     points: Sequence[tuple[Array, Bools]],
     room: RoomMap,
     lasers: Sequence[Laser],
-    near: float,
+    near_distance: float,
     recess: float,
 ) -> Candidates:
-    """Say of each candidate what share of the points it explains, and how well it fits the operator's distances.
+    """Return *candidates* with the share of points that each explains and its misfit of the operator's distances.
 
     ``points``: (n, 2) m in the platform's level frame, of each lidar, with the walls (w,) that it can see. A point
-    counts if it is within ``near`` (m) of a wall, and against if it is more than ``recess`` (m) beyond one.
+    within ``near_distance`` (m) of a wall counts for a candidate, one more than ``recess`` (m) beyond a wall against.
     """
     c, s = np.cos(candidates.yaw)[:, None], np.sin(candidates.yaw)[:, None]
     x, y = room.normals.T
     # n (p + R q) - d for each candidate, point and wall: first what does not depend on the point
     level = candidates.position @ room.normals.T - room.distances  # (k, w)
-    turned = np.stack([c * x + s * y, c * y - s * x], axis=-1)  # (k, w, 2)
+    normals = np.stack([c * x + s * y, c * y - s * x], axis=-1)  # (k, w, 2)
     score = np.zeros(len(level))
-    for xy, sees in points:
-        explain(
-            turned, level, np.ascontiguousarray(xy.T), sees, float(near), float(recess), np.empty((2, len(xy))), score
-        )
+    for xy, visible in points:
+        columns, work = np.ascontiguousarray(xy.T), np.empty((2, len(xy)))
+        explain(normals, level, columns, visible, float(near_distance), float(recess), work, score)
     misfit = candidates.laser_misfit
     for laser in lasers:
         j = room.index(laser.wall)

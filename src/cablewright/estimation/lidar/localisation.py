@@ -19,25 +19,25 @@ from cablewright.estimation.lidar.constraints import (
     Candidate,
     Candidates,
     Constraint,
-    SeenLine,
-    all_wrapped,
-    candidates_of,
-    constraints_of,
-    judged,
-    wrapped,
+    ObservedLine,
+    find_candidates,
+    find_constraints,
+    score_candidates,
+    wrap_angle,
+    wrap_angles,
 )
 from cablewright.estimation.lidar.room import Laser, RoomMap
-from cablewright.estimation.lidar.scan import LidarModel, level_mount, points_of
-from cablewright.estimation.lidar.wall_lines import LineSearch, lines_of
+from cablewright.estimation.lidar.scan import LidarModel, level_mount, level_points
+from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
 
 __all__ = [
-    "KeptTurn",
     "LidarTurn",
+    "TurnFeatures",
     "WallPose",
     "WallSettings",
     "WallState",
     "WallStatus",
-    "look",
+    "extract",
     "start",
     "steady_drift",
     "step",
@@ -47,11 +47,11 @@ Array = NDArray[np.float64]
 
 WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
 
-_MOST_JUDGED: Final = 240  # points of a turn that judge candidates: evenly chosen, these tell shares as well as all
-_LASER_FITS: Final = 3.0  # sigmas
-_LEAST_SIGMA: Final = 1e-6  # m: what is called exact
+_MAX_SCORED: Final = 240  # points of a turn that score candidates: evenly chosen, they give the same shares as all
+_LASER_GATE: Final = 3.0  # sigmas
+_MIN_SIGMA: Final = 1e-6  # m, of what is given as exact
 
-_SAID: Final[dict[str, str]] = {
+_SENTENCES: Final[dict[str, str]] = {
     "ok": "position and yaw are found",
     "ambiguous": "two places explain the scan about as well; a distance measured to a wall would tell",
     "parallel": "all walls in sight bound the same direction: the place along them is not known",
@@ -61,16 +61,17 @@ _SAID: Final[dict[str, str]] = {
 
 @dataclass(frozen=True)
 class WallSettings:
-    """What is known of room and lidars, and how scans are judged.
+    """Room, lidars, and how a pose is chosen.
 
-    ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``stray``: m, by how much yaw and place may
-    differ from the last answer, which counts for ``patience`` turns without one. ``keep``: turns of each lidar that
-    count. ``agree``: rad, by which the yaws of two walls may differ besides their noise. ``rank``: ``variance``, the
-    paper's, or ``evidence``, the share of points that a place explains. ``near``: m, from a wall, of a point that it
-    explains; ``recess``: m, how deep windows and doors may be behind it. ``gate``: m, by how much a line may be off its
-    wall, besides its noise, to count in the final fit. ``distinct``: m, from which a second candidate is another place,
-    and ``doubt``: what share of the points that the first explains it must explain for the first to be doubted: in a
-    long room turned by half, both long walls and one end fit again. ``least``: the share that it must explain itself.
+    ``yaw_range``: rad, of the platform at the start. ``yaw_step``: rad, and ``max_displacement``: m, largest change of
+    yaw and position since the last pose, which holds for ``max_misses`` turns without one. ``kept_turns``: how many of
+    each lidar are used together. ``yaw_tolerance``: rad, difference of the yaws by two walls, besides noise. ``rank``:
+    ``variance``, the paper's, or ``evidence``, the share of points that a candidate explains. ``near_distance``: m from
+    a wall, of a point that it explains; ``recess``: m, depth of windows and doors. ``gate``: m from its wall, besides
+    noise, of a line in the final fit. ``distinct_distance``: m, from which a second candidate is another place.
+    ``ambiguity``: the pose is ambiguous if another place explains so large a share of what the first one does: in a
+    long room turned by half, both long walls and one end fit again. ``min_explained``: share that the first must
+    explain.
     """
 
     room: RoomMap
@@ -78,39 +79,42 @@ class WallSettings:
     search: LineSearch = field(default_factory=LineSearch)
     yaw_range: tuple[float, float] = (-math.pi / 4, math.pi / 4)
     yaw_step: float = math.radians(15.0)
-    stray: float = 0.5
-    patience: int = 10
-    keep: int = 3
-    agree: float = math.radians(1.0)
+    max_displacement: float = 0.5
+    max_misses: int = 10
+    kept_turns: int = 3
+    yaw_tolerance: float = math.radians(1.0)
     rank: Literal["variance", "evidence"] = "evidence"
-    near: float = 0.02
+    near_distance: float = 0.02
     recess: float = 0.12
     gate: float = 0.015
-    distinct: float = 0.02
-    doubt: float = 0.6
-    least: float = 0.25
+    distinct_distance: float = 0.02
+    ambiguity: float = 0.6
+    min_explained: float = 0.25
 
     def __post_init__(self) -> None:
         if not 0 < self.yaw_range[1] - self.yaw_range[0] <= math.tau + 1e-9:
             low, high = (f"{end:g}" for end in self.yaw_range)
             raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
-        if self.keep < 1 or not self.lidars:
+        if self.kept_turns < 1 or not self.lidars:
             raise InputError("one lidar and one turn to keep at least are wanted")
 
     @cached_property
-    def sees(self) -> NDArray[np.bool_]:
+    def visible(self) -> NDArray[np.bool_]:
         """(l, w): which walls each lidar can see."""
         return np.array(
-            [[one.sees is None or wall.name in one.sees for wall in self.room.walls] for one in self.lidars]
+            [
+                [lidar.visible_walls is None or wall.name in lidar.visible_walls for wall in self.room.walls]
+                for lidar in self.lidars
+            ]
         )
 
 
 class LidarTurn(NamedTuple):
     """One turn of one lidar.
 
-    ``tilt``: rad, rotation vector (x, y) of the platform by which it leans, at the end or at each ray. ``drift``: where
-    the platform was at each ray, as `points_of` takes it; `steady_drift` makes one. ``moved``: (dx, dy, dyaw) m and rad
-    in the reference frame since the turn before, of whatever lidar, where something else knows it; older turns follow.
+    ``tilt``: rad, rotation vector (x, y) of the platform's tilt, at the end or at each ray. ``drift``: pose of the
+    platform at each ray, as in `level_points`; `steady_drift` makes one. ``moved``: (dx, dy, dyaw) m and rad in the
+    reference frame, motion since the last turn of any lidar by other sensors; older turns are shifted by it.
     """
 
     angles: ArrayLike  # (n,) rad, counter-clockwise
@@ -122,10 +126,9 @@ class LidarTurn(NamedTuple):
 
 
 def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: float, yaw: float) -> Array:
-    """(n, 3) m and rad: where the platform was at each ray, if it moves steadily.
+    """Pose (n, 3), m and rad, of the platform at each ray relative to the end, at constant velocity.
 
-    ``times``: (n,) s, of the rays; the last one is the end. ``velocity``: m/s, reference frame; ``yaw``: rad, at the
-    end.
+    ``times``: (n,) s, of the rays. ``velocity``: m/s, reference frame; ``yaw``: rad, at the end.
     """
     before = np.asarray(times, dtype=np.float64)
     before = before - before[-1:]
@@ -134,39 +137,39 @@ def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: floa
     return np.outer(before, [ahead, left, yaw_rate])
 
 
-class KeptTurn(NamedTuple):
-    """What is kept of a turn, in the platform's present level frame."""
+class TurnFeatures(NamedTuple):
+    """Lines and points of a turn, in the platform's present level frame."""
 
-    lidar: int
-    seen: tuple[SeenLine, ...]
-    xy: Array  # (n, 2) m
+    lidar: int  # index
+    lines: tuple[ObservedLine, ...]
+    points: Array  # (n, 2) m
 
 
 @dataclass(frozen=True)
 class WallState:
-    """What `step` hands to the next."""
+    """State between two calls of `step`."""
 
-    turns: tuple[KeptTurn, ...] = ()
-    yaw: float | None = None  # rad, the last that was found
-    position: tuple[float, float] | None = None  # m, likewise; both as moved since
+    turns: tuple[TurnFeatures, ...] = ()
+    yaw: float | None = None  # rad, the last one
+    position: tuple[float, float] | None = None  # m, likewise; both moved by `LidarTurn.moved` since
     misses: int = 0  # turns since then
 
 
 @dataclass(frozen=True, eq=False)
 class WallPose:
-    """Where the platform is. ``position`` and ``yaw`` are fitted to all lines that fit the first candidate."""
+    """Pose of the platform, fitted to all lines that agree with the first candidate."""
 
     status: WallStatus
-    position: Array  # (2,) m; NaN where it is not known
+    position: Array  # (2,) m; NaN where unknown
     yaw: float  # rad; NaN if no wall is in sight
     covariance: Array  # (3, 3) of x, y, yaw
-    candidates: tuple[Candidate, ...]  # the best first
+    candidates: tuple[Candidate, ...]  # best first
     constraints: tuple[Constraint, ...]
-    seen: tuple[SeenLine, ...]
-    used: tuple[int, ...]  # constraints in the final fit
-    bias: Array  # (l,) m, of each lidar's ranges, as far as opposite walls tell
-    confidence: float  # share of points that the first candidate explains more than any other place
-    note: str  # what a person should know, one sentence
+    lines: tuple[ObservedLine, ...]
+    used: tuple[int, ...]  # indices of constraints in the final fit
+    bias: Array  # (l,) m, of each lidar's ranges, as far as opposite walls show it
+    confidence: float  # share of points explained by the first candidate less that of any other place
+    note: str  # one sentence
 
 
 def start() -> WallState:
@@ -174,225 +177,239 @@ def start() -> WallState:
     return WallState()
 
 
-def look(settings: WallSettings, scan: LidarTurn) -> KeptTurn:
-    """Find the lines of a new turn and bring them into the platform's level frame: half of the work of `step`."""
-    lidar = settings.lidars[scan.lidar]
-    points = points_of(lidar, scan.angles, scan.ranges, scan.tilt, scan.drift)
-    mount = level_mount(lidar, scan.tilt)
-    lines = lines_of(points, lidar, settings.search)
+def extract(settings: WallSettings, turn: LidarTurn) -> TurnFeatures:
+    """Find the lines of a turn and transform them to the platform's level frame: half of the work of `step`."""
+    lidar = settings.lidars[turn.lidar]
+    points = level_points(lidar, turn.angles, turn.ranges, turn.tilt, turn.drift)
+    mount = level_mount(lidar, turn.tilt)
+    lines = find_lines(points, lidar, settings.search)
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
-    turn = np.array([[c, -s], [s, c]])
-    seen = tuple(
-        SeenLine(scan.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ turn.T + mount))
+    rotation = np.array([[c, -s], [s, c]])
+    observed = tuple(
+        ObservedLine(
+            turn.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ rotation.T + mount)
+        )
         for line in lines
     )
-    return KeptTurn(scan.lidar, seen, points.xy @ turn.T + mount)
+    return TurnFeatures(turn.lidar, observed, points.xy @ rotation.T + mount)
 
 
 def step(
     settings: WallSettings,
     state: WallState,
-    scan: LidarTurn,
+    turn: LidarTurn,
     lasers: Sequence[Laser] = (),
-    looked: KeptTurn | None = None,
+    features: TurnFeatures | None = None,
 ) -> tuple[WallState, WallPose]:
-    """Take one turn of a lidar. ``lasers``: what an operator measured at this place; it picks among candidates.
+    """Return state and pose after one turn of a lidar.
 
-    *looked*: what `look` found in the turn, where that was done before: who has no time for all may take two steps.
+    ``lasers``: an operator's distances at this position, which decide between candidates. ``features``: of `extract`,
+    if that has been called for the turn before, so that the work is done in two time steps.
 
-    Raises `InputError` for a lidar or wall that is not there, or arrays that do not fit; never for what a scan holds.
+    Raises `InputError` for a lidar or wall that does not exist, or arrays that do not fit; never for what a scan holds.
     """
-    if not 0 <= scan.lidar < len(settings.lidars):
-        raise InputError(f"scan: lidar {scan.lidar}; there are {len(settings.lidars)}, counted from 0")
-    known = all(math.isfinite(value) for value in scan.moved)
-    moved = scan.moved if known else (0.0, 0.0, 0.0)
-    turns = _kept(settings, _shifted(state, moved) if known else (), look(settings, scan) if looked is None else looked)
-    room, seen = settings.room, [one for turn in turns for one in turn.seen]
+    if not 0 <= turn.lidar < len(settings.lidars):
+        raise InputError(f"scan: lidar {turn.lidar}; there are {len(settings.lidars)}, counted from 0")
+    known = all(math.isfinite(value) for value in turn.moved)
+    moved = turn.moved if known else (0.0, 0.0, 0.0)
+    newest = extract(settings, turn) if features is None else features
+    turns = _with_newest(settings, _shifted(state, moved) if known else (), newest)
+    room, lines = settings.room, [one for each in turns for one in each.lines]
     yaws = settings.yaw_range
     if state.yaw is not None:
         centre = state.yaw + moved[2]
         yaws = centre - settings.yaw_step, centre + settings.yaw_step
-    constraints = constraints_of(seen, settings.sees, room, yaws)
-    found = candidates_of(constraints, room, settings.agree, settings.recess)
-    found = judged(found, _newest(turns, settings), room, lasers, settings.near, settings.recess)
+    constraints = find_constraints(lines, settings.visible, room, yaws)
+    found = find_candidates(constraints, room, settings.yaw_tolerance, settings.recess)
+    found = score_candidates(
+        found, _latest_points(turns, settings), room, lasers, settings.near_distance, settings.recess
+    )
     expected = None if state.position is None or not known else np.add(state.position, moved[:2])
     found = _ranked(found, settings, expected)
-    pose = _answer(settings, constraints, found, seen, _fresh(turns), expected)
-    return _followed(settings, state, turns, pose, moved), pose
+    pose = _pose(settings, constraints, found, lines, _are_latest(turns), expected)
+    return _next_state(settings, state, turns, pose, moved), pose
 
 
-def _followed(
+def _next_state(
     settings: WallSettings,
     state: WallState,
-    turns: tuple[KeptTurn, ...],
+    turns: tuple[TurnFeatures, ...],
     pose: WallPose,
     moved: tuple[float, float, float],
 ) -> WallState:
-    """Return the state after an answer: what is sure is kept, and after too long without it nothing is."""
+    """Return the state after *pose*: without one the last yaw and position move on, for `max_misses` turns."""
     if pose.status == "ok":
-        return WallState(turns, wrapped(pose.yaw), (float(pose.position[0]), float(pose.position[1])))
+        return WallState(turns, wrap_angle(pose.yaw), (float(pose.position[0]), float(pose.position[1])))
     misses = state.misses + 1
-    if misses > settings.patience:
+    if misses > settings.max_misses:
         return WallState(turns, misses=misses)
-    yaw = None if state.yaw is None else wrapped(state.yaw + moved[2])
+    yaw = None if state.yaw is None else wrap_angle(state.yaw + moved[2])
     if pose.status == "parallel" and not math.isnan(pose.yaw):
-        yaw = wrapped(pose.yaw)
+        yaw = wrap_angle(pose.yaw)
     place = state.position
     position = None if place is None else (place[0] + moved[0], place[1] + moved[1])
     return WallState(turns, yaw, position, misses)
 
 
-def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[KeptTurn, ...]:
-    """Bring older turns to where the platform is now: what moved one way is seen to have moved the other."""
+def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[TurnFeatures, ...]:
+    """Transform older turns to the platform's present frame: walls move opposite to the platform."""
     if moved == (0.0, 0.0, 0.0):
         return state.turns
     if state.yaw is None:
-        return ()  # which way it moved for the lidars is not known
+        return ()  # the direction of the motion in the lidars' frame is not known
     yaw = state.yaw + moved[2]
     back = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]) @ np.array(moved[:2])
     c, s = math.cos(moved[2]), math.sin(moved[2])
     turn = np.array([[c, s], [-s, c]])
 
-    def shifted(one: SeenLine) -> SeenLine:
+    def shifted(one: ObservedLine) -> ObservedLine:
         angle = one.line.angle - moved[2]
         across = math.cos(angle) * back[0] + math.sin(angle) * back[1]
-        mount = turn @ one.mount  # stays with the line: where the lidar was, but for the shift
+        mount = turn @ one.mount  # moves with the line: the lidar's mount at that time, but for the shift
         line = one.line._replace(
             angle=angle, distance=one.line.distance - float(across), ends=one.line.ends @ turn.T - back
         )
-        return SeenLine(one.lidar, mount, line)
+        return ObservedLine(one.lidar, mount, line)
 
-    return tuple(KeptTurn(t.lidar, tuple(shifted(one) for one in t.seen), t.xy @ turn.T - back) for t in state.turns)
+    return tuple(
+        TurnFeatures(each.lidar, tuple(map(shifted, each.lines)), each.points @ turn.T - back) for each in state.turns
+    )
 
 
-def _kept(settings: WallSettings, older: tuple[KeptTurn, ...], newest: KeptTurn) -> tuple[KeptTurn, ...]:
+def _with_newest(
+    settings: WallSettings, older: tuple[TurnFeatures, ...], newest: TurnFeatures
+) -> tuple[TurnFeatures, ...]:
     """Return the last turns of each lidar, the newest last."""
     turns = (*older, newest)
     own = [i for i, turn in enumerate(turns) if turn.lidar == newest.lidar]
-    gone = set(own[: max(0, len(own) - settings.keep)])
-    return tuple(turn for i, turn in enumerate(turns) if i not in gone)
+    dropped = set(own[: max(0, len(own) - settings.kept_turns)])
+    return tuple(turn for i, turn in enumerate(turns) if i not in dropped)
 
 
-def _newest(turns: Sequence[KeptTurn], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
-    """Return the points of each lidar's last turn, and which walls they may be on."""
-    last = {turn.lidar: turn.xy for turn in turns}
-    return [(xy[:: 1 + len(xy) // _MOST_JUDGED], settings.sees[i]) for i, xy in last.items()]
+def _latest_points(turns: Sequence[TurnFeatures], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
+    """Return the points of each lidar's last turn, and which walls that lidar can see."""
+    last = {turn.lidar: turn.points for turn in turns}
+    return [(xy[:: 1 + len(xy) // _MAX_SCORED], settings.visible[i]) for i, xy in last.items()]
 
 
-def _fresh(turns: Sequence[KeptTurn]) -> NDArray[np.bool_]:
-    """Return which of all lines are of the last turn of their lidar."""
+def _are_latest(turns: Sequence[TurnFeatures]) -> NDArray[np.bool_]:
+    """Return which of all lines are of their lidar's last turn."""
     last = {turn.lidar: i for i, turn in enumerate(turns)}
-    return np.array([last[turn.lidar] == i for i, turn in enumerate(turns) for _ in turn.seen], np.bool_)
+    return np.array([last[turn.lidar] == i for i, turn in enumerate(turns) for _ in turn.lines], np.bool_)
 
 
 def _ranked(found: Candidates, settings: WallSettings, expected: Array | None) -> Candidates:
-    """Put those that fit the operator's distances first, then those where the platform can be, then by the rank."""
-    misfit = np.maximum(0.0, found.laser_misfit - _LASER_FITS)
+    """Sort by the misfit of the operator's distances, then the excess displacement, then `WallSettings.rank`."""
+    misfit = np.maximum(0.0, found.laser_misfit - _LASER_GATE)
     rank = found.variance if settings.rank == "variance" else -found.explained
-    return found.chosen(np.lexsort((rank, _beyond(found, settings, expected), misfit)))
+    return found.select(np.lexsort((rank, _excess_displacement(found, settings, expected), misfit)))
 
 
-def _beyond(found: Candidates, settings: WallSettings, expected: Array | None) -> Array:
-    """By how much candidates are farther from where the platform should be than allowed, (k,) m."""
+def _excess_displacement(found: Candidates, settings: WallSettings, expected: Array | None) -> Array:
+    """Distance (k,), m, of candidates from the expected position beyond `max_displacement`."""
     if expected is None:
         return np.zeros(len(found.yaw))
-    return np.asarray(np.maximum(0.0, np.hypot(*(found.position - expected).T) - settings.stray))
+    return np.asarray(np.maximum(0.0, np.hypot(*(found.position - expected).T) - settings.max_displacement))
 
 
-def _answer(
+def _pose(
     settings: WallSettings,
     constraints: Sequence[Constraint],
     found: Candidates,
-    seen: Sequence[SeenLine],
-    fresh: NDArray[np.bool_],
+    lines: Sequence[ObservedLine],
+    latest: NDArray[np.bool_],
     expected: Array | None,
 ) -> WallPose:
-    """Fit the first candidate, and say how sure it is."""
-    biases, candidates = np.zeros(len(settings.lidars)), found.told()
-    nothing = WallPose(
+    """Fit the pose from the first candidate, and judge its status."""
+    biases, candidates = np.zeros(len(settings.lidars)), found.as_tuple()
+    unknown = WallPose(
         "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), candidates, tuple(constraints),
-        tuple(seen), used=(), bias=biases, confidence=0.0, note="",
+        tuple(lines), used=(), bias=biases, confidence=0.0, note="",
     )  # fmt: skip
     if not constraints:
-        lines = f"{len(seen)} straight lines, none at a yaw that is allowed" if seen else "no straight line long enough"
-        return replace(nothing, note=f"{_SAID['no-wall']}: {lines}")
+        why = f"{len(lines)} straight lines, none at a yaw that is allowed" if lines else "no straight line long enough"
+        return replace(unknown, note=f"{_SENTENCES['no-wall']}: {why}")
     if not candidates:
-        return _half(nothing)
-    best, beyond = candidates[0], _beyond(found, settings, expected)
-    x, covariance, bias, used = _fit(settings, constraints, seen, best)
-    now = fresh[np.array([one.seen for one in constraints])[found.constraints]].all(axis=1)
-    rivals = found.explained[_likely(found, beyond) & _apart(found, settings, now)].tolist()
-    status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.doubt * best.explained else "ok"
-    note = _SAID[status]
-    if best.laser_misfit > _LASER_FITS:
+        return _partial_pose(unknown)
+    best, excess = candidates[0], _excess_displacement(found, settings, expected)
+    x, covariance, bias, used = _fit(settings, constraints, lines, best)
+    current = latest[np.array([one.line for one in constraints])[found.constraints]].all(axis=1)
+    rivals = found.explained[_plausible(found, excess) & _distinct(found, settings, current)].tolist()
+    status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
+    note = _SENTENCES[status]
+    if best.laser_misfit > _LASER_GATE:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
         status = "ambiguous"
-    elif best.explained < settings.least:
-        wanted = f"{100 * settings.least:.0f} % is wanted"
+    elif best.explained < settings.min_explained:
+        wanted = f"{100 * settings.min_explained:.0f} % is wanted"
         note = f"the best place explains {100 * best.explained:.0f} % of the points, {wanted}"
         status = "ambiguous"
-    elif beyond[0]:
-        far = beyond[0] + settings.stray
+    elif excess[0]:
+        far = excess[0] + settings.max_displacement
         note = f"the place jumps: the nearest that fits is {far:.2f} m from where it should be"
         status = "ambiguous"
     return replace(
-        nothing, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
+        unknown, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
         confidence=best.explained - max(rivals, default=0.0), note=note,
     )  # fmt: skip
 
 
-def _likely(found: Candidates, beyond: Array) -> NDArray[np.bool_]:
-    """Say which candidates fit the operator's distances, and of these which are where the platform can be, if any."""
-    fits = found.laser_misfit <= _LASER_FITS
+def _plausible(found: Candidates, excess: Array) -> NDArray[np.bool_]:
+    """Return which candidates fit the operator's distances and the expected position; all, if none does."""
+    fits = found.laser_misfit <= _LASER_GATE
     fits |= not fits.any()
-    there = fits & (beyond == 0.0)
-    return there if there.any() else fits
+    near = fits & (excess == 0.0)
+    return near if near.any() else fits
 
 
-def _half(nothing: WallPose) -> WallPose:
-    """Answer where walls bound one direction only, or no two agree."""
-    best = min(nothing.constraints, key=lambda one: one.yaw_sigma)
-    one_way = len({one.kind for one in nothing.constraints}) == 1
-    covariance = nothing.covariance.copy()
+def _partial_pose(unknown: WallPose) -> WallPose:
+    """Return the pose where walls bound one direction only, or no two agree: yaw at most."""
+    best = min(unknown.constraints, key=lambda one: one.yaw_sigma)
+    one_way = len({one.kind for one in unknown.constraints}) == 1
+    covariance = unknown.covariance.copy()
     covariance[2, 2] = best.yaw_sigma**2
-    note = _SAID["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
-    return replace(nothing, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
+    note = (
+        _SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
+    )
+    return replace(unknown, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 
 
-def _apart(found: Candidates, settings: WallSettings, new: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Say which candidates are other places or yaws than the first; those of older turns may be so far away by motion.
+def _distinct(found: Candidates, settings: WallSettings, current: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which candidates are other positions or yaws than the first, by more than motion between turns explains.
 
-    ``new``: (k,), which are of new turns alone.
+    ``current``: (k,), which are of the lidars' last turns alone.
     """
-    far = np.hypot(*(found.position - found.position[0]).T) > np.where(new, settings.distinct, settings.stray)
-    turned = np.abs(all_wrapped(found.yaw - found.yaw[0])) > np.where(new, 3.0 * settings.agree, settings.yaw_step)
+    distance = np.where(current, settings.distinct_distance, settings.max_displacement)
+    far = np.hypot(*(found.position - found.position[0]).T) > distance
+    angle = np.where(current, 3.0 * settings.yaw_tolerance, settings.yaw_step)
+    turned = np.abs(wrap_angles(found.yaw - found.yaw[0])) > angle
     return np.asarray(far | turned)
 
 
 def _fit(
-    settings: WallSettings, constraints: Sequence[Constraint], seen: Sequence[SeenLine], best: Candidate
+    settings: WallSettings, constraints: Sequence[Constraint], observed: Sequence[ObservedLine], best: Candidate
 ) -> tuple[Array, Array, Array, tuple[int, ...]]:
-    """Fit x, y and yaw to all lines that fit the candidate.
+    """Fit x, y and yaw to all lines that agree with the candidate.
 
-    Each lidar's bias and each wall's surveyed distance are unknown too, as far as their sigmas let them be. Returns
-    x, y, yaw (3,), their covariance (3, 3), the biases (l,) m, and which constraints are used.
+    Each lidar's bias and each wall's surveyed distance are fitted too, with their sigmas as priors. Returns x, y, yaw
+    (3,), their covariance (3, 3), the biases (l,), m, and the indices of the constraints used.
     """
     room, lidars, k = settings.room, settings.lidars, np.arange(len(constraints))
     prior = np.concatenate([np.zeros(3), [one.bias_sigma for one in lidars], room.distance_sigmas])
-    prior[3:] = np.maximum(prior[3:], _LEAST_SIGMA) ** -2.0
-    lines, walls = [seen[one.seen].line for one in constraints], np.array([one.wall for one in constraints])
+    prior[3:] = np.maximum(prior[3:], _MIN_SIGMA) ** -2.0
+    lines, walls = [observed[one.line].line for one in constraints], np.array([one.wall for one in constraints])
     spread = np.array([line.covariance for line in lines])
     spread[:, 0, 0] += room.angle_sigmas[walls] ** 2
     weights = np.linalg.inv(spread)
-    turn_gate = settings.agree + 3.0 * np.sqrt(spread[:, 0, 0])
+    turn_gate = settings.yaw_tolerance + 3.0 * np.sqrt(spread[:, 0, 0])
     off_gate = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + room.distance_sigmas[walls] ** 2)
     n, yaws = room.normals[walls], np.array([one.yaw for one in constraints])
-    mounts = np.array([seen[one.seen].mount for one in constraints])
+    mounts = np.array([observed[one.line].mount for one in constraints])
     distances = np.array([line.distance for line in lines]) - room.distances[walls]
-    # Residuals are (yaw, place along the normal); their slopes but for the yaw's of the place:
+    # Residuals are (yaw, position along the normal); their derivatives but for the position's by yaw:
     J = np.zeros((len(k), 2, len(prior)))
     J[:, 0, 2], J[:, 1, :2] = 1.0, n
-    J[k, :, [3 + seen[one.seen].lidar for one in constraints]] = [-line.per_bias for line in lines]
+    J[k, :, [3 + observed[one.line].lidar for one in constraints]] = [-line.bias_slopes for line in lines]
     J[k, 1, 3 + len(lidars) + walls] = -1.0
     q = np.zeros(len(prior))
     q[:3] = *best.position, best.yaw
@@ -402,8 +419,8 @@ def _fit(
         lever = mounts @ np.array([[c, s], [-s, c]])
         J[:, 1, 2] = n[:, 1] * lever[:, 0] - n[:, 0] * lever[:, 1]
         off = (n * (lever + q[:2])).sum(axis=1) + distances + J[:, 1, 3:] @ q[3:]
-        turn = all_wrapped(q[2] - yaws) + J[:, 0, 3:] @ q[3:]
-        if not len(used):  # what fits the candidate, and always its own two lines
+        turn = wrap_angles(q[2] - yaws) + J[:, 0, 3:] @ q[3:]
+        if not len(used):  # what agrees with the candidate, and always its own two lines
             fits = (np.abs(turn) <= turn_gate) & (np.abs(off) <= off_gate)
             fits[list(best.constraints)] = True
             used = np.flatnonzero(fits)

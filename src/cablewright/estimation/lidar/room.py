@@ -1,4 +1,4 @@
-"""The walls that a lidar looks for: their lines seen from above, in the reference frame, from a survey."""
+"""Surveyed walls that lidars localise by: lines seen from above, in the reference frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Laser", "RoomMap", "RoomWall"]
 
 Array = NDArray[np.float64]
 
-MOST_WALLS: Final = 24
+MAX_WALLS: Final = 24
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class RoomWall:
 
     @property
     def azimuth(self) -> float:
-        """Of the normal, rad."""
+        """Azimuth of the normal, rad."""
         return math.atan2(self.normal[1], self.normal[0])
 
     @property
@@ -43,7 +43,7 @@ class RoomWall:
 
 @dataclass(frozen=True)
 class Laser:
-    """What an operator measured with a laser distance meter: from the platform point, level, to a wall; m."""
+    """An operator's reading of a laser distance meter: from the platform point, horizontally, to a wall; m."""
 
     wall: str
     distance: float
@@ -57,8 +57,8 @@ class RoomMap:
     walls: tuple[RoomWall, ...]
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.walls) <= MOST_WALLS:
-            raise InputError(f"room: {len(self.walls)} walls; 1 to {MOST_WALLS} are wanted")
+        if not 1 <= len(self.walls) <= MAX_WALLS:
+            raise InputError(f"room: {len(self.walls)} walls; 1 to {MAX_WALLS} are wanted")
         names = [wall.name for wall in self.walls]
         for wall in self.walls:
             if names.count(wall.name) > 1:
@@ -102,7 +102,7 @@ class RoomMap:
         return np.array([wall.distance_sigma for wall in self.walls])
 
     def index(self, name: str) -> int:
-        """Return which wall has that name. Raises `InputError`."""
+        """Return the index of the wall of that name. Raises `InputError`."""
         for i, wall in enumerate(self.walls):
             if wall.name == name:
                 return i

@@ -1,4 +1,4 @@
-"""One turn of a planar lidar: what the unit is, and the points it saw, made level."""
+"""One turn of a planar lidar: the model of the unit, and its points, corrected for tilt and motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.errors import InputError
 
-__all__ = ["LidarModel", "Points", "level_mount", "noise_of", "points_of"]
+__all__ = ["LidarModel", "Points", "estimate_noise", "level_mount", "level_points"]
 
 Array = NDArray[np.float64]
 
@@ -22,76 +22,77 @@ _MEDIAN_OF_NORMAL = 0.6745  # of the size of a normal number, in sigmas
 class LidarModel:
     """A planar lidar on the platform; the defaults are an RPLIDAR A1M8's, as Merlet and Papegay 2023 give them.
 
-    ``mount``: (3,) m, from the platform point to its centre, platform frame. ``yaw``: rad, where its angle 0 points in
-    the platform frame. ``least`` and ``most``: m, its range. ``sigma``: m, of one range; ``angle_sigma``: rad, of one
-    bearing; ``bias_sigma``: m, of what all ranges of this unit are off alike. ``masked``: bearings (from, to), rad,
-    counter-clockwise, at which the platform itself is seen. ``sees``: names of the walls that it can see; None: any.
+    ``mount``: (3,) m, from the platform point to its centre, platform frame. ``yaw``: rad, direction of its angle 0 in
+    the platform frame. ``min_range`` and ``max_range``: m. ``sigma``: m, of one range; ``angle_sigma``: rad, of one
+    bearing; ``bias_sigma``: m, of the common error of all ranges of this unit. ``masks``: bearings (from, to), rad,
+    counter-clockwise, at which it sees the platform itself. ``visible_walls``: names of the walls that it can see;
+    None: all.
     """
 
     name: str = "lidar"
     mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
     yaw: float = 0.0
-    least: float = 0.15
-    most: float = 12.0
+    min_range: float = 0.15
+    max_range: float = 12.0
     sigma: float = 2e-3
     angle_sigma: float = 0.0
     bias_sigma: float = 2e-3
-    masked: tuple[tuple[float, float], ...] = ()
-    sees: tuple[str, ...] | None = None
+    masks: tuple[tuple[float, float], ...] = ()
+    visible_walls: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not (0 <= self.least < self.most < math.inf and 0 < self.sigma < math.inf):
+        if not (0 <= self.min_range < self.max_range < math.inf and 0 < self.sigma < math.inf):
             raise InputError(
-                f"lidar {self.name!r}: 0 <= least < most and sigma over 0 are wanted, "
-                f"not {self.least:g}, {self.most:g} and {self.sigma:g}"
+                f"lidar {self.name!r}: 0 <= min_range < max_range and sigma over 0 are wanted, "
+                f"not {self.min_range:g}, {self.max_range:g} and {self.sigma:g}"
             )
 
 
 class Points(NamedTuple):
-    """The points of one turn in the order of their bearing, from the widest gap on; level, in the lidar's frame."""
+    """The points of one turn by rising bearing, beginning after the widest gap; level, in the lidar's frame."""
 
     xy: Array  # (n, 2) m
     ray: Array  # (n, 2) unit, from the lidar to the point
     distance: Array  # (n,) m
-    step: Array  # (n,) rad, bearing from this point to the next; of the last one to the first, a turn on
+    bearing_step: Array  # (n,) rad, to the next point's bearing; from the last to the first, a turn on
 
     def __len__(self) -> int:
         return len(self.xy)
 
 
-def points_of(
+def level_points(
     lidar: LidarModel,
     angles: ArrayLike,
     ranges: ArrayLike,
     tilt: ArrayLike = (0.0, 0.0),
     drift: ArrayLike | None = None,
 ) -> Points:
-    """Return the points of a scan that count: finite, within the unit's range, not on the platform.
+    """Return the valid points of a scan, corrected to the level frame of the lidar at the end of the turn.
 
-    ``angles``: (n,) rad, counter-clockwise; ``ranges``: (n,) m, 0 or not finite where nothing came back. ``tilt``: (2,)
-    or (n, 2) rad, rotation vector (x, y) of the platform frame by which the level one became the real one, at the end
-    or at each ray. ``drift``: (n, 3) m and rad, where the platform was at each ray, x, y and yaw from where it is at
-    the end, along its level axes there. Points are made level and brought to where the lidar is at the end.
+    Valid are finite ranges within the unit's range that do not meet the platform. ``angles``: (n,) rad,
+    counter-clockwise; ``ranges``: (n,) m, 0 or not finite: no echo. ``tilt``: (2,) or (n, 2) rad, rotation vector
+    (x, y) from the level platform frame to the tilted one, at the end or at each ray. ``drift``: (n, 3) m and rad, x, y
+    and yaw of the platform at each ray relative to the end, along its level axes there.
 
-    Raises `InputError` unless the arrays fit each other.
+    Raises `InputError` for arrays whose shapes differ.
     """
     a, r = np.asarray(angles, dtype=np.float64), np.asarray(ranges, dtype=np.float64)
     if a.ndim != 1 or a.shape != r.shape:
         raise InputError(f"scan: as many angles as ranges are wanted, not shapes {a.shape} and {r.shape}")
-    leaning = np.asarray(tilt, dtype=np.float64)
+    tilts = np.asarray(tilt, dtype=np.float64)
     moved = None if drift is None else np.asarray(drift, dtype=np.float64)
-    if leaning.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
-        shapes = f"{leaning.shape} and {None if moved is None else moved.shape}"
+    if tilts.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
+        shapes = f"{tilts.shape} and {None if moved is None else moved.shape}"
         raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are wanted, not {shapes}")
-    good = np.isfinite(a) & (r >= lidar.least) & (r <= lidar.most)
-    for each in (leaning, moved):
+    good = np.isfinite(a) & (r >= lidar.min_range) & (r <= lidar.max_range)
+    for each in (tilts, moved):
         if each is not None and each.ndim == 2 and not np.isfinite(each).all():
             good &= np.isfinite(each).all(axis=1)
     with np.errstate(invalid="ignore"):
-        for begin, end in lidar.masked:
+        for begin, end in lidar.masks:
             good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
-    if not np.isfinite(leaning.reshape(-1, 2)[-1:]).all():
-        good[:] = False  # which way the lidar leans at the end is not known
+    if not np.isfinite(tilts.reshape(-1, 2)[-1:]).all():
+        good[:] = False  # the tilt at the end is not known
     chosen = np.flatnonzero(good)
     bearing = a[chosen] % math.tau
     order = np.argsort(bearing, kind="stable")
@@ -102,11 +103,11 @@ def points_of(
         chosen, bearing, step = (np.concatenate([each[first:], each[:first]]) for each in (chosen, bearing, step))
     ray, far = _columns(np.cos(bearing), np.sin(bearing)), r[chosen]
     xy = far[:, None] * ray
-    if moved is None and not leaning.any():
+    if moved is None and not tilts.any():
         return Points(xy, ray, far, step)
-    xy = _at_the_end(
-        lidar, xy, leaning[chosen] if leaning.ndim == 2 else leaning, None if moved is None else moved[chosen],
-        leaning[-1] if leaning.ndim == 2 and len(leaning) else leaning,
+    xy = _deskewed(
+        lidar, xy, tilts[chosen] if tilts.ndim == 2 else tilts, None if moved is None else moved[chosen],
+        tilts[-1] if tilts.ndim == 2 and len(tilts) else tilts,
     )  # fmt: skip
     far = np.hypot(xy[:, 0], xy[:, 1])
     return Points(xy, xy / np.maximum(far, 1e-12)[:, None], far, step)
@@ -119,8 +120,8 @@ def _columns(x: Array, y: Array) -> Array:
     return both
 
 
-def _at_the_end(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
-    """Bring points (n, 2) of the lidar's plane to where its centre is at the end, level, along its level axes."""
+def _deskewed(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
+    """Transform points (n, 2) of the lidar's plane to its level frame at the end of the turn."""
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
     turn = np.array([[c, -s], [s, c]])
     level = _tilted(xy @ turn.T + lidar.mount[:2], lidar.mount[2], np.broadcast_to(tilt, (len(xy), 2)))
@@ -132,27 +133,27 @@ def _at_the_end(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, 
     return there
 
 
-def noise_of(points: Points, least: float = 5e-4, most: float = 0.05) -> float:
-    """Return the sigma of one range (m) from how little ranges go on as before, within ``least`` and ``most``.
+def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> float:
+    """Return the standard deviation of one range, m, by third differences of neighbours, from ``low`` to ``high``.
 
-    From third differences of neighbours: a straight wall bends ranges, but seen in steps of two degrees or less hardly
-    changes how they bend. Half of all decide, so corners and things in the way do not count.
+    In steps of two degrees or less a straight wall has hardly any third difference. Their median ignores corners and
+    small objects.
     """
     if len(points) < 4:
-        return least
-    jerk = np.abs(np.diff(points.distance, 3))
-    return float(np.clip(np.median(jerk) / (_MEDIAN_OF_NORMAL * math.sqrt(20.0)), least, most))
+        return low
+    thirds = np.abs(np.diff(points.distance, 3))
+    return float(np.clip(np.median(thirds) / (_MEDIAN_OF_NORMAL * math.sqrt(20.0)), low, high))
 
 
 def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:
-    """(2,) m: where the lidar's centre is from the platform point, seen from above, platform frame without its tilt."""
-    leaning = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
-    there: Array = _tilted(np.array([lidar.mount[:2]]), lidar.mount[2], leaning)[0]
+    """Horizontal position (2,), m, of the lidar's centre from the platform point, in the level platform frame."""
+    tilts = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
+    there: Array = _tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0]
     return there
 
 
 def _tilted(xy: Array, z: float, tilt: Array) -> Array:
-    """Turn each point (n, 2), at height z, by its level rotation vector (n, 2): Rodrigues' formula, seen from above."""
+    """Rotate points (n, 2) at height z by horizontal rotation vectors (n, 2), Rodrigues' formula; return x and y."""
     (x, y), (tx, ty) = xy.T, tilt.T
     angle = np.hypot(tx, ty)
     size = np.maximum(angle, 1e-300)

@@ -1,6 +1,6 @@
-"""A planar lidar's scan from a file that a stranger wrote: CSV or JSON, capped and refused in one line.
+"""Reads a planar lidar's scan from a CSV or JSON file of any origin: size capped, errors in one line.
 
-Units that the file does not name are guessed from the size of its numbers, and the guess is told.
+Units that the file does not name are guessed from the size of its numbers, and the guess is reported.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ MAX_POINTS: Final = 100_000
 LARGEST_IN_M: Final = 60.0
 """Median range above which lengths without a unit are taken for mm: no room's lidar sees as far in m."""
 
-_FARTHEST: Final = 1000.0  # m, median range that no lidar of a room has
+_MAX_MEDIAN: Final = 1000.0  # m, of a room's ranges
 _DISTANCE: Final = ("distance", "range", "ranges", "distances", "dist", "r")
 _ANGLE: Final = ("angle", "bearing", "angles", "theta")
-_ALONE: Final = {"x": ("x",), "y": ("y",), "angle": _ANGLE, "distance": _DISTANCE}
+_NAMES: Final = {"x": ("x",), "y": ("y",), "angle": _ANGLE, "distance": _DISTANCE}
 _WANTED: Final = "columns x,y or angle,distance"
 
 
 class FileScan(NamedTuple):
-    """A scan as read: bearings (rad, counter-clockwise) and ranges (m), NaN where nothing came back."""
+    """A scan as read: bearings (rad, counter-clockwise) and ranges (m), NaN without an echo."""
 
     angles: Array  # (n,)
     ranges: Array  # (n,)
-    length_unit: str  # that the file's lengths were taken to be in
+    length_unit: str  # of the file, or guessed
     angle_unit: str | None  # None for x and y
     guessed: tuple[str, ...]  # sentences on units that were guessed
 
@@ -90,7 +90,7 @@ def _size(unit: str | None, units: Mapping[str, Any], option: str) -> float | No
 def _in_si(path: Path, raw: _Raw, given: tuple[float | None, float | None], clockwise: bool) -> FileScan:
     """Turn columns into bearings and ranges, with guesses where nobody says the unit."""
     length, angle = given
-    told: list[str] = []
+    guesses: list[str] = []
     if raw.kind == "xy":
         own = raw.sizes[0] if raw.sizes[0] == raw.sizes[1] else None
         if own is None and raw.sizes != (None, None):
@@ -98,40 +98,40 @@ def _in_si(path: Path, raw: _Raw, given: tuple[float | None, float | None], cloc
         far = np.hypot(raw.first, raw.second)
     else:
         own, far = raw.sizes[1], raw.second
-    size = _length_size(path, far, own if length is None else length, told)
+    size = _length_size(path, far, own if length is None else length, guesses)
     ranges = np.where(far > 0, far, math.nan) * size
     angle_unit = None
     if raw.kind == "xy":
         angles = np.arctan2(raw.second, raw.first)
     else:
-        turn = _angle_size(raw.first, raw.sizes[0] if angle is None else angle, told)
+        turn = _angle_size(raw.first, raw.sizes[0] if angle is None else angle, guesses)
         angles = raw.first * turn
         angle_unit = _name(turn, ANGLE.units)
-    return FileScan(-angles if clockwise else angles, ranges, _name(size, LENGTH.units), angle_unit, tuple(told))
+    return FileScan(-angles if clockwise else angles, ranges, _name(size, LENGTH.units), angle_unit, tuple(guesses))
 
 
-def _length_size(path: Path, far: Array, size: float | None, told: list[str]) -> float:
+def _length_size(path: Path, far: Array, size: float | None, guesses: list[str]) -> float:
     seen = far[np.isfinite(far) & (far > 0)]
     typical = float(np.median(seen)) if len(seen) else 0.0
     if size is None:
         size = 1.0 if typical <= LARGEST_IN_M else 1e-3
-        told.append(
+        guesses.append(
             f"lengths taken as {'m' if size == 1 else 'mm'}: half of the ranges are over {typical:.4g}; --unit says it"
         )
-    if not typical * size <= _FARTHEST:
+    if not typical * size <= _MAX_MEDIAN:
         raise InputError(
             f"{path}: half of the ranges are over {typical * size:.4g} m, more than a room's; check the unit"
         )
     return size
 
 
-def _angle_size(angles: Array, size: float | None, told: list[str]) -> float:
+def _angle_size(angles: Array, size: float | None, guesses: list[str]) -> float:
     if size is not None:
         return size
     finite = angles[np.isfinite(angles)]
     largest = float(np.abs(finite).max()) if len(finite) else 0.0
     unit = "rad" if largest <= math.tau + 0.1 else "deg"
-    told.append(f"angles taken as {unit}: the largest is {largest:.4g}; --angle-unit says it")
+    guesses.append(f"angles taken as {unit}: the largest is {largest:.4g}; --angle-unit says it")
     return float(ANGLE.units[unit])
 
 
@@ -185,7 +185,7 @@ def _of_csv(path: Path, columns: Sequence[str] | None) -> _Raw:
 def _chosen(header: Sequence[str], place: str) -> tuple[str, tuple[Column, Column]]:
     """Find x and y, or bearing and range."""
     quantities = {"x": LENGTH, "y": LENGTH, "angle": ANGLE, "distance": LENGTH}
-    found = {name: find_column(names, header, place, quantities[name]) for name, names in _ALONE.items()}
+    found = {name: find_column(names, header, place, quantities[name]) for name, names in _NAMES.items()}
     for kind, (one, other) in (("xy", ("x", "y")), ("polar", ("angle", "distance"))):
         a, b = found[one], found[other]
         if a is not None and b is not None:
@@ -230,7 +230,7 @@ def _of_json(path: Path) -> _Raw:
         raise InputError(f"{path}: a list of points or an object with lists is wanted; {_WANTED}")
     if found and all(isinstance(one, dict) for one in found):
         named = found[0]
-        header = [key for key in named if key.casefold() in sum(_ALONE.values(), ())]
+        header = [key for key in named if key.casefold() in sum(_NAMES.values(), ())]
         kind, chosen = _chosen(header, str(path))
         keys = [header[column.position] for column in chosen]
         first, second = ([one.get(key) for one in found] for key in keys)

@@ -7,7 +7,7 @@ from typing import Final
 
 from cablewright.file_output import cannot_write, whole_file
 from cablewright.machine.log.log import begin_log
-from cablewright.machine.log.segments import WHOLE, Segments, log_files
+from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 
 __all__ = ["join_log"]
 
@@ -22,7 +22,7 @@ def join_log(folder: Path) -> Path:
     leaves a log that reads the same. What was taken back is left out. Raises `InputError` where there is no log,
     `EnvironmentFault` where it cannot be written.
     """
-    path, files = folder / WHOLE, log_files(folder)
+    path, files = folder / JOINED_NAME, log_files(folder)
     if files == [path]:
         return path
     segments = Segments(files)

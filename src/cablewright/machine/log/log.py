@@ -18,7 +18,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, open_no_link
 from cablewright.machine.log.mcap_file import HEAD
 from cablewright.machine.log.messages import TOPICS_OF, Signal, decode, encode, encode_frame
-from cablewright.machine.log.segments import CLOSES, Segments, log_files
+from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.robot import Robot
@@ -214,7 +214,7 @@ class Log:
         `InputError` for a message that is whole but wrong.
         """
         topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
-        topics.discard(CLOSES)
+        topics.discard(CLOSING_TOPIC)
         last, skipped = -1.0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):

@@ -17,9 +17,9 @@ from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_
 
 from cablewright.errors import InputError
 
-__all__ = ["HEAD", "MOST_RECORD", "LogFile", "RawMessage"]
+__all__ = ["HEAD", "MAX_RECORD", "LogFile", "RawMessage"]
 
-MOST_RECORD: Final = 64 << 20
+MAX_RECORD: Final = 64 << 20
 """The longest record, the largest chunk once unpacked, and the most that one step may tell, bytes."""
 
 HEAD: Final = "cablewright"
@@ -46,7 +46,7 @@ class LogFile:
         """Open it and read its head. Raises `InputError` for a file that is no log of a machine."""
         self.path, self.cut = path, 0
         self._topics: dict[int, str] = {}
-        self._without: Collection[str] = ()
+        self._excluded: Collection[str] = ()
         try:
             if not path.is_file():
                 raise InputError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
@@ -54,7 +54,7 @@ class LogFile:
         except (OSError, ValueError) as error:  # ValueError: a NUL in the path
             reason = error.strerror if isinstance(error, OSError) else str(error)
             raise InputError(f"{path}: cannot be read: {reason}") from None
-        self._told = self._read()
+        self._records = self._read()
         try:
             self.head: Mapping[str, str] = self._read_head()
         except InputError:
@@ -72,13 +72,13 @@ class LogFile:
 
     def messages(self, without: Collection[str] = ()) -> Iterator[RawMessage]:
         """Yield the messages in order, once, but those of the topics *without*."""
-        self._without = without
-        for each in self._told:
+        self._excluded = without
+        for each in self._records:
             if isinstance(each, RawMessage):
                 yield each
 
     def _read_head(self) -> Mapping[str, str]:
-        for each in self._told:
+        for each in self._records:
             if isinstance(each, RawMessage):
                 break
             if each.name == HEAD:
@@ -88,7 +88,7 @@ class LogFile:
 
     def _read(self) -> Iterator[RawMessage | Metadata]:
         """Yield messages and metadata, up to where the file is cut or damaged."""
-        reader = StreamReader(self._file, emit_chunks=True, record_size_limit=MOST_RECORD)
+        reader = StreamReader(self._file, emit_chunks=True, record_size_limit=MAX_RECORD)
         try:
             for record in reader.records:
                 if isinstance(record, Chunk):
@@ -108,14 +108,14 @@ class LogFile:
             yield record
         elif isinstance(record, Message) and record.channel_id in self._topics:
             topic = self._topics[record.channel_id]
-            if topic not in self._without:
+            if topic not in self._excluded:
                 yield RawMessage(topic, record.log_time, record.publish_time, record.data)
 
     def _chunk(self, chunk: Chunk) -> Iterator[RawMessage]:
         """The messages of a chunk: mcap's own reader takes five times as long, and reads what is left out as well."""
-        if chunk.uncompressed_size > MOST_RECORD:
+        if chunk.uncompressed_size > MAX_RECORD:
             size = chunk.uncompressed_size
-            raise InputError(f"{self.path}: a chunk of {size} bytes; at most {MOST_RECORD} are read")
+            raise InputError(f"{self.path}: a chunk of {size} bytes; at most {MAX_RECORD} are read")
         stream, size = get_chunk_data_stream(chunk, validate_crc=True)
         data, at = stream.read(size), 0
         while at < size:
@@ -129,6 +129,6 @@ class LogFile:
             elif opcode == Opcode.MESSAGE:
                 number, _, logged, measured = _MESSAGE.unpack_from(data, at)
                 topic = self._topics.get(number)
-                if topic is not None and topic not in self._without:
+                if topic is not None and topic not in self._excluded:
                     yield RawMessage(topic, logged, measured, data[at + _MESSAGE.size : end])
             at = end

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic_core import from_json, to_json
 
 from cablewright.errors import InputError
-from cablewright.machine.log.topics import BELIEVED, LIDARS, TRUE
+from cablewright.machine.log.topics import ESTIMATE_FIELDS, LIDARS, TRUTH_FIELDS
 from cablewright.signals import (
     Barrier,
     Climate,
@@ -83,7 +83,7 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[
             speeds = np.asarray(signal.winch_speeds).tolist()
             return "/command", _dump({"time": signal.time, "winch_speeds": speeds, "valve": signal.valve})
         case Truth():
-            columns = {name: getattr(signal, name).tolist() for name in TRUE}
+            columns = {name: getattr(signal, name).tolist() for name in TRUTH_FIELDS}
             return "/truth", _dump({"time": signal.time, "powder": signal.powder, **columns})
         case Barrier():
             return "/barrier", _dump({"time": signal.time, "broken": signal.broken})
@@ -95,7 +95,7 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[
 
 def encode_frame(frame: SensorFrame) -> tuple[str, bytes]:
     """Return topic and JSON of what closes a step: its time, its notices, and how many readings came before."""
-    notices = [{"condition": notice.condition.name, "whose": notice.whose} for notice in frame.notices]
+    notices = [{"condition": notice.condition.name, "whose": notice.subject} for notice in frame.notices]
     return "/frame", _dump({"time": frame.time, "readings": len(frame.readings), "notices": notices})
 
 
@@ -227,8 +227,8 @@ def _read_command(message: _Message, _topic: str) -> Command:
 
 
 def _read_truth(message: _Message, _topic: str) -> Truth:
-    columns = {name: message.numbers(name) for name in TRUE}
-    for name in TRUE[:4]:
+    columns = {name: message.numbers(name) for name in TRUTH_FIELDS}
+    for name in TRUTH_FIELDS[:4]:
         if len(columns[name]) != 3:
             raise InputError(f"{message.origin}: {name}: 3 numbers are wanted")
     return Truth(time=message.number("time"), powder=message.number("powder"), **columns)
@@ -239,7 +239,7 @@ def _read_barrier(message: _Message, _topic: str) -> Barrier:
 
 
 def _read_estimate(message: _Message, _topic: str) -> Estimate:
-    columns = {name: message.numbers_or_nan(name) for name in BELIEVED}
+    columns = {name: message.numbers_or_nan(name) for name in ESTIMATE_FIELDS}
     slack, faults = message.values.get("slack"), message.values.get("faults")
     covariance = message.numbers("covariance")
     if not isinstance(slack, list) or not all(isinstance(each, bool) for each in slack):
@@ -376,7 +376,7 @@ def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int) -> _V
 def _estimate(signal: Estimate) -> _Values:
     return {
         "time": signal.time,
-        **{name: getattr(signal, name).tolist() for name in BELIEVED},
+        **{name: getattr(signal, name).tolist() for name in ESTIMATE_FIELDS},
         "slack": signal.slack.tolist(),
         "covariance": [] if signal.covariance is None else signal.covariance.ravel().tolist(),
         "faults": [{"source": f.source, "since": max(f.since, 0.0), "sentence": f.sentence} for f in signal.faults],

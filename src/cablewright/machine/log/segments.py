@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.errors import InputError
-from cablewright.machine.log.mcap_file import MOST_RECORD, LogFile, RawMessage
+from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 
-__all__ = ["CLOSES", "WHOLE", "Segment", "Segments", "log_files", "next_segment"]
+__all__ = ["CLOSING_TOPIC", "JOINED_NAME", "Segment", "Segments", "log_files", "next_segment"]
 
-WHOLE: Final = "log.mcap"
+JOINED_NAME: Final = "log.mcap"
 """Name of the log of a run folder, once it is in one piece."""
 
-CLOSES: Final = "/frame"
+CLOSING_TOPIC: Final = "/frame"
 """Topic of the message that comes last in each step."""
 
 _NAME: Final = re.compile(r"log-(\d{3,9})\.mcap")
@@ -34,7 +34,7 @@ class Segment:
     path: Path
     head: Mapping[str, str]
     size: int  # bytes
-    until: float
+    end: float
 
 
 def log_files(path: Path) -> list[Path]:
@@ -42,12 +42,12 @@ def log_files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     try:
-        found = [path / WHOLE] if (path / WHOLE).exists() else []
+        found = [path / JOINED_NAME] if (path / JOINED_NAME).exists() else []
         found += [path / name for _, name in sorted(_numbered(path))]
     except OSError as reason:
         raise InputError(f"{path}: cannot be read: {reason.strerror}") from None
     if not found:
-        raise InputError(f"{path}: no log in this folder: neither {WHOLE} nor log-000.mcap")
+        raise InputError(f"{path}: no log in this folder: neither {JOINED_NAME} nor log-000.mcap")
     return found
 
 
@@ -116,11 +116,11 @@ class Segments:
             told, size, last = list[RawMessage](), 0, 0
             for each in self.file.messages(without):
                 size += len(each.data)
-                if size > MOST_RECORD:
-                    raise InputError(f"{segment.path}: a step of over {MOST_RECORD} bytes")
+                if size > MAX_RECORD:
+                    raise InputError(f"{segment.path}: a step of over {MAX_RECORD} bytes")
                 told.append(each)
-                if each.topic == CLOSES:
-                    if each.logged >= segment.until:
+                if each.topic == CLOSING_TOPIC:
+                    if each.logged >= segment.end:
                         break
                     yield told
                     told, size, last = [], 0, each.logged
@@ -137,7 +137,7 @@ def _begin(path: Path, *, alone: bool) -> tuple[Mapping[str, str], float]:
     try:
         if alone:
             return file.head, math.inf
-        first = next((each.logged for each in file.messages() if each.topic == CLOSES), math.inf)
+        first = next((each.logged for each in file.messages() if each.topic == CLOSING_TOPIC), math.inf)
         return file.head, first
     finally:
         file.close()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple
 
-__all__ = ["BELIEVED", "LIDARS", "TOPICS", "TRUE", "Topic"]
+__all__ = ["ESTIMATE_FIELDS", "LIDARS", "TOPICS", "TRUTH_FIELDS", "Topic"]
 
 _Values = dict[str, Any]
 
@@ -74,8 +74,8 @@ _JOINTS = _object(
     time=_NUMBER,
 )
 _MAYBE: Final = {"type": ["number", "null"]}
-TRUE: Final = ("position", "velocity", "rotation", "rate", "lengths", "tensions", "excess", "radii")
-BELIEVED: Final = ("position", "velocity", "rotation", "lengths", "excess", "radii")
+TRUTH_FIELDS: Final = ("position", "velocity", "rotation", "rate", "lengths", "tensions", "excess", "radii")
+ESTIMATE_FIELDS: Final = ("position", "velocity", "rotation", "lengths", "excess", "radii")
 
 TOPICS: Final = (
     *(Topic(f"/scan/{name}", "foxglove.LaserScan", _SCAN) for name in LIDARS),
@@ -89,14 +89,14 @@ TOPICS: Final = (
     Topic(
         "/truth",
         "cablewright.Truth",
-        _object(time=_NUMBER, powder=_NUMBER, **dict.fromkeys(TRUE, _NUMBERS)),
+        _object(time=_NUMBER, powder=_NUMBER, **dict.fromkeys(TRUTH_FIELDS, _NUMBERS)),
     ),
     Topic(
         "/estimate",
         "cablewright.Estimate",
         _object(
             time=_NUMBER,
-            **dict.fromkeys(BELIEVED, _array(_MAYBE)),
+            **dict.fromkeys(ESTIMATE_FIELDS, _array(_MAYBE)),
             slack=_array({"type": "boolean"}),
             covariance=_array(_NUMBER),
             faults=_array(_object(source=_TEXT, since=_NUMBER, sentence=_TEXT)),

@@ -6,27 +6,30 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.machine.simulated.rig import Moment
+from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import ClimateSensor, Encoder
-from cablewright.machine.simulated.snapshot import Book
-from cablewright.machine.simulated.ticks import every
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Climate, Encoders
 
-__all__ = ["Counters", "Thermometer"]
+__all__ = ["EncoderReader", "Thermometer"]
 
 
 _BITS: Final = 24  # of a counter
 
 
-class Counters:
+class EncoderReader:
     """All encoders, read at once; their error is that they count in whole numbers."""
 
     def __init__(self, settings: Encoder, period: float, random: np.random.Generator) -> None:
         """Raise `InputError` for a rate that does not fit the machine's *period*, s."""
         self.settings, self._random = settings, random
-        self._every, self._step = every(period, 1.0 / settings.rate, f"encoders.rate = {settings.rate:g} Hz"), 0
+        self._every, self._step = (
+            steps_per_interval(period, 1.0 / settings.rate, f"encoders.rate = {settings.rate:g} Hz"),
+            0,
+        )
 
-    def read(self, moment: Moment) -> Encoders | None:
+    def read(self, state: RigState) -> Encoders | None:
         """Return a reading when one is due and not lost."""
         self._step += 1
         if self._step % self._every:
@@ -34,16 +37,16 @@ class Counters:
         chance, which, bit = self._random.random(), self._random.random(), int(self._random.integers(_BITS))
         if chance < self.settings.dropout:
             return None
-        counts = moment.counts
+        counts = state.counts
         if chance > 1.0 - self.settings.outliers:
             counts[int(which * len(counts))] ^= 1 << bit
         counts.flags.writeable = False
-        return Encoders(moment.truth.time, counts)
+        return Encoders(state.truth.time, counts)
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, what decides on the next readings."""
-        self._step = book.count("step", self._step)
-        book.random("random", self._random)
+        self._step = archive.count("step", self._step)
+        archive.random("random", self._random)
 
 
 class Thermometer:
@@ -52,9 +55,12 @@ class Thermometer:
     def __init__(self, settings: ClimateSensor, period: float, random: np.random.Generator) -> None:
         """Raise `InputError` for a rate that does not fit the machine's *period*, s."""
         self.settings, self._random = settings, random
-        self._every, self._step = every(period, 1.0 / settings.rate, f"climate_sensor.rate = {settings.rate:g} Hz"), 0
+        self._every, self._step = (
+            steps_per_interval(period, 1.0 / settings.rate, f"climate_sensor.rate = {settings.rate:g} Hz"),
+            0,
+        )
 
-    def read(self, moment: Moment) -> Climate | None:
+    def read(self, state: RigState) -> Climate | None:
         """Return a reading when one is due and not lost."""
         self._step += 1
         if self._step % self._every:
@@ -64,13 +70,13 @@ class Thermometer:
         chance, hot, wet = self._random.random(3).tolist()
         if chance < settings.dropout:
             return None
-        temperature = moment.temperature + settings.temperature_deviation * warmth
-        humidity = moment.humidity + settings.humidity_deviation * damp
+        temperature = state.temperature + settings.temperature_deviation * warmth
+        humidity = state.humidity + settings.humidity_deviation * damp
         if chance > 1.0 - settings.outliers:
             temperature, humidity = -40.0 + 125.0 * hot, wet
-        return Climate(moment.truth.time, temperature, min(1.0, max(0.0, humidity)))
+        return Climate(state.truth.time, temperature, min(1.0, max(0.0, humidity)))
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, what decides on the next readings."""
-        self._step = book.count("step", self._step)
-        book.random("random", self._random)
+        self._step = archive.count("step", self._step)
+        archive.random("random", self._random)

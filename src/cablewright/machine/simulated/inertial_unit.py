@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.machine.simulated.rig import Moment
+from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import InertialSensor
-from cablewright.machine.simulated.snapshot import Book
-from cablewright.machine.simulated.ticks import every
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Inertial
 
 __all__ = ["InertialUnit"]
@@ -25,13 +25,16 @@ class InertialUnit:
     def __init__(self, settings: InertialSensor, gravity: float, period: float, random: np.random.Generator) -> None:
         """Mount it. Raises `InputError` for a rate that does not fit the machine's *period*, s."""
         self.settings, self._random, self._gravity = settings, random, gravity
-        self._every, self._step = every(period, 1.0 / settings.rate, f"inertial.rate = {settings.rate:g} Hz"), 0
+        self._every, self._step = (
+            steps_per_interval(period, 1.0 / settings.rate, f"inertial.rate = {settings.rate:g} Hz"),
+            0,
+        )
         self._place = np.array(settings.place)
         size = np.repeat([settings.acceleration_bias, settings.rate_bias], 3)
         self.bias = size * random.standard_normal(6)
         self._deviation = np.repeat([settings.acceleration_deviation, settings.rate_deviation], 3)
 
-    def read(self, moment: Moment) -> Inertial | None:
+    def read(self, state: RigState) -> Inertial | None:
         """Return a reading when one is due and not lost."""
         self._step += 1
         if self._step % self._every:
@@ -40,20 +43,20 @@ class InertialUnit:
         anywhere = self._random.uniform(-1.0, 1.0, 6)
         if chance < self.settings.dropout:
             return None
-        R, rate = moment.rotation, moment.truth.rate
+        R, rate = state.rotation, state.truth.rate
         arm = R @ self._place
-        force = moment.acceleration[:3] + _cross(moment.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
+        force = state.acceleration[:3] + _cross(state.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
         force[2] += self._gravity
         told = np.concatenate([force @ R, rate @ R]) + self.bias + self._deviation * noise
         if chance > 1.0 - self.settings.outliers:
             told = anywhere * _RANGE
         told.flags.writeable = False
-        return Inertial(moment.truth.time, told[:3], told[3:])
+        return Inertial(state.truth.time, told[:3], told[3:])
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, what decides on the next readings."""
-        self._step = book.count("step", self._step)
-        book.random("random", self._random)
+        self._step = archive.count("step", self._step)
+        archive.random("random", self._random)
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels.plant.lidar_rays import turn_lidar
-from cablewright.machine.simulated.rig import Moment
+from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import LidarSettings
-from cablewright.machine.simulated.snapshot import Book
-from cablewright.machine.simulated.ticks import every
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Scan
 
 __all__ = ["SimulatedLidar"]
@@ -38,20 +38,20 @@ class SimulatedLidar:
         self.source, self.settings = source, settings
         self.bias = float(settings.bias * random.standard_normal())
         self._walls, self._ceiling, self._random = walls, ceiling, random
-        self._steps = every(period, settings.turn, f"lidars.{source}.turn")
+        self._steps = steps_per_interval(period, settings.turn, f"lidars.{source}.turn")
         x, y = np.array(settings.axes)
         self.mount = np.column_stack([x, y, np.cross(x, y), settings.place])  # (3, 4)
         self._masks = np.array(settings.masks, dtype=np.float64).reshape(-1, 2)
-        self._way: list[Array] = []  # time and pose at each step of this turn
+        self._poses: list[Array] = []  # time and pose at each step of this turn
 
-    def read(self, moment: Moment) -> Scan | None:
+    def read(self, state: RigState) -> Scan | None:
         """Note where the drum is; at the end of a turn tell it."""
-        truth = moment.truth
-        self._way.append(np.concatenate([[truth.time], truth.position, truth.rotation]))
-        if len(self._way) <= self._steps:
+        truth = state.truth
+        self._poses.append(np.concatenate([[truth.time], truth.position, truth.rotation]))
+        if len(self._poses) <= self._steps:
             return None
-        way = np.array(self._way)
-        self._way = self._way[-1:]
+        way = np.array(self._poses)
+        self._poses = self._poses[-1:]
         settings, ranges = self.settings, np.empty(self.settings.rays)
         begin, between = float(way[0, 0]), settings.turn / settings.rays
         first, step = -math.pi, 2.0 * math.pi / settings.rays
@@ -66,18 +66,18 @@ class SimulatedLidar:
             self._masks,
             self._walls,
             self._ceiling,
-            moment.ground.grid,
-            moment.ground.heights,
+            state.ground.grid,
+            state.ground.heights,
             ranges,
         )
-        return Scan(self.source, begin, between, first, step, self._spoil(ranges))
+        return Scan(self.source, begin, between, first, step, self._add_noise(ranges))
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, what decides on the next readings."""
-        self._way = book.rows("way", self._way, 7, self._steps)
-        book.random("random", self._random)
+        self._poses = archive.rows("way", self._poses, 7, self._steps)
+        archive.random("random", self._random)
 
-    def _spoil(self, ranges: Array) -> Array:
+    def _add_noise(self, ranges: Array) -> Array:
         """Add bias and noise, lose rays, and let some tell any distance; masked ones stay NaN."""
         settings, random, count = self.settings, self._random, len(ranges)
         told = ranges + self.bias + settings.deviation * random.standard_normal(count)

@@ -14,7 +14,7 @@ from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.machine.simulated.rig import Rig
-from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
 from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
@@ -23,7 +23,7 @@ __all__ = ["DynamicPlant", "Plant", "QuasiStaticPlant"]
 
 Array = NDArray[np.float64]
 
-MOST_SUBSTEPS: Final = 1000
+MAX_SUBSTEPS: Final = 1000
 
 
 class Plant(Protocol):
@@ -33,10 +33,10 @@ class Plant(Protocol):
     def period(self) -> float:
         """How far a step goes, s."""
 
-    def advance(self, asked: Array) -> list[Notice]:
+    def advance(self, speeds: Array) -> list[Notice]:
         """Turn the winches by *asked* (m,), rad/s of the drums, for one period, and let the drum follow."""
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, what the plant has besides its rig."""
 
 
@@ -48,16 +48,16 @@ class DynamicPlant:
         self.rig = rig
         self.period = rig.settings.period
         count = self.period / rig.settings.substep
-        if not (0.5 < count < MOST_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
+        if not (0.5 < count < MAX_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
             raise InputError(
-                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MOST_SUBSTEPS}, "
+                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MAX_SUBSTEPS}, "
                 f"fills the period, {self.period:g} s"
             )
         self._count = round(count)
         self._after = np.zeros(rig.robot.m)
         self._random = np.random.default_rng([rig.seed, 3])
 
-    def advance(self, asked: Array) -> list[Notice]:
+    def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
         rig, winches = self.rig, self.rig.winches
         code = machine_step.advance(
@@ -68,9 +68,9 @@ class DynamicPlant:
             winches.radii,
             winches.wound,
             winches.sideways,
-            asked,
+            speeds,
             rig.vibration,
-            self._random.standard_normal((self._count, len(asked))),
+            self._random.standard_normal((self._count, len(speeds))),
             self.period / self._count,
             rig.motion,
             rig.lengths,
@@ -78,17 +78,17 @@ class DynamicPlant:
             rig.vibrations,
             rig.acceleration,
             rig.tensions,
-            rig.says,
+            rig.winch_flags,
             rig.work,
             rig.swing,
             self._after,
         )
         return [] if code == 0 else [Notice(Condition.NO_EQUILIBRIUM)]
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """As `Plant`."""
-        book.array("after", self._after)
-        book.random("random", self._random)
+        archive.array("after", self._after)
+        archive.random("random", self._random)
 
 
 class QuasiStaticPlant:
@@ -105,11 +105,11 @@ class QuasiStaticPlant:
         self._pool = certificate_pool(rig.packed)
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, 0.0)
 
-    def advance(self, asked: Array) -> list[Notice]:
+    def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
         rig, winches, after = self.rig, self.rig.winches, self._after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
-        winding.turn_winches(*drums, asked, rig.tensions, self.period, after, rig.says)
+        winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
         pose, states = self._pose.copy(), rig.states.copy()
         code, _ = continuation.follow(
             rig.packed, self._solved, after, pose, states, *self._bounds, self._work, self._pool
@@ -130,11 +130,11 @@ class QuasiStaticPlant:
         rig.tensions[:] = LineStates(states).tension
         return []
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """As `Plant`."""
         for name, live in (("after", self._after), ("solved", self._solved), ("pose", self._pose)):
-            book.array(name, live)
-        book.scratch("work", self._work)
+            archive.array(name, live)
+        archive.scratch("work", self._work)
 
     def _turn(self) -> None:
         """Turn the drum to where the twist of the lines rests."""

@@ -14,7 +14,7 @@ from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
 from cablewright.machine.simulated.settings import ClimateLaw, MachineSettings
-from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.packed_views import PlatformNumbers, blank_states
@@ -24,7 +24,7 @@ from cablewright.signals import Condition, Notice, Truth, frozen
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["Moment", "Rig", "drum_numbers"]
+__all__ = ["Rig", "RigState", "drum_parameters"]
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ _SAYS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class RigState:
     """What sensors can see of a rig at one time. Read-only by custom: made anew for each."""
 
     truth: Truth
@@ -77,15 +77,15 @@ class Rig:
         self.acceleration = np.zeros(6)
         self.vibrations = np.zeros((robot.m, 2))
         self.vibration = np.array([settings.line.vibration_damping, settings.line.vibration, robot.scene.gravity])
-        self.says = np.zeros(robot.m, dtype=np.int64)
+        self.winch_flags = np.zeros(robot.m, dtype=np.int64)
         self.work, self.swing = dynamics.moving_workspace(robot.m)
         evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
-        self.drum = drum_numbers(settings, self.powder)
+        self.drum = drum_parameters(settings, self.powder)
         self.ground = Ground(robot, settings)
-        self.falling = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
-        self._falls_from = (0.0, 0.0)
+        self.falling_mass = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
+        self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
-        self._was = self.motion[:3].copy()
+        self._last_position = self.motion[:3].copy()
         self.drum[dynamics.YAW_REST] = self.motion[8] = settings.drum.yaw_wander * self._random.standard_normal()
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
@@ -95,32 +95,32 @@ class Rig:
     def _mass(self) -> float:
         return self.settings.drum.empty_mass + self.powder
 
-    def live(self, time: float, period: float, valve: float) -> list[Notice]:
+    def advance(self, time: float, period: float, valve: float) -> list[Notice]:
         """Let all that is slow happen during a *period* that begins at *time*: powder, twist of the lines, warmth."""
         notices = self._pour(period, valve)
         drum = self.settings.drum
-        keep = math.exp(-math.dist(self.motion[:3], self._was) / drum.yaw_wander_length)
-        self._was = self.motion[:3].copy()
+        keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
+        self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         self.drum[dynamics.YAW_REST] = keep * self.drum[dynamics.YAW_REST] + push * self._random.standard_normal()
-        temperature, _ = air(self.settings.climate, time)
-        self.winches.warm(self._expansion * (temperature - self.settings.climate.temperature))
+        temperature, _ = air_at(self.settings.climate, time)
+        self.winches.set_thermal_strain(self._expansion * (temperature - self.settings.climate.temperature))
         return notices
 
-    def heard(self) -> list[Notice]:
+    def take_notices(self) -> list[Notice]:
         """What the winches had to say since the last time."""
-        if not self.says.any():
+        if not self.winch_flags.any():
             return []
         notices = [
             Notice(condition, line.name)
-            for said, line in zip(self.says, self.robot.lines, strict=True)
+            for said, line in zip(self.winch_flags, self.robot.lines, strict=True)
             for bit, condition in _SAYS
             if said & bit
         ]
-        self.says[:] = 0
+        self.winch_flags[:] = 0
         return notices
 
-    def moment(self, time: float) -> Moment:
+    def observe(self, time: float) -> RigState:
         """All of it at *time*, as it stands."""
         machine_step.show_lines(
             self.packed,
@@ -135,7 +135,7 @@ class Rig:
         )
         motion, rotation = self.motion, np.empty((3, 3))
         matrix(motion[6:9], rotation)
-        temperature, humidity = air(self.settings.climate, time)
+        temperature, humidity = air_at(self.settings.climate, time)
         truth = Truth(
             time,
             frozen(motion[0:3]),
@@ -150,7 +150,7 @@ class Rig:
         )
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
-        return Moment(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
+        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Let out what the valve lets; it lies once the drum has gone on by half a cell, or enough has fallen."""
@@ -161,44 +161,47 @@ class Rig:
         matrix(self.motion[6:9], self.work.rotation)
         down = self.work.rotation[:, 2]
         here = (float(self.motion[0] - drum.valve * down[0]), float(self.motion[1] - drum.valve * down[1]))
-        gone = math.dist(here, self._falls_from)
-        if self.falling and (left <= 0.0 or gone > 0.5 * self.ground.field.cell or self.falling > _HEAP):
-            self.ground.lay(self._falls_from, here, self.falling)
-            self.falling = 0.0
+        gone = math.dist(here, self._fall_start)
+        if self.falling_mass and (left <= 0.0 or gone > 0.5 * self.ground.field.cell or self.falling_mass > _HEAP):
+            self.ground.deposit(self._fall_start, here, self.falling_mass)
+            self.falling_mass = 0.0
         if left <= 0.0:
             return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and drum.flow > 0.0 else []
-        if not self.falling:
-            self._falls_from = here
-        self.falling += left
+        if not self.falling_mass:
+            self._fall_start = here
+        self.falling_mass += left
         if drum.capacity:
             self.fill(self.powder - left)
         return []
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, all that moves and all that has fallen."""
-        self.powder, self.falling = book.number("powder", self.powder), book.number("falling", self.falling)
-        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "says", "drum"):
-            book.array(name, getattr(self, name))
-        book.array("platform", self.packed.platform)
-        book.array("was", self._was)
-        x, y = self._falls_from
-        self._falls_from = book.number("falls_x", x), book.number("falls_y", y)
-        book.scratch("work", self.work)
-        book.scratch("swing", self.swing)
-        book.random("random", self._random)
-        self.winches.keep(book.part("winches"))
-        self.ground.keep(book.part("ground"))
+        self.powder, self.falling_mass = (
+            archive.number("powder", self.powder),
+            archive.number("falling", self.falling_mass),
+        )
+        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "winch_flags", "drum"):
+            archive.array(name, getattr(self, name))
+        archive.array("platform", self.packed.platform)
+        archive.array("was", self._last_position)
+        x, y = self._fall_start
+        self._fall_start = archive.number("falls_x", x), archive.number("falls_y", y)
+        archive.scratch("work", self.work)
+        archive.scratch("swing", self.swing)
+        archive.random("random", self._random)
+        self.winches.archive_state(archive.section("winches"))
+        self.ground.archive_state(archive.section("ground"))
 
     def fill(self, powder: float) -> None:
         """Let so much *powder* (kg) be in the drum from now on."""
         self.powder = powder
         yaw_rest = self.drum[dynamics.YAW_REST]
-        self.drum = drum_numbers(self.settings, powder)
+        self.drum = drum_parameters(self.settings, powder)
         self.drum[dynamics.YAW_REST] = yaw_rest
         PlatformNumbers(self.packed.platform).weight = self._mass * self.robot.scene.gravity
 
 
-def drum_numbers(settings: MachineSettings, powder: float) -> Array:
+def drum_parameters(settings: MachineSettings, powder: float) -> Array:
     """Return the drum with so much *powder* (kg) in it as the kernel takes it: (DRUM,)."""
     drum, numbers = settings.drum, np.zeros(dynamics.DRUM)
     fill = powder / (drum.powder_density * math.pi * drum.radius**2)  # m, height of a cylinder
@@ -218,7 +221,7 @@ def drum_numbers(settings: MachineSettings, powder: float) -> Array:
     return numbers
 
 
-def air(law: ClimateLaw, time: float) -> tuple[float, float]:
+def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
     """Return temperature (degrees Celsius) and relative humidity at *time*, s; it begins at the mean."""
     wave = math.sin(2.0 * math.pi * time / _DAY)
     return law.temperature + law.swing * wave, min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))

@@ -41,9 +41,9 @@ __all__ = [
 ]
 
 NEWEST_SCHEMA: Final = 1
-MOST_WALLS: Final = 200
-MOST_RAYS: Final = 20_000
-MOST_FAULTS: Final = 1000
+MAX_WALLS: Final = 200
+MAX_RAYS: Final = 20_000
+MAX_FAULTS: Final = 1000
 
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Rate = Annotated[float, Field(gt=0.0, le=1e5)]
@@ -167,7 +167,7 @@ class RoomSettings(Description):
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
     ceiling: Positive[Length]
-    walls: Annotated[tuple[WallFace, ...], Field(max_length=MOST_WALLS)]
+    walls: Annotated[tuple[WallFace, ...], Field(max_length=MAX_WALLS)]
 
     @model_validator(mode="after")
     def _walls_have_names(self) -> Self:
@@ -185,7 +185,7 @@ class Link(Description):
     latency: NonNegative[Duration] = 0.0
     jitter: NonNegative[Duration] = 0.0
     loss: _Share = 0.0
-    gaps: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MOST_FAULTS)] = ()
+    gaps: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
 
     @model_validator(mode="after")
     def _gaps_rise(self) -> Self:
@@ -197,7 +197,7 @@ class LidarSettings(Description):
     """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: where it is blind."""
 
     turn: Positive[Duration]
-    rays: Annotated[int, Field(strict=True, ge=8, le=MOST_RAYS)]
+    rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
     least: Positive[Length]
     most: Positive[Length]
     deviation: NonNegative[Length]
@@ -273,7 +273,7 @@ class ClimateSensor(Description):
 class BarrierSensor(_TimedSensor):
     """The light barrier. ``intrusions``: from and to when somebody is in its light; an outlier tells the opposite."""
 
-    intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MOST_FAULTS)] = ()
+    intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
 
     @model_validator(mode="after")
     def _intrusions_rise(self) -> Self:
@@ -325,7 +325,7 @@ class MachineSettings(Description):
     encoders: Encoder | None = None
     climate_sensor: ClimateSensor | None = None
     barrier: BarrierSensor | None = None
-    faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MOST_FAULTS)] = ()
+    faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
 
 
 def load_settings(name_or_path: str | Path) -> MachineSettings:

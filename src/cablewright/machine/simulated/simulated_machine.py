@@ -14,16 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.distance_sensor import Rangefinder
-from cablewright.machine.simulated.encoders import Counters, Thermometer
+from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
 from cablewright.machine.simulated.inertial_unit import InertialUnit
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.light_barrier import LightBarrier
 from cablewright.machine.simulated.line_angles import LineAccelerometers
 from cablewright.machine.simulated.link import Channel
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
-from cablewright.machine.simulated.rig import Moment, Rig
+from cablewright.machine.simulated.rig import Rig, RigState
 from cablewright.machine.simulated.settings import FaultPlan, MachineSettings, check_faults
-from cablewright.machine.simulated.snapshot import Book, Notes, Recall, Snapshot
+from cablewright.machine.simulated.snapshot import Archive, LoadingArchive, SavingArchive, Snapshot
 from cablewright.machine.simulated.surroundings import walls_of
 from cablewright.robot import Robot
 from cablewright.signals import (
@@ -48,9 +48,9 @@ _QUIET: Final = 0.5  # s without a message before the wireless link counts as si
 
 
 class _SensorSlot(Protocol):
-    def read(self, moment: Moment) -> Reading | None: ...
+    def read(self, state: RigState) -> Reading | None: ...
 
-    def keep(self, book: Book) -> None: ...
+    def archive_state(self, archive: Archive) -> None: ...
 
 
 class SimulatedMachine:
@@ -74,25 +74,25 @@ class SimulatedMachine:
             raise UnknownName("plant", plant, PLANTS)
         check_faults(settings, tuple(line.name for line in robot.lines))
         self._start = np.array(start, dtype=np.float64)
-        self._mark = _mark(robot, settings, seed, plant)
+        self._identity = _mark(robot, settings, seed, plant)
         self.settings = settings if plant == "dynamic" else _slowed(settings)
         self.rig = Rig(as_built(robot, settings.tolerances, seed), settings, start, seed)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
         self._sensors = dict(self._mount(seed))
-        self._wifi, self._wire, self._guard = (  # a light barrier has a wire of its own
+        self._wifi, self._wire, self._barrier_wire = (  # a light barrier has a wire of its own
             Channel(link, np.random.default_rng([seed, 4, k]))
             for k, link in enumerate((self.settings.wifi, self.settings.wire, self.settings.wire))
         )
         self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
-        self._channels["barrier"] = self._guard
+        self._channels["barrier"] = self._barrier_wire
         self._wireless = any(self._channels[source] is self._wifi for source in self._sensors)
         self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
-        self._held: dict[FaultPlan, Reading] = {}
-        self._steps, self._commanded = 0, -np.inf
-        self._moment = self.rig.moment(0.0)
+        self._held_readings: dict[FaultPlan, Reading] = {}
+        self._steps, self._last_command_time = 0, -np.inf
+        self._rig_state = self.rig.observe(0.0)
         for sensor in self._sensors.values():
             if isinstance(sensor, SimulatedLidar):
-                sensor.read(self._moment)
+                sensor.read(self._rig_state)
 
     @property
     def period(self) -> float:
@@ -107,7 +107,7 @@ class SimulatedMachine:
     @property
     def truth(self) -> Truth:
         """The state that no sensor tells."""
-        return self._moment.truth
+        return self._rig_state.truth
 
     @property
     def robot(self) -> Robot:
@@ -119,33 +119,33 @@ class SimulatedMachine:
         if not 0.0 <= powder <= self.settings.drum.capacity:
             raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
         self.rig.fill(powder)
-        self._moment = self.rig.moment(self.time)
+        self._rig_state = self.rig.observe(self.time)
 
     def step(self, command: Command) -> SensorFrame:
         """Do as *command* says for one period. Returns what arrived meanwhile. As `Machine`."""
         speeds = self._checked(command)
-        notices = self.rig.live(self.time, self.period, command.valve)
+        notices = self.rig.advance(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
-        notices += self.rig.heard()
+        notices += self.rig.take_notices()
         self._steps += 1
         now = self.time
-        self._moment = self.rig.moment(now)
+        self._rig_state = self.rig.observe(now)
         for source, sensor in self._sensors.items():
-            reading = sensor.read(self._moment)
+            reading = sensor.read(self._rig_state)
             if reading is not None and self._faults[source]:
                 reading = self._failed(source, reading)
             if reading is not None:
                 self._channels[source].send(now, reading)
-        readings = (*self._guard.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
-        if now - self._wifi.heard > _QUIET and self._wireless:
+        readings = (*self._barrier_wire.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
+        if now - self._wifi.last_arrival_time > _QUIET and self._wireless:
             notices.append(Notice(Condition.SILENT, "wifi"))
         return SensorFrame(now, readings, tuple(notices))
 
     def snapshot(self) -> Snapshot:
         """All that decides what comes next, as it stands; `resumed` goes on from it."""
-        notes = Notes()
-        self._keep(notes)
-        return Snapshot({**notes.snapshot.values, "machine": self._mark}, notes.snapshot.arrays)
+        notes = SavingArchive()
+        self._archive_state(notes)
+        return Snapshot({**notes.snapshot.values, "machine": self._identity}, notes.snapshot.arrays)
 
     @classmethod
     def resumed(
@@ -164,27 +164,30 @@ class SimulatedMachine:
         if snapshot.values.get("machine") != _mark(robot, settings, seed, plant):
             raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
         start = np.zeros(3)
-        Recall(snapshot).array("start", start)
+        LoadingArchive(snapshot).array("start", start)
         machine = cls(robot, settings, start, seed=seed, plant=plant)
-        machine._keep(Recall(snapshot))
-        machine._moment = machine.rig.moment(machine.time)
+        machine._archive_state(LoadingArchive(snapshot))
+        machine._rig_state = machine.rig.observe(machine.time)
         return machine
 
-    def _keep(self, book: Book) -> None:
+    def _archive_state(self, archive: Archive) -> None:
         """Note all that changes, or take it up again."""
-        book.array("start", self._start)
-        self._steps, self._commanded = book.count("steps", self._steps), book.number("commanded", self._commanded)
-        self.rig.keep(book.part("rig"))
-        self._plant.keep(book.part("plant"))
+        archive.array("start", self._start)
+        self._steps, self._last_command_time = (
+            archive.count("steps", self._steps),
+            archive.number("commanded", self._last_command_time),
+        )
+        self.rig.archive_state(archive.section("rig"))
+        self._plant.archive_state(archive.section("plant"))
         for source, sensor in self._sensors.items():
-            sensor.keep(book.part(source))
-        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("guard", self._guard)):
-            channel.keep(book.part(name))
+            sensor.archive_state(archive.section(source))
+        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("guard", self._barrier_wire)):
+            channel.archive_state(archive.section(name))
         plans = self.settings.faults
-        held = book.readings("held", [(plans.index(plan), reading) for plan, reading in self._held.items()])
+        held = archive.readings("held", [(plans.index(plan), reading) for plan, reading in self._held_readings.items()])
         if not all(number in range(len(plans)) for number, _ in held):
             raise InputError("snapshot: held: a fault that is not planned")
-        self._held = {plans[int(number)]: reading for number, reading in held}
+        self._held_readings = {plans[int(number)]: reading for number, reading in held}
 
     def _checked(self, command: Command) -> NDArray[np.float64]:
         """The speeds of a command that is one. Raises `InputError`."""
@@ -193,9 +196,11 @@ class SimulatedMachine:
             raise InputError(f"command.winch_speeds: {m} finite numbers are wanted, rad/s; got {speeds.tolist()}")
         if not 0.0 <= command.valve <= 1.0:
             raise InputError(f"command.valve = {command.valve:g}: 0 (shut) to 1 (open) is wanted")
-        if not command.time >= self._commanded:
-            raise InputError(f"command.time = {command.time:g} s: the clock jumped back, from {self._commanded:g} s")
-        self._commanded = command.time
+        if not command.time >= self._last_command_time:
+            raise InputError(
+                f"command.time = {command.time:g} s: the clock jumped back, from {self._last_command_time:g} s"
+            )
+        self._last_command_time = command.time
         return speeds
 
     def _mount(self, seed: int) -> Iterator[tuple[str, _SensorSlot]]:
@@ -213,7 +218,7 @@ class SimulatedMachine:
         if settings.distance is not None:
             yield "distance", Rangefinder(settings.distance, settings.drum.valve, period, random["distance"])
         if settings.encoders is not None:
-            yield "encoders", Counters(settings.encoders, period, random["encoders"])
+            yield "encoders", EncoderReader(settings.encoders, period, random["encoders"])
         if settings.climate_sensor is not None:
             yield "climate", Thermometer(settings.climate_sensor, period, random["climate"])
         if settings.barrier is not None:
@@ -223,21 +228,21 @@ class SimulatedMachine:
         """What becomes of a reading by the faults that are planned for its time; None: nothing is heard."""
         for fault in self._faults[source]:
             if not fault.begin <= reading.time < fault.end:
-                self._held[fault] = reading
+                self._held_readings[fault] = reading
                 continue
             if isinstance(reading, LineAngles) and fault.line is not None:
                 reading = self._line_failed(fault, fault.line, reading)
             elif fault.kind == "silent":
                 return None
             else:
-                reading = _again(self._held.setdefault(fault, reading), reading)
+                reading = _again(self._held_readings.setdefault(fault, reading), reading)
         return reading
 
     def _line_failed(self, fault: FaultPlan, line: str, reading: LineAngles) -> LineAngles:
         """A reading in which one line's accelerometer tells nothing, or what it told last."""
         at = [each.name for each in self.rig.robot.lines].index(line)
         angles = reading.angles.copy()
-        held = self._held.setdefault(fault, reading)
+        held = self._held_readings.setdefault(fault, reading)
         assert isinstance(held, LineAngles)  # kept by fault, and the fault is of these
         angles[at] = np.nan if fault.kind == "silent" else held.angles[at]
         angles.flags.writeable = False

@@ -24,7 +24,7 @@ from cablewright.file_output import whole_file
 from cablewright.machine.log.messages import decode, encode
 from cablewright.signals import Reading, SensorFrame
 
-__all__ = ["Book", "Notes", "Recall", "Snapshot", "read_snapshots", "write_snapshots"]
+__all__ = ["Archive", "LoadingArchive", "SavingArchive", "Snapshot", "read_snapshots", "write_snapshots"]
 
 Array = NDArray[np.float64]
 
@@ -44,10 +44,10 @@ class Snapshot:
     arrays: Mapping[str, NDArray[Any]]
 
 
-class Book(Protocol):
+class Archive(Protocol):
     """What ``keep`` is given. Each method shows the book what there is now and gets what shall be from now on."""
 
-    def part(self, name: str) -> Book:
+    def section(self, name: str) -> Archive:
         """The book of a part: its names are its own."""
 
     def number(self, name: str, now: float) -> float:
@@ -75,7 +75,7 @@ class Book(Protocol):
         """A random generator, changed in place."""
 
 
-class Notes:
+class SavingArchive:
     """A `Book` that takes notes: what it is shown stays as it is. `snapshot` is what was noted."""
 
     def __init__(self, taken: Snapshot | None = None, prefix: str = "") -> None:
@@ -93,9 +93,9 @@ class Notes:
         """What was noted."""
         return Snapshot(self._values, self._arrays)
 
-    def part(self, name: str) -> Notes:
+    def section(self, name: str) -> SavingArchive:
         """As `Book`."""
-        return Notes(self.snapshot, f"{self._prefix}{name}.")
+        return SavingArchive(self.snapshot, f"{self._prefix}{name}.")
 
     def number(self, name: str, now: float) -> float:
         """As `Book`."""
@@ -146,16 +146,16 @@ class Notes:
         self._values[self._prefix + name] = [inner["state"], inner["inc"], state["has_uint32"], state["uinteger"]]
 
 
-class Recall:
+class LoadingArchive:
     """A `Book` that is read from. Every method raises `InputError` for what does not fit what it is shown."""
 
     def __init__(self, snapshot: Snapshot, prefix: str = "") -> None:
         """Read *snapshot*."""
         self._snapshot, self._prefix = snapshot, prefix
 
-    def part(self, name: str) -> Recall:
+    def section(self, name: str) -> LoadingArchive:
         """As `Book`."""
-        return Recall(self._snapshot, f"{self._prefix}{name}.")
+        return LoadingArchive(self._snapshot, f"{self._prefix}{name}.")
 
     def number(self, name: str, now: float) -> float:  # noqa: ARG002, as `Book`
         """As `Book`."""

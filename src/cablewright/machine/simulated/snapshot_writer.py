@@ -11,10 +11,10 @@ from typing import Self
 from cablewright.errors import EnvironmentFault
 from cablewright.machine.simulated.snapshot import Snapshot, write_snapshots
 
-__all__ = ["Keeper"]
+__all__ = ["SnapshotWriter"]
 
 
-class Keeper:
+class SnapshotWriter:
     """Writes snapshots to *path* in a thread of its own: always the newest, each whole. A context manager.
 
     The last one is on the disk when the block ends.

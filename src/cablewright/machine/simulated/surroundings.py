@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.machine.simulated.settings import MachineSettings, RoomSettings
-from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
@@ -31,10 +31,10 @@ class Ground:
         """Begin bare."""
         low, high = robot.scene.frame_min, robot.scene.frame_max
         self.field = HeightField.flat(low[:2], high[:2], settings.room.cell)
-        self.outside = 0.0  # kg
+        self.outside_mass = 0.0  # kg
         self._extrusion = settings.extrusion
         self._powder = Powder(density=settings.drum.powder_density)
-        self._top = 0.0
+        self._max_height = 0.0
 
     @property
     def density(self) -> float:
@@ -44,7 +44,7 @@ class Ground:
     @property
     def mass(self) -> float:
         """What has fallen, kg."""
-        return self.field.volume * self.density + self.outside
+        return self.field.volume * self.density + self.outside_mass
 
     @property
     def heights(self) -> Array:
@@ -55,13 +55,13 @@ class Ground:
     def grid(self) -> Array:
         """Where the nodes are, for a lidar's kernel: x and y of the first, their distance, the highest height."""
         (x, y), cell = self.field.low, self.field.cell
-        return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._top])
+        return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._max_height])
 
-    def lay(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
+    def deposit(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
         """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
         ends = np.array([start, end])
         if not self.field.holds(ends).all():
-            self.outside += mass
+            self.outside_mass += mass
             return
         cells = self.field.cells_of(ends)
         if self._extrusion is None:
@@ -69,10 +69,10 @@ class Ground:
         else:
             extrude(self.field, ends[:1], ends[1:], np.array([mass / self.density]), self._extrusion.bead.width)
         near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
-        self._top = max(self._top, float(self.field.heights[tuple(near)].max()))
+        self._max_height = max(self._max_height, float(self.field.heights[tuple(near)].max()))
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, what lies."""
-        book.sparse("heights", self.field.heights)
-        self.outside = book.number("outside", self.outside)
-        self._top = book.number("top", self._top)
+        archive.sparse("heights", self.field.heights)
+        self.outside_mass = archive.number("outside", self.outside_mass)
+        self._max_height = archive.number("top", self._max_height)

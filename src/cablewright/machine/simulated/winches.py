@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.kernels.plant import winding
 from cablewright.machine.simulated.settings import WinchSettings
-from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.coil import Coil, wind
 from cablewright.robot import Line, Robot
 
@@ -39,7 +39,7 @@ class Winches:
             own[winding.HEIGHT] = 0.0 if line.winch_exit is None else abs(line.exit_point[2] - line.winch_exit[2])
             own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
         self._let_out(robot, lengths)
-        self.begin = self.angles
+        self.start_angles = self.angles
 
     def _let_out(self, robot: Robot, lengths: Array) -> None:
         """Turn the drums to where they leave *lengths*: a few rounds, for the detour hangs on the drum's angle."""
@@ -51,9 +51,9 @@ class Winches:
                         f"winch.held = {self.settings.held:g} m: line {line.name!r} begins with {lengths[i]:g} m out"
                     )
                 own[winding.ANGLE] = coil.angle(self.settings.held - out)
-                out += float(lengths[i]) - self.out()[i]
+                out += float(lengths[i]) - self.lengths_out()[i]
 
-    def out(self) -> Array:
+    def lengths_out(self) -> Array:
         """Unstrained lengths (m,) from the nominal winch exits to the platform, m."""
         rows = zip(self.state, self.radii, self.wound, self.sideways, strict=True)
         return np.array([winding.length_out(*row) for row in rows])
@@ -73,18 +73,18 @@ class Winches:
     @property
     def counts(self) -> NDArray[np.int64]:
         """What the motors' encoders count since the beginning, (m,); more is more paid out."""
-        turns = (self.begin - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
+        turns = (self.start_angles - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
         return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note, or take up again, how the drums stand. Raises `InputError` for a drum wound out of its bounds."""
-        book.array("state", self.state)
-        book.array("begin", self.begin)
+        archive.array("state", self.state)
+        archive.array("begin", self.start_angles)
         last = winding.TURN * (self.radii.shape[1] - 1)
         if not ((self.angles >= 0.0) & (self.angles <= last)).all():
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
 
-    def warm(self, strains: Array) -> None:
+    def set_thermal_strain(self, strains: Array) -> None:
         """Set how much longer all cable is by its warmth, (m,)."""
         self.state[:, winding.STRAIN] = strains
 

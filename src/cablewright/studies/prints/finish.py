@@ -73,7 +73,7 @@ def step_times(timing: Timing) -> dict[str, float | int]:
         "over": int(np.count_nonzero(wall > timing.period)),
         "over_by_itself": int(np.count_nonzero(processor > timing.period)),
     }
-    if timing.late:
-        late = np.array(timing.late)
+    if timing.lateness:
+        late = np.array(timing.lateness)
         told |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
     return told

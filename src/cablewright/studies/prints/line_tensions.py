@@ -12,23 +12,23 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate
 from cablewright.solvers.taut import Taut, taut_at
-from cablewright.studies.estimator_settings import believed
+from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.prints.steps_table import Columns
 
-__all__ = ["Believed"]
+__all__ = ["LineTensions"]
 
 Array = NDArray[np.float64]
 
 _UNDER: Final = 1e-6  # of the drum's weight: less pull than that is rounding
 
 
-class Believed:
+class LineTensions:
     """A point platform on its lines, drawn straight: whose angles, tensions and frequencies are asked for."""
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
         """Take the description. Of a platform that may turn nothing is told: every answer is NaN."""
         self.robot, self._settings = robot, settings
-        self._model = Model(believed(robot, settings)) if robot.platform.kind == "point" else None
+        self._model = Model(with_drum_mass(robot, settings)) if robot.platform.kind == "point" else None
         weight = None if self._model is None else self._model.lines.weight.copy()
         self._weight = weight if weight is not None and (weight > 0.0).all() else None
 
@@ -65,7 +65,7 @@ class Believed:
         speed = np.sqrt(np.maximum(tensions, 0.0) * self.robot.scene.gravity / self._weight)
         return np.where(tensions > 0.0, speed / (2.0 * taut.free), np.nan)
 
-    def drawn(self, rows: Columns, masses: Array) -> tuple[Array, Array]:
+    def series(self, rows: Columns, masses: Array) -> tuple[Array, Array]:
         """Taut angles (k, m), rad, and tensions (k, m), N, of all *rows*, with the drum's *masses* (k,), kg."""
         angles, pulls = np.full((2, len(rows), self.robot.m), np.nan)
         for k, (place, slack, mass) in enumerate(zip(rows["position"], rows["slack"], masses.tolist(), strict=True)):

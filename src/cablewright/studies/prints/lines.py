@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.machine.log.log import LogHead
 from cablewright.studies.prints.result import LineUse
-from cablewright.studies.prints.spooling import Coiling, Coils
+from cablewright.studies.prints.spooling import SpoolRadii, SpoolStatistics
 from cablewright.studies.prints.steps_table import Columns
-from cablewright.studies.prints.vibration import Ringing
+from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Moments
 
-__all__ = ["Lines"]
+__all__ = ["LineStatistics"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 
-class Lines:
+class LineStatistics:
     """Sums by line."""
 
     def __init__(self, head: LogHead) -> None:
@@ -28,7 +28,7 @@ class Lines:
         self._names = tuple(line.name for line in head.robot.lines)
         self._taut, self._true_taut, self._tension, self._excess = (Moments(m) for _ in range(4))
         self._hours, self._wound = np.zeros(m), np.zeros(m)
-        self._coils = Coils(head.robot, head.settings.winch)
+        self._coils = SpoolStatistics(head.robot, head.settings.winch)
         self._before: Columns | None = None
 
     def add(self, rows: Columns, printing: Bools) -> None:
@@ -36,7 +36,7 @@ class Lines:
         slack, valid = rows["slack"], rows["valid"] == 1.0
         taut = np.where(valid[:, None] & np.isfinite(slack), slack == 0.0, np.nan)
         excess = rows["true_excess"]
-        true_taut = np.where(np.isfinite(excess), excess <= SlacknessSettings.slack, np.nan)
+        true_taut = np.where(np.isfinite(excess), excess <= SlacknessSettings.threshold, np.nan)
         self._taut.add(taut[printing])
         self._true_taut.add(true_taut[printing])
         self._tension.add(rows["tensions"][printing])
@@ -56,11 +56,11 @@ class Lines:
         gone = np.abs(np.diff(whole["true_lengths"], axis=0))
         self._wound += np.nan_to_num(np.where(np.isfinite(turned), turned, gone)).sum(axis=0)
 
-    def coiling(self) -> tuple[Coiling, ...]:
+    def spools(self) -> tuple[SpoolRadii, ...]:
         """How cable lies on each drum."""
-        return self._coils.told()
+        return self._coils.result()
 
-    def told(self, coiling: tuple[Coiling, ...], ringing: Ringing, believed: Array) -> tuple[LineUse, ...]:
+    def result(self, spools: tuple[SpoolRadii, ...], vibration: LineVibration, believed: Array) -> tuple[LineUse, ...]:
         """All lines, with *believed* tensions (k, m), N, of some steps."""
         pull = Moments(len(self._names))
         pull.add(believed)
@@ -70,17 +70,17 @@ class Lines:
                 float(self._taut.mean[i]),
                 float(self._true_taut.mean[i]),
                 float(self._tension.mean[i]),
-                float(self._tension.most[i]),
+                float(self._tension.max[i]),
                 float(pull.mean[i]),
-                float(pull.most[i]),
-                float(self._excess.most[i]),
+                float(pull.max[i]),
+                float(self._excess.max[i]),
                 float(self._hours[i]),
                 float(self._wound[i]),
-                coiling[i].irregularity,
-                coiling[i].true_irregularity,
-                _middle(ringing.frequencies[:, i]),
-                float(ringing.slopes[i]),
-                float(ringing.slope_sigmas[i]),
+                spools[i].irregularity,
+                spools[i].true_irregularity,
+                _middle(vibration.frequencies[:, i]),
+                float(vibration.slopes[i]),
+                float(vibration.slope_sigmas[i]),
             )
             for i, name in enumerate(self._names)
         )

@@ -16,7 +16,7 @@ from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import Order, SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
 from cablewright.machine.interface import Machine
-from cablewright.machine.simulated.snapshot import Book
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import Command, Estimate, PrintState, Progress, SensorFrame, frozen
 from cablewright.studies.estimators import Estimator
 
@@ -55,7 +55,13 @@ class Printer:
     """Drives one machine through one plan. `step` never raises for what a machine tells."""
 
     def __init__(
-        self, plan: PrintPlan, machine: Machine, make: MakeEstimator, *, now: float = 0.0, book: Book | None = None
+        self,
+        plan: PrintPlan,
+        machine: Machine,
+        make: MakeEstimator,
+        *,
+        now: float = 0.0,
+        archive: Archive | None = None,
     ) -> None:
         """Begin idle, winches held, at the path's beginning or where *book* has it; *now* is the machine's time, s.
 
@@ -68,33 +74,39 @@ class Printer:
         self.powder = plan.powder
         """kg in the drum, as believed."""
         self.target: Target | None = None
-        self.place = plan.path.track.at(0.0).position.copy()
+        self.last_position = plan.path.track.at(0.0).position.copy()
         """(3,) m, where the platform was when that was known last."""
         self.radii = np.zeros(plan.velocity.model.m)
         """(m,) m of the winch drums, as found out last; 0: never."""
-        self.framed = (0.0, 0.0)
+        self.frame_times = (0.0, 0.0)
         """When the last frame had come, s: by the wall clock and by the processor's."""
         self._command = Command(now, frozen(np.zeros(plan.velocity.model.m)))
-        self._unseated = True  # the way back to the path begins where the platform is, once that is known
-        self._mark = math.inf  # s of the law's time where powder ran out
-        if book is not None:
-            self.keep(book)
-        self.estimator = make(self.place, self.radii)
+        self._approach_pending = True  # the way back to the path begins where the platform is, once that is known
+        self._powder_out_clock = math.inf  # s of the law's time where powder ran out
+        if archive is not None:
+            self.archive_state(archive)
+        self.estimator = make(self.last_position, self.radii)
 
     @property
     def finished(self) -> bool:
         """Whether the path has been gone to its end."""
         return self.supervisor.finished
 
-    def keep(self, book: Book) -> None:
+    def archive_state(self, archive: Archive) -> None:
         """Note how far the print has come, or take that up again."""
         guided, watched = self.guide, self.supervisor
-        guided.clock, guided.lift = book.number("clock", guided.clock), book.number("lift", guided.lift)
-        self.powder, self._mark = book.number("powder", self.powder), book.number("mark", self._mark)
-        watched.stops, watched.refills = book.count("stops", watched.stops), book.count("refills", watched.refills)
-        watched.finished = bool(book.count("finished", int(watched.finished)))
-        book.array("place", self.place)
-        book.array("radii", self.radii)
+        guided.clock, guided.lift = archive.number("clock", guided.clock), archive.number("lift", guided.lift)
+        self.powder, self._powder_out_clock = (
+            archive.number("powder", self.powder),
+            archive.number("mark", self._powder_out_clock),
+        )
+        watched.barrier_stops, watched.refills = (
+            archive.count("stops", watched.barrier_stops),
+            archive.count("refills", watched.refills),
+        )
+        watched.finished = bool(archive.count("finished", int(watched.finished)))
+        archive.array("place", self.last_position)
+        archive.array("radii", self.radii)
 
     def refilled(self) -> None:
         """Note that the drum is full again."""
@@ -104,7 +116,7 @@ class Printer:
         """Live through one period of the machine, and decide on the next."""
         command, dt = self._command, self.machine.period
         frame = self.machine.step(command)
-        self.framed = time.perf_counter(), time.thread_time()
+        self.frame_times = time.perf_counter(), time.thread_time()
         self.powder -= self.plan.flow * command.valve * dt
         estimate = self.estimator.step(frame)
         was = self.supervisor.state
@@ -119,14 +131,14 @@ class Printer:
             orders=orders,
         )
         if estimate.valid:
-            self.place[:], self.radii[:] = estimate.position, estimate.radii
+            self.last_position[:], self.radii[:] = estimate.position, estimate.radii
         self._change(was, verdict)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
             self.guide.lift = height.step(self.plan.height, self.guide.lift, estimate.clearance, dt)
-        if self._unseated and estimate.valid:
-            self.guide.place, self._unseated = estimate.position.copy(), False
+        if self._approach_pending and estimate.valid:
+            self.guide.place, self._approach_pending = estimate.position.copy(), False
         target = guide.step(self.plan.path, self.guide, dt, verdict.wish)
-        self.target = None if self._unseated else target
+        self.target = None if self._approach_pending else target
         self._command = self._decide(frame.time, verdict, estimate, target, dt)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target))
 
@@ -134,20 +146,20 @@ class Printer:
         """What a new state means for where the target goes on."""
         if verdict.state is was:
             return
-        if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.reserve:
-            self._mark = self.guide.clock  # it ran out before it should have: the path goes on here
+        if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.refill_mass:
+            self._powder_out_clock = self.guide.clock  # it ran out before it should have: the path goes on here
         if verdict.state is PrintState.READY:
-            if math.isfinite(self._mark):
-                self.guide.clock, self._mark = self._mark, math.inf
+            if math.isfinite(self._powder_out_clock):
+                self.guide.clock, self._powder_out_clock = self._powder_out_clock, math.inf
             self.guide.place, self.guide.pace, self.guide.speed = None, 0.0, 0.0
-            self._unseated = True
+            self._approach_pending = True
 
     def _decide(self, now: float, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         m = self.plan.velocity.model.m
-        if verdict.freeze or not estimate.valid:
+        if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(m)))
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt)
-        open_ = target.pace / self.plan.path.print_speed if target.laying and verdict.valve else 0.0
+        open_ = target.pace / self.plan.path.print_speed if target.laying and verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(open_, 0.0), 1.0))
 
     def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
@@ -166,9 +178,9 @@ class Attendant:
     ``after``: s from a stop to the order to go on, ``refill``: s that a refill takes, done by *fill*.
     """
 
-    fill: Callable[[], None]
-    after: float = 5.0
-    refill: float = 60.0
+    refill_drum: Callable[[], None]
+    resume_delay: float = 5.0
+    refill_time: float = 60.0
     _since: float = field(default=math.nan, repr=False)
     _state: PrintState = field(default=PrintState.READY, repr=False)
 
@@ -180,11 +192,15 @@ class Attendant:
         if state is PrintState.IDLE and not printer.finished:
             return (Order.START,)
         if state is PrintState.PAUSED:
-            if printer.supervisor.broken:
+            if printer.supervisor.barrier_broken:
                 self._since = now
-            return (Order.RESUME,) if now - self._since >= self.after else ()
-        if state is PrintState.REFILLING and now - self._since >= self.refill and not printer.supervisor.resume:
-            self.fill()
+            return (Order.RESUME,) if now - self._since >= self.resume_delay else ()
+        if (
+            state is PrintState.REFILLING
+            and now - self._since >= self.refill_time
+            and not printer.supervisor.resume_ordered
+        ):
+            self.refill_drum()
             printer.refilled()
             return (Order.REFILLED,)
         return ()

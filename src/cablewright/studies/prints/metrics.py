@@ -8,8 +8,8 @@ import math
 from typing import Any, Final
 
 from cablewright.results import plain
-from cablewright.studies.prints.result import Following, PrintRecord, Spot
-from cablewright.studies.prints.structure import Likeness, PrintedStructure
+from cablewright.studies.prints.result import ErrorLocation, PathFollowing, PrintRecord
+from cablewright.studies.prints.structure import HeightDifference, PrintedStructure
 from cablewright.studies.running_statistics import Summary
 
 __all__ = ["metrics", "metrics_text"]
@@ -30,9 +30,9 @@ def metrics(found: PrintRecord) -> _Values:
         "steps": found.steps,
         "duration": found.duration,
         **_following(found.true, ""),
-        **_following(found.seen, "estimated_"),
-        "mean_estimation_error": found.seen_off.mean,
-        "estimation_error_variance": found.seen_off.variance,
+        **_following(found.estimated, "estimated_"),
+        "mean_estimation_error": found.estimation_error.mean,
+        "estimation_error_variance": found.estimation_error.variance,
         "wanted_speed": found.print_speed,
         "yaw": _range(found.yaw),
         "tilt": _range(found.tilt),
@@ -57,7 +57,7 @@ def metrics_text(found: PrintRecord, more: _Values | None = None) -> str:
     return json.dumps(plain({"schema": SCHEMA} | metrics(found) | (more or {})), indent=1, allow_nan=False) + "\n"
 
 
-def _following(found: Following, own: str) -> _Values:
+def _following(found: PathFollowing, own: str) -> _Values:
     error, speed, height = found.error, found.speed, found.height
     return {
         f"{own}mean_path_error": error.mean,
@@ -73,25 +73,25 @@ def _following(found: Following, own: str) -> _Values:
     }
 
 
-def _spot(worst: Spot | None) -> _Values | None:
+def _spot(worst: ErrorLocation | None) -> _Values | None:
     return None if worst is None else dataclasses.asdict(worst)
 
 
 def _range(told: Summary) -> _Values:
-    return {"mean": told.mean, "min": told.least, "max": told.most}
+    return {"mean": told.mean, "min": told.min, "max": told.max}
 
 
 def _structure(found: PrintedStructure) -> _Values:
-    likeness = Likeness(*(math.nan,) * 5) if found.likeness is None else found.likeness
+    likeness = HeightDifference(*(math.nan,) * 5) if found.difference is None else found.difference
     return {
         "mass": found.mass,
         "volume": found.mass / found.density,
-        "estimated_mass": found.seen_mass,
-        "estimated_volume": found.seen_mass / found.density,
+        "estimated_mass": found.estimated_mass,
+        "estimated_volume": found.estimated_mass / found.density,
         "max_height": found.highest,
         "mean_difference": likeness.mean,
         "rms_difference": likeness.rms,
-        "max_difference": likeness.most,
+        "max_difference": likeness.max,
         "rms_difference_on_structure": likeness.on_structure,
-        "share_seen": likeness.seen,
+        "share_seen": likeness.share_seen,
     }

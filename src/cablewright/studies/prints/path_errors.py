@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.printing.track import Track
-from cablewright.studies.prints.result import Following, LayerErrors, Spot
+from cablewright.studies.prints.result import ErrorLocation, LayerErrors, PathFollowing
 from cablewright.studies.prints.steps_table import Columns
 from cablewright.studies.running_statistics import Histogram, Moments
 
-__all__ = ["Follower"]
+__all__ = ["PathErrors"]
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ _WITHIN: Final = 0.3  # m along the path either way of where the print was
 _MOST_ERROR: Final = 0.1  # m: beyond it a histogram's last bar counts
 
 
-class Follower:
+class PathErrors:
     """Compares one column of places with the path near where the print was."""
 
     def __init__(self, track: Track, print_speed: float, own: str) -> None:
@@ -28,7 +28,7 @@ class Follower:
         self._track, self._own = track, own
         self._error, self._height, self._speed = Moments(), Moments(), Moments()
         self._layers = [Moments() for _ in track.visits.begin]
-        self._worst: Spot | None = None
+        self._worst: ErrorLocation | None = None
         self._errors = Histogram(-_MOST_ERROR, _MOST_ERROR, 400)
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
@@ -46,13 +46,13 @@ class Follower:
         self._height.add(places[:, 2] - rows["target"][:, 2])
         self._errors.add(error)
         self._speeds.add(speed)
-        self._mark(rows, reached, error)
+        self._update_worst(rows, reached, error)
         visit = np.clip(np.searchsorted(self._track.visits.begin, distance, side="right") - 1, 0, None)
         for each in np.unique(visit[known]):
             self._layers[each].add(error[visit == each])
         return error, speed
 
-    def _mark(self, rows: Columns, reached: Array, error: Array) -> None:
+    def _update_worst(self, rows: Columns, reached: Array, error: Array) -> None:
         """Keep the place of the largest error."""
         if not np.isfinite(error).any():
             return
@@ -60,19 +60,19 @@ class Follower:
         if self._worst is None or abs(error[k]) > abs(self._worst.value):
             x, y, _ = self._track.at(float(reached[k])).position.tolist()
             layer, time = int(rows["layer"][k]), float(rows["time"][k])
-            self._worst = Spot(float(error[k]), time, layer, float(reached[k]), (x, y))
+            self._worst = ErrorLocation(float(error[k]), time, layer, float(reached[k]), (x, y))
 
-    def told(self) -> Following:
+    def result(self) -> PathFollowing:
         """What all steps told."""
-        layers = [each.told() for each in self._layers]
+        layers = [each.summary() for each in self._layers]
         columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "least", "most"))
         mean, variance, least, most = columns
         visits = self._track.visits
         by_layer = LayerErrors(visits.number, visits.begin, mean, np.sqrt(variance), least, most)
-        return Following(
-            self._error.told(),
-            self._height.told(),
-            self._speed.told(),
+        return PathFollowing(
+            self._error.summary(),
+            self._height.summary(),
+            self._speed.summary(),
             self._worst,
             by_layer,
             self._errors,

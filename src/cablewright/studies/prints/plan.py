@@ -22,7 +22,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.estimator_settings import believed
+from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.loop import PrintPlan
 
@@ -119,7 +119,7 @@ def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> M
 def plan_print(twin: MachineTwin) -> PrintPlan:
     """Return the plan. Raises `AnswerError` where the path leaves the frame or lines cannot hold the platform."""
     robot, settings, choices, path = twin.robot, twin.settings, twin.choices, twin.path
-    model = Model(believed(robot, settings))
+    model = Model(with_drum_mass(robot, settings))
     _check_path(model, path)
     seen = "vertical" in settings.lidars and twin.estimator != "encoders"
     rule = choices.height or ("structure" if seen else "job")
@@ -134,9 +134,9 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
         scene.frame_max,
         _SPARE * fastest + _EASY,
         _most_tensions(robot),
-        error=max(0.15, fastest),
-        barrier=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * _period(twin)),
-        silence=max(0.5, 2.5 * _period(twin)),
+        max_error=max(0.15, fastest),
+        barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * _period(twin)),
+        encoder_timeout=max(0.5, 2.5 * _period(twin)),
     )
     velocity = VelocitySettings(
         model,

@@ -20,14 +20,14 @@ from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
 from cablewright.signals import DistanceReading, Inertial, LineAngles, PrintState, Scan
 from cablewright.studies.fault_count import FaultCount, count_faults
-from cablewright.studies.prints.line_tensions import Believed
-from cablewright.studies.prints.lines import Lines
-from cablewright.studies.prints.path_errors import Follower
+from cablewright.studies.prints.line_tensions import LineTensions
+from cablewright.studies.prints.lines import LineStatistics
+from cablewright.studies.prints.path_errors import PathErrors
 from cablewright.studies.prints.result import PrintRecord, Span
 from cablewright.studies.prints.steps_table import STATES, Columns, StepsTable
-from cablewright.studies.prints.structure import Scans, structure_of
-from cablewright.studies.prints.vibration import Vibration
-from cablewright.studies.running_statistics import Moments, Thinned
+from cablewright.studies.prints.structure import StructureScans, structure_of
+from cablewright.studies.prints.vibration import VibrationWindows
+from cablewright.studies.running_statistics import Moments, ThinnedRows
 
 __all__ = ["UNUSED", "Recorder", "record"]
 
@@ -68,10 +68,10 @@ class Recorder:
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
         self._rows = StepsTable(m, head.settings, head.period, _PORTION)
-        self._true, self._seen = Follower(track, print_speed, "true_"), Follower(track, print_speed, "")
-        self._lines = Lines(head)
+        self._true, self._seen = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
+        self._lines = LineStatistics(head)
         self._off, self._turned, self._air = Moments(), Moments(2), Moments(2)
-        self._thinned = Thinned(Columns.width(m) + len(_DRAWN))
+        self._thinned = ThinnedRows(Columns.width(m) + len(_DRAWN))
         self._states, self._travelled = np.zeros(len(STATES)), 0.0
         self._place = np.full((1, 3), np.nan)  # true, of the last row
         self._steps, self._begin, self._time = 0, math.nan, math.nan
@@ -81,9 +81,9 @@ class Recorder:
         self._faults: FaultCount = {}
         self._notices: Counter[str] = Counter()
         self._expected = np.full(m, np.nan)  # Hz, as the window of vibration began
-        self._vibration, self._believed = Vibration(m), Believed(head.robot, head.settings)
+        self._vibration, self._believed = VibrationWindows(m), LineTensions(head.robot, head.settings)
         lidar = head.settings.lidars.get("vertical")
-        self._scans = None if lidar is None else Scans(lidar, track)
+        self._scans = None if lidar is None else StructureScans(lidar, track)
 
     def add(self, entry: Entry) -> None:
         """Take one step."""
@@ -96,9 +96,11 @@ class Recorder:
         if entry.estimate is not None:
             count_faults(self._faults, entry.estimate.faults, self._time)
             if self._scans is not None:
-                self._scans.at(entry.estimate, self._distance)
+                self._scans.set_pose(entry.estimate, self._distance)
         for notice in entry.frame.notices:
-            self._notices[f"{notice.whose}: {notice.condition.value}" if notice.whose else notice.condition.value] += 1
+            self._notices[
+                f"{notice.subject}: {notice.condition.value}" if notice.subject else notice.condition.value
+            ] += 1
         self._hear(entry)
         if self._rows.full:
             self._digest()
@@ -108,12 +110,12 @@ class Recorder:
             if isinstance(reading, LineAngles):
                 self._ring(reading, entry)
             elif isinstance(reading, Scan) and reading.source == "vertical" and self._scans is not None:
-                self._scans.hear(reading)
+                self._scans.add(reading)
 
     def _ring(self, reading: LineAngles, entry: Entry) -> None:
         """Take the lines' angles; what the lines should ring at is asked for as a window begins and as it ends."""
-        whole = self._vibration.hear(reading)
-        if not whole and not self._vibration.begins:
+        whole = self._vibration.add(reading)
+        if not whole and not self._vibration.window_begins:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
@@ -148,7 +150,7 @@ class Recorder:
         rows = self._rows.take()
         if not len(rows):
             return
-        printing = rows.being(PrintState.PRINTING)
+        printing = rows.in_state(PrintState.PRINTING)
         chosen = printing & np.isfinite(rows["distance"])
         drawn = np.full((len(rows), len(_DRAWN)), np.nan)
         for k, follower in enumerate((self._true, self._seen)):
@@ -175,11 +177,11 @@ class Recorder:
         rows = Columns(m, self._thinned.rows[:, :width])
         drawn = dict(zip(_DRAWN, self._thinned.rows[:, width:].T, strict=True))
         masses = self.head.settings.drum.empty_mass + np.maximum(rows["left"], 0.0)
-        drawn["taut"], drawn["believed"] = self._believed.drawn(rows, masses)
-        ringing, coiling = self._vibration.told(), self._lines.coiling()
-        believed = drawn["believed"][rows.being(PrintState.PRINTING)]
+        drawn["taut"], drawn["believed"] = self._believed.series(rows, masses)
+        ringing, coiling = self._vibration.result(), self._lines.spools()
+        believed = drawn["believed"][rows.in_state(PrintState.PRINTING)]
         done, begun = self._layers()
-        true = self._true.told()
+        true = self._true.result()
         settings = self.head.settings
         density = settings.drum.powder_density if settings.extrusion is None else settings.extrusion.density
         return PrintRecord(
@@ -194,12 +196,12 @@ class Recorder:
             layers=done,
             layers_begun=begun,
             true=true,
-            seen=self._seen.told(),
-            seen_off=self._off.told(),
-            yaw=self._turned.told(0),
-            tilt=self._turned.told(1),
-            temperature=self._air.told(0),
-            humidity=self._air.told(1),
+            estimated=self._seen.result(),
+            estimation_error=self._off.summary(),
+            yaw=self._turned.summary(0),
+            tilt=self._turned.summary(1),
+            temperature=self._air.summary(0),
+            humidity=self._air.summary(1),
             states={state: float(time) for state, time in zip(STATES, self._states, strict=True) if time > 0.0},
             spans=tuple(self._spans),
             barrier_stops=self._barrier_stops,
@@ -208,9 +210,9 @@ class Recorder:
             notices=self._notices,
             rows=rows,
             drawn=drawn,
-            lines=self._lines.told(coiling, ringing, believed),
-            coiling=coiling,
-            ringing=ringing,
+            lines=self._lines.result(coiling, ringing, believed),
+            spools=coiling,
+            vibration=ringing,
             structure=structure_of(self._scans, true_structure, self.track, self._distance, density),
             notes=notes,
         )

@@ -12,19 +12,19 @@ from cablewright.machine.log.log import LogHead
 from cablewright.printing.track import Track
 from cablewright.signals import PrintState
 from cablewright.studies.fault_count import FaultCount
-from cablewright.studies.prints.spooling import Coiling
+from cablewright.studies.prints.spooling import SpoolRadii
 from cablewright.studies.prints.steps_table import Columns
 from cablewright.studies.prints.structure import PrintedStructure
-from cablewright.studies.prints.vibration import Ringing
+from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Histogram, Summary
 
-__all__ = ["Following", "LayerErrors", "LineUse", "PrintRecord", "Span", "Spot"]
+__all__ = ["ErrorLocation", "LayerErrors", "LineUse", "PathFollowing", "PrintRecord", "Span"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Spot:
+class ErrorLocation:
     """Where and when an error was largest."""
 
     value: float  # m
@@ -52,18 +52,18 @@ class LayerErrors:
     begin: Array  # m along the path
     mean: Array  # m
     deviation: Array  # m
-    least: Array  # m
-    most: Array  # m
+    min: Array  # m
+    max: Array  # m
 
 
 @dataclass(frozen=True, eq=False)
-class Following:
+class PathFollowing:
     """How well the path was followed, of all steps that printed. Errors are positive left of the path."""
 
     error: Summary  # m beside the path, seen from above
     height: Summary  # m over what was wanted
     speed: Summary  # m/s along the path
-    worst: Spot | None
+    worst: ErrorLocation | None
     by_layer: LayerErrors
     errors: Histogram
     speeds: Histogram
@@ -104,9 +104,9 @@ class PrintRecord:
     travelled: float  # m that the platform truly went
     layers: int  # that were finished
     layers_begun: int
-    true: Following
-    seen: Following  # as the estimation believed
-    seen_off: Summary  # m: believed error less true one
+    true: PathFollowing
+    estimated: PathFollowing  # as the estimation believed
+    estimation_error: Summary  # m: believed error less true one
     yaw: Summary  # rad, by the estimation
     tilt: Summary
     temperature: Summary  # degrees Celsius
@@ -122,8 +122,8 @@ class PrintRecord:
         str, Array
     ]  # of the rows: `offset`, `seen_offset`, `speed`, `seen_speed` (k,); `taut`, `believed` (k, m)
     lines: tuple[LineUse, ...]
-    coiling: tuple[Coiling, ...]
-    ringing: Ringing
+    spools: tuple[SpoolRadii, ...]
+    vibration: LineVibration
     structure: PrintedStructure | None
     notes: tuple[str, ...] = ()
 
@@ -133,6 +133,6 @@ class PrintRecord:
         return self.true.error.count > 0
 
     @property
-    def best(self) -> Following:
+    def best(self) -> PathFollowing:
         """The true one where it is known."""
-        return self.true if self.has_truth else self.seen
+        return self.true if self.has_truth else self.estimated

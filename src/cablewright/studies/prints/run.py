@@ -26,8 +26,8 @@ from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Notes, Recall, read_snapshots
-from cablewright.machine.simulated.snapshot_writer import Keeper
+from cablewright.machine.simulated.snapshot import LoadingArchive, SavingArchive, read_snapshots
+from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
@@ -57,7 +57,7 @@ class Timing:
     """s, what a step may take."""
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
-    late: array[float] = field(default_factory=lambda: array("d"))
+    lateness: array[float] = field(default_factory=lambda: array("d"))
     """How long after its time each step of a paced print ended, s; negative is early."""
 
 
@@ -115,7 +115,7 @@ def run_print(
             path = next_segment(folder)
             with (
                 write_log(path, head, flush_every=_EVERY, clock=time.monotonic) as log,
-                Keeper(folder / CHECKPOINT) as keeper,
+                SnapshotWriter(folder / CHECKPOINT) as keeper,
             ):
                 gc.freeze()  # what is there by now need not be looked through again and again
                 if real_time:
@@ -147,7 +147,7 @@ def alone_in(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def _go_on(run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progress: Progress | None) -> None:
+def _go_on(run: PrintRun, log: LogWriter, keeper: SnapshotWriter, real_time: bool, progress: Progress | None) -> None:
     """Step until it is over."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
@@ -157,7 +157,7 @@ def _go_on(run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progr
         orders = attendant.orders(printer, machine.time)
         step = printer.step(orders)
         log.write(step.frame, step.command, machine.truth, step.estimate, step.progress)
-        wall, processor = printer.framed
+        wall, processor = printer.frame_times
         timing.wall.append(time.perf_counter() - wall)
         timing.processor.append(time.thread_time() - processor)
         over = printer.finished or run.state in (PrintState.STOPPED, PrintState.FAULT)
@@ -174,15 +174,15 @@ def _go_on(run: PrintRun, log: LogWriter, keeper: Keeper, real_time: bool, progr
             if run.steps % _TIDY == 0:
                 gc.collect(1)
             due = begun + run.steps * machine.period
-            timing.late.append(time.monotonic() - due)
+            timing.lateness.append(time.monotonic() - due)
             time.sleep(max(0.0, due - time.monotonic() - _AWAKE))
             while time.monotonic() < due:
                 pass
 
 
-def _save(run: PrintRun, keeper: Keeper) -> None:
-    notes = Notes()
-    run.printer.keep(notes)
+def _save(run: PrintRun, keeper: SnapshotWriter) -> None:
+    notes = SavingArchive()
+    run.printer.archive_state(notes)
     keeper.put({"machine": run.machine.snapshot(), "print": notes.snapshot})
 
 
@@ -202,8 +202,8 @@ def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> 
     def make(place: Array, radii: Array) -> Estimator:
         return estimator(twin.estimator, twin.robot, machine.settings, place, choices.lasers, radii)
 
-    book = None if found is None else Recall(found["print"])
-    return machine, Printer(plan, machine, make, now=machine.time, book=book)
+    book = None if found is None else LoadingArchive(found["print"])
+    return machine, Printer(plan, machine, make, now=machine.time, archive=book)
 
 
 def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:

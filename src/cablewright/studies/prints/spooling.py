@@ -18,7 +18,7 @@ from cablewright.machine.simulated.settings import WinchSettings
 from cablewright.models.coil import wind
 from cablewright.robot import Line, Robot
 
-__all__ = ["BIN", "Coiling", "Coils"]
+__all__ = ["BIN", "SpoolRadii", "SpoolStatistics"]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ _LEAST: Final = 10  # bins before an irregularity is told
 
 
 @dataclass(frozen=True, eq=False)
-class Coiling:
+class SpoolRadii:
     """Radii by length paid out, (b,) at the middles of bins that were passed; NaN where not known."""
 
     lengths: Array  # (b,) m, unstrained, winch to platform
@@ -41,7 +41,7 @@ class Coiling:
     true_irregularity: float  # m
 
 
-class Coils:
+class SpoolStatistics:
     """Means of radii, bin by bin, for m lines."""
 
     def __init__(self, robot: Robot, settings: WinchSettings) -> None:
@@ -60,11 +60,11 @@ class Coils:
             for sums, weights in enumerate((np.ones(len(place)), lengths[chosen, i], radii[chosen, i])):
                 self._sums[int(true), sums, i] += np.bincount(place, weights, _MOST)
 
-    def told(self) -> tuple[Coiling, ...]:
+    def result(self) -> tuple[SpoolRadii, ...]:
         """What is known of each line's."""
         return tuple(self._coiling(i, line) for i, line in enumerate(self._robot.lines))
 
-    def _coiling(self, i: int, line: Line) -> Coiling:
+    def _coiling(self, i: int, line: Line) -> SpoolRadii:
         count = self._sums[:, 0, i]
         passed = np.flatnonzero(count.any(axis=0))
         count = count[:, passed]
@@ -72,7 +72,9 @@ class Coils:
         radii = np.where(count > 0, self._sums[:, 2, i][:, passed] / some, np.nan)
         lengths = self._sums[:, 1, i][:, passed].sum(axis=0) / np.maximum(count.sum(axis=0), 1.0)
         regular = _regular(line, self._settings, lengths)
-        return Coiling(lengths, radii[0], radii[1], regular, *(_irregular(lengths, each - regular) for each in radii))
+        return SpoolRadii(
+            lengths, radii[0], radii[1], regular, *(_irregular(lengths, each - regular) for each in radii)
+        )
 
 
 def _regular(line: Line, settings: WinchSettings, lengths: Array) -> Array:

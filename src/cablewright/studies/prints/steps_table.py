@@ -64,7 +64,7 @@ class Columns:
         """These rows and those *after*."""
         return type(self)(self.m, np.concatenate([self.rows, after.rows]))
 
-    def being(self, state: PrintState) -> NDArray[np.bool_]:
+    def in_state(self, state: PrintState) -> NDArray[np.bool_]:
         """(k,) whether each row is in that state."""
         return np.asarray(self["state"] == STATES.index(state))
 
@@ -91,8 +91,8 @@ class StepsTable:
         self._count = 0
         self._at = columns_of(m)
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
-        self._held: dict[str, Array] = {}
-        self._single: dict[str, float] = {}
+        self._held_vectors: dict[str, Array] = {}
+        self._held_scalars: dict[str, float] = {}
         self._last: float | None = None
         self._period = period
         self._drum, self._left, self._refilling = settings.drum, settings.drum.powder, False
@@ -110,12 +110,12 @@ class StepsTable:
     @property
     def temperature(self) -> float:
         """Degrees Celsius, as last told."""
-        return self._single.get("temperature", float("nan"))
+        return self._held_scalars.get("temperature", float("nan"))
 
     @property
     def broken(self) -> bool:
         """Whether the light barrier is, as last told."""
-        return self._single.get("broken") == 1.0
+        return self._held_scalars.get("broken") == 1.0
 
     def take(self) -> Columns:
         """Return the rows, and begin anew."""
@@ -127,13 +127,13 @@ class StepsTable:
     def put(self, entry: Entry) -> None:
         """Add one step."""
         now = entry.frame.time
-        self._hear(entry)
+        self._hold(entry)
         step = self._period if self._last is None else now - self._last
         progress, estimate, truth = entry.progress, entry.estimate, entry.truth
         if entry.command is not None:
             self._set(valve=entry.command.valve)
             self._left -= self._drum.flow * entry.command.valve * step if step > 0.0 else 0.0
-        self._set(time=now, step=step, left=self._left, **self._held, **self._single)
+        self._set(time=now, step=step, left=self._left, **self._held_vectors, **self._held_scalars)
         self._last = now
         if progress is not None:
             if self._refilling and progress.state is not PrintState.REFILLING:
@@ -171,13 +171,16 @@ class StepsTable:
         for name, value in values.items():
             row[self._at[name]] = value
 
-    def _hear(self, entry: Entry) -> None:
+    def _hold(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
             if isinstance(reading, LineAngles):
-                self._held["measured"] = reading.angles
+                self._held_vectors["measured"] = reading.angles
             elif isinstance(reading, Encoders):
-                self._held["turned"] = np.asarray(reading.counts * self._turn, dtype=np.float64)
+                self._held_vectors["turned"] = np.asarray(reading.counts * self._turn, dtype=np.float64)
             elif isinstance(reading, Climate):
-                self._single["temperature"], self._single["humidity"] = reading.temperature, reading.humidity
+                self._held_scalars["temperature"], self._held_scalars["humidity"] = (
+                    reading.temperature,
+                    reading.humidity,
+                )
             elif isinstance(reading, Barrier):
-                self._single["broken"] = float(reading.broken)
+                self._held_scalars["broken"] = float(reading.broken)

@@ -14,13 +14,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.time_buffer import Trail
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, Scan
 
-__all__ = ["CELL", "Cut", "Likeness", "PrintedStructure", "Scans", "structure_of"]
+__all__ = ["CELL", "CrossSection", "HeightDifference", "PrintedStructure", "StructureScans", "structure_of"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ _CUT: Final = 0.5  # m to both sides of the path
 _APART: Final = 1.0  # m along the path beyond which another pass is another
 
 
-class Scans:
+class StructureScans:
     """Gathers points of the vertical lidar, layer by layer."""
 
     def __init__(self, lidar: LidarSettings, track: Track) -> None:
@@ -50,13 +50,13 @@ class Scans:
         self._place, self._axes = np.array(lidar.place), np.array(lidar.axes)
         self._sigma = lidar.deviation
         self._track = track
-        self._trail = Trail(6, _KEPT)
+        self._trail = TimeBuffer(6, _KEPT)
         self._last, self._visit = -math.inf, -1
         self._points: list[Array] = []  # (k, 4) each: place, m, and time, s
         self._before: list[Array] = []
         self._count = 0
 
-    def at(self, estimate: Estimate, distance: float) -> None:
+    def set_pose(self, estimate: Estimate, distance: float) -> None:
         """Note where the drum is believed to be, *distance* (m) along the path."""
         if estimate.valid and np.isfinite(estimate.position).all() and np.isfinite(estimate.rotation).all():
             self._trail.add(estimate.time, np.concatenate([estimate.position, estimate.rotation]))
@@ -64,7 +64,7 @@ class Scans:
         if visit > self._visit:
             self._before, self._points, self._count, self._visit = self._points, [], 0, visit
 
-    def hear(self, scan: Scan) -> None:
+    def add(self, scan: Scan) -> None:
         """Take one turn."""
         if scan.time - self._last < EVERY - 1e-6 or not len(self._trail) or self._count >= _MOST_POINTS:
             return
@@ -80,7 +80,7 @@ class Scans:
         self._points.append(np.column_stack([points, scan.times[good]])[kept])
         self._count += int(np.count_nonzero(kept))
 
-    def field(self, like: HeightField) -> HeightField | None:
+    def heights(self, like: HeightField) -> HeightField | None:
         """The structure over the cells of *like*; None where none was seen."""
         points = self._before + self._points
         if not points:
@@ -137,7 +137,7 @@ def _turned(points: Array, rotations: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class CrossSection:
     """Heights across the path at one place of it; NaN where not known. Positive offsets are left of the path."""
 
     title: str
@@ -145,34 +145,34 @@ class Cut:
     place: tuple[float, float]  # m, world
     offsets: Array  # (k,) m
     true: Array  # (k,) m
-    seen: Array  # (k,) m
+    estimated: Array  # (k,) m
 
 
 @dataclass(frozen=True)
-class Likeness:
+class HeightDifference:
     """How like the rebuilt structure is to the true one, over cells that were seen: rebuilt less true."""
 
     mean: float  # m
     rms: float  # m
-    most: float  # m, the largest in size
+    max: float  # m, the largest in size
     on_structure: float  # m, rms where the true one is over 5 mm high
-    seen: float  # share of the cells with structure that were seen
+    share_seen: float  # share of the cells with structure that were seen
 
 
 @dataclass(frozen=True, eq=False)
 class PrintedStructure:
     """What lies at the end: as rebuilt from scans, and truly. Either may be missing."""
 
-    seen: HeightField | None
+    estimated: HeightField | None
     true: HeightField | None
     density: float  # kg/m^3
-    likeness: Likeness | None
-    cuts: tuple[Cut, ...]
+    difference: HeightDifference | None
+    sections: tuple[CrossSection, ...]
 
     @property
     def best(self) -> HeightField | None:
         """The true one where it is known."""
-        return self.true if self.true is not None else self.seen
+        return self.true if self.true is not None else self.estimated
 
     @property
     def mass(self) -> float:
@@ -180,12 +180,12 @@ class PrintedStructure:
         return math.nan if self.true is None else self.true.volume * self.density
 
     @property
-    def seen_mass(self) -> float:
+    def estimated_mass(self) -> float:
         """What lies by the scans, kg, of cells over 5 mm high: lower may be noise; NaN where none was seen."""
-        if self.seen is None:
+        if self.estimated is None:
             return math.nan
-        heights = self.seen.heights
-        return float(heights[heights > _NOTHING].sum()) * self.seen.cell**2 * self.density
+        heights = self.estimated.heights
+        return float(heights[heights > _NOTHING].sum()) * self.estimated.cell**2 * self.density
 
     @property
     def highest(self) -> float:
@@ -194,10 +194,10 @@ class PrintedStructure:
 
 
 def structure_of(
-    scans: Scans | None, true: HeightField | None, track: Track, distance: float, density: float
+    scans: StructureScans | None, true: HeightField | None, track: Track, distance: float, density: float
 ) -> PrintedStructure | None:
     """What is known of the structure after *distance* (m) of *track*; None where nothing is."""
-    seen = None if scans is None else scans.field(_cells(track, true))
+    seen = None if scans is None else scans.heights(_cells(track, true))
     if seen is None and true is None:
         return None
     likeness = None if seen is None or true is None else _likeness(seen, true)
@@ -216,16 +216,16 @@ def _cells(track: Track, true: HeightField | None) -> HeightField:
     return HeightField(corner, true.cell, np.zeros(np.maximum(last - first, 1)))
 
 
-def _likeness(seen: HeightField, true: HeightField) -> Likeness:
+def _likeness(seen: HeightField, true: HeightField) -> HeightDifference:
     x, y = np.meshgrid(seen.centres(0), seen.centres(1), indexing="ij")
     there = true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(seen.shape)
     off = seen.heights - there
     known = np.isfinite(off)
     heap = there > _NOTHING
     if not known.any():
-        return Likeness(*(math.nan,) * 4, seen=0.0)
+        return HeightDifference(*(math.nan,) * 4, share_seen=0.0)
     on = off[known & heap]
-    return Likeness(
+    return HeightDifference(
         float(off[known].mean()),
         _rms(off[known]),
         float(np.abs(off[known]).max()),
@@ -238,7 +238,9 @@ def _rms(values: Array) -> float:
     return float(np.sqrt((values**2).mean()))
 
 
-def _cuts(track: Track, distance: float, seen: HeightField | None, true: HeightField | None) -> tuple[Cut, ...]:
+def _cuts(
+    track: Track, distance: float, seen: HeightField | None, true: HeightField | None
+) -> tuple[CrossSection, ...]:
     """Across the path where it is farthest from its other passes in a layer, and where the structure is highest."""
     best = true if true is not None else seen
     assert best is not None  # asked for where there is one
@@ -269,7 +271,7 @@ def _closed(places: Array) -> bool:
     return bool(np.hypot(*(places[-1] - places[0])) < _APART)
 
 
-def _cut(track: Track, title: str, distance: float, seen: HeightField | None, true: HeightField | None) -> Cut:
+def _cut(track: Track, title: str, distance: float, seen: HeightField | None, true: HeightField | None) -> CrossSection:
     place = track.at(distance)
     ux, uy = place.tangent[:2] / max(float(np.hypot(*place.tangent[:2])), 1e-12)
     offsets = np.linspace(-_CUT, _CUT, 201)
@@ -278,7 +280,7 @@ def _cut(track: Track, title: str, distance: float, seen: HeightField | None, tr
     true_heights = nothing if true is None else true.at(points)
     seen_heights = nothing if seen is None else _nearest_cells(seen, points)
     x, y = place.position[:2].tolist()
-    return Cut(title, distance, (x, y), offsets, true_heights, seen_heights)
+    return CrossSection(title, distance, (x, y), offsets, true_heights, seen_heights)
 
 
 def _nearest_cells(field: HeightField, points: Array) -> Array:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.signals import LineAngles
-from cablewright.studies.running_statistics import Thinned
+from cablewright.studies.running_statistics import ThinnedRows
 
-__all__ = ["Ringing", "Vibration", "peak_frequency"]
+__all__ = ["LineVibration", "VibrationWindows", "peak_frequency"]
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ _LEAST_SPREAD: Final = 0.2  # K, standard deviation
 
 
 @dataclass(frozen=True, eq=False)
-class Ringing:
+class LineVibration:
     """Frequencies of w windows by line, and what they do with the temperature. NaN where not known."""
 
     times: Array  # (w,) s
@@ -44,7 +44,7 @@ class Ringing:
     slope_sigmas: Array  # (m,) 1/K
 
 
-class Vibration:
+class VibrationWindows:
     """Gathers readings to windows, and takes each window's peak."""
 
     def __init__(self, m: int) -> None:
@@ -52,9 +52,9 @@ class Vibration:
         self._m = m
         self._times: list[float] = []
         self._angles: list[Array] = []
-        self._found = Thinned(2 + 2 * m)
+        self._found = ThinnedRows(2 + 2 * m)
 
-    def hear(self, reading: LineAngles) -> bool:
+    def add(self, reading: LineAngles) -> bool:
         """Take a reading; says whether a window is whole, and `close` due."""
         if self._times:
             since = reading.time - self._times[-1]
@@ -65,7 +65,7 @@ class Vibration:
         return self._times[-1] - self._times[0] >= WINDOW
 
     @property
-    def begins(self) -> bool:
+    def window_begins(self) -> bool:
         """Whether the last reading was a window's first."""
         return len(self._times) == 1
 
@@ -81,12 +81,12 @@ class Vibration:
         found = [peak_frequency(times, column, float(near)) for column, near in zip(angles.T, expected, strict=True)]
         self._found.add(np.array([[times.mean(), temperature, *found, *expected]]))
 
-    def told(self) -> Ringing:
+    def result(self) -> LineVibration:
         """What all windows told."""
         rows, m = self._found.rows, self._m
         temperatures, frequencies, expected = rows[:, 1], rows[:, 2 : 2 + m], rows[:, 2 + m :]
         slopes = np.array([_slope(temperatures, frequencies[:, i] / expected[:, i]) for i in range(m)]).reshape(m, 2)
-        return Ringing(rows[:, 0], temperatures, frequencies, expected, slopes[:, 0], slopes[:, 1])
+        return LineVibration(rows[:, 0], temperatures, frequencies, expected, slopes[:, 0], slopes[:, 1])
 
 
 def peak_frequency(times: Array, angles: Array, near: float) -> float:
