@@ -15,7 +15,6 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.studies.accuracy import Study, accuracy_over, accuracy_over_workspace, on_plane
 
 
-
 @dataclass(frozen=True)
 class Size:
     """How much is measured."""

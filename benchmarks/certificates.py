@@ -53,7 +53,7 @@ def rows(size: Size) -> Iterator[Row]:
 
 
 def path_rows(name: str, part: float) -> Iterator[Row]:
-    """A closed path of 28 m, or *part* of it, on which one line is let out until it is slack, and pulled tight again."""
+    """A closed path of 28 m, or *part* of it, on which one line is let out until slack, and pulled tight again."""
     model = Model(load(name), tension_limits=LIMITS)
     x, y, z = SIDES[name]
     lengths = slackened(solve_inverse(model, round_trip(part * x, part * y, z)).checked().lengths, part * EXCESS)

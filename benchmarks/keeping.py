@@ -1,4 +1,4 @@
-"""Snapshots and logs of the simulated machine: what it takes not to lose anything; one thread. And machines they serve."""
+"""Snapshots and logs of the simulated machine: what it takes not to lose anything; one thread. And what they serve."""
 
 from __future__ import annotations
 
