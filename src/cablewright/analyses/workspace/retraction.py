@@ -59,8 +59,8 @@ def best_retraction(
     model: Model,
     criterion: str = "exact",
     *,
-    least: float | None = None,
-    most: float | None = None,
+    min_length: float | None = None,
+    max_length: float | None = None,
     steps: int = 9,
     heights: int = 40,
     box: ArrayLike | None = None,
@@ -68,24 +68,27 @@ def best_retraction(
     tolerance: float = 2e-3,
     progress: Progress | None = None,
 ) -> Retracting:
-    """Slices of the workspace of *model* at *steps* lengths from *least* to *most*, m, the robot's own if None.
+    """Slices of the workspace of *model* at *steps* lengths from *min_length* to *max_length*, m, or the robot's own.
 
     Between the lengths the area of a slice is taken as a parabola through the best one and its neighbours. The law is
     the line through the best lengths, least squares over the slices whose best is not at an end of the range; over all
-    that have an area where fewer than two are so. Its clamps are *least* and *most*, its height that of *point*.
-    Raises `InputError`, and `AnswerError` where fewer than two heights can be reached at all.
+    that have an area where fewer than two are so. Its clamps are *min_length* and *max_length*, its height that of
+    *point*. Raises `InputError`, and `AnswerError` where fewer than two heights can be reached at all.
     """
     retraction = model.robot.retraction
     if retraction is None:
         raise InputError(f"robot {model.robot.name!r} has no retraction: its platform has one length")
-    least, most = (retraction.least if least is None else least), (retraction.most if most is None else most)
-    if not least < most:
-        raise InputError(f"retraction from {least:g} to {most:g} m: rising lengths are wanted")
+    min_length, max_length = (
+        (retraction.least if min_length is None else min_length),
+        (retraction.most if max_length is None else max_length),
+    )
+    if not min_length < max_length:
+        raise InputError(f"retraction from {min_length:g} to {max_length:g} m: rising lengths are wanted")
     for what, value, (low, high) in (("steps", steps, STEPS), ("heights", heights, HEIGHTS)):
         if not low <= value <= high:
             raise InputError(f"{what} = {value}: {low} to {high} are allowed")
-    lengths = np.linspace(least, most, steps)
-    for end in (least, most):
+    lengths = np.linspace(min_length, max_length, steps)
+    for end in (min_length, max_length):
         model.robot.retraction_to(end)
     where = box_of(model.robot, box)
     edges = np.linspace(where.low[2], where.high[2], heights + 1)
@@ -98,7 +101,7 @@ def best_retraction(
         if progress:
             progress("lengths", k + 1, steps)
     best, best_areas = _peaks(lengths, areas)
-    law, fitted = _fit(middles, best, best_areas, (least, most))
+    law, fitted = _fit(middles, best, best_areas, (min_length, max_length))
     law = replace(law, of=point)
     held = workspace(model, criterion, retraction=law, **given)
     return Retracting(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)

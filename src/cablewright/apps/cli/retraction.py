@@ -34,8 +34,12 @@ __all__ = ["retraction"]
 
 def retraction(
     robot: RobotName,
-    least: Annotated[float | None, typer.Option("--from", metavar="L", help="Shortest length, m; the robot's.")] = None,
-    most: Annotated[float | None, typer.Option("--to", metavar="L", help="Longest length, m; the robot's.")] = None,
+    min_length: Annotated[
+        float | None, typer.Option("--from", metavar="L", help="Shortest length, m; the robot's.")
+    ] = None,
+    max_length: Annotated[
+        float | None, typer.Option("--to", metavar="L", help="Longest length, m; the robot's.")
+    ] = None,
     steps: Annotated[int, typer.Option("--steps", metavar="N", help="Lengths tried.")] = 9,
     heights: Annotated[int, typer.Option("--heights", metavar="N", help="Slices of the box.")] = 40,
     criterion: Criterion = "exact",
@@ -62,8 +66,8 @@ def retraction(
     fidelity = Fidelity.of(cable or ("catenary" if criterion == "static" else "rigid"), sheave)
     model = Model(machine, fidelity, limits(tension_limits))
     given: dict[str, Any] = {
-        "least": least,
-        "most": most,
+        "min_length": min_length,
+        "max_length": max_length,
         "steps": steps,
         "heights": heights,
         "tolerance": tolerance,

@@ -14,7 +14,7 @@ __all__ = ["faces"]
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_MOST_NODES: Final = 45  # along one side: finer than that no picture shows
+_MAX_NODES: Final = 45  # along one side: finer than that no picture shows
 
 
 def faces(found: BoundaryLimits) -> Array:
@@ -34,7 +34,7 @@ def faces(found: BoundaryLimits) -> Array:
 
 
 def _some(count: int) -> NDArray[np.int64]:
-    stride = -(-count // _MOST_NODES)
+    stride = -(-count // _MAX_NODES)
     return np.unique(np.append(np.arange(0, count, stride), count - 1))
 
 
