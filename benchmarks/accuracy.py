@@ -14,6 +14,7 @@ from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
 from cablewright.studies.accuracy import Places, Study, accuracy_over, accuracy_over_workspace
 
+
 @dataclass(frozen=True)
 class Size:
     """How much is measured."""

@@ -59,10 +59,10 @@ def space(
 
 def heights(drawn: Figure, where: SubplotSpec, low: Sequence[float], high: Sequence[float]) -> Any:
     """Return axes for an error in mm over a plane in m, from *low* to *high* (3,); heights have their own scale."""
-    least, most = np.array(low), np.array(high)
-    sides = most[:2] - least[:2]
+    lower, upper = np.array(low), np.array(high)
+    sides = upper[:2] - lower[:2]
     shown = np.append(sides, 0.7 * sides.max())
-    return _axes(drawn, where, (least, most), shown, ["x in m", "y in m", "vertical error in mm"], _ZOOM)
+    return _axes(drawn, where, (lower, upper), shown, ["x in m", "y in m", "vertical error in mm"], _ZOOM)
 
 
 def _axes(

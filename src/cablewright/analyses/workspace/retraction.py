@@ -43,9 +43,7 @@ class Retraction(Pictured):
         Figure("best_lengths", "m", "Length at which each slice is largest.", "best"),
         Figure("best_areas", "m^2", "Area of each slice at its best length."),
         Figure("best_volume", "m^3", "Volume with the best length in each slice."),
-        Figure(
-            "law", "", "The line through the best lengths, and the heights it was fitted to.", "fitted_law"
-        ),
+        Figure("law", "", "The line through the best lengths, and the heights it was fitted to.", "fitted_law"),
         Figure("law_volume", "m^3", "Volume with the law in force.", "held.volume"),
         Figure("law_volume_error", "m^3", "Estimated error of that.", "held.volume_error"),
         Figure("law_share", "1", "That volume as a share of the best.", "share"),
@@ -90,8 +88,8 @@ def retraction(
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
-    least: float | None = None,
-    most: float | None = None,
+    min_length: float | None = None,
+    max_length: float | None = None,
     steps: int = 9,
     heights: int = 40,
     box: ArrayLike | None = None,
@@ -99,11 +97,11 @@ def retraction(
     tolerance: float = 2e-3,
     progress: Progress | None = None,
 ) -> Retraction:
-    """Slices of the workspace of *robot* at *steps* lengths from *least* to *most*, m, the robot's own if None.
+    """Slices of the workspace of *robot* at *steps* lengths from *min_length* to *max_length*, m, or the robot's own.
 
     Between the lengths the area of a slice is taken as a parabola through the best one and its neighbours. The law is
     the line through the best lengths, least squares over the slices whose best is not at an end of the range; over all
-    that have an area where fewer than two are so. Its clamps are *least* and *most*, its height that of *point*.
+    that have an area where fewer than two are so. Its clamps are these two, its height that of *point*.
     *cable*, *sheave* and *tension_limits* are as for `workspace`. Raises `InputError`, and `AnswerError` where fewer
     than two heights can be reached at all.
     """
@@ -112,14 +110,15 @@ def retraction(
     range_of = model.robot.retraction
     if range_of is None:
         raise InputError(f"robot {model.robot.name!r} has no retraction: its platform has one length")
-    least, most = (range_of.least if least is None else least), (range_of.most if most is None else most)
-    if not least < most:
-        raise InputError(f"retraction from {least:g} to {most:g} m: rising lengths are wanted")
+    min_length = range_of.least if min_length is None else min_length
+    max_length = range_of.most if max_length is None else max_length
+    if not min_length < max_length:
+        raise InputError(f"retraction from {min_length:g} to {max_length:g} m: rising lengths are wanted")
     for what, value, (low, high) in (("steps", steps, STEPS), ("heights", heights, HEIGHTS)):
         if not low <= value <= high:
             raise InputError(f"{what} = {value}: {low} to {high} are allowed")
-    lengths = np.linspace(least, most, steps)
-    for end in (least, most):
+    lengths = np.linspace(min_length, max_length, steps)
+    for end in (min_length, max_length):
         model.robot.retraction_to(end)
     where = box_of(model.robot, box)
     edges = np.linspace(where.low[2], where.high[2], heights + 1)
@@ -132,7 +131,7 @@ def retraction(
         if progress:
             progress("lengths", k + 1, steps)
     best, best_areas = _peaks(lengths, areas)
-    law, fitted = _fit(middles, best, best_areas, (least, most))
+    law, fitted = _fit(middles, best, best_areas, (min_length, max_length))
     law = replace(law, of=point)
     held = workspace(model, criterion, retraction=law, **given)
     return Retraction(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)

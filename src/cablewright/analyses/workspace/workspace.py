@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 NODES = (3, 400)  # fewest and most along a side
 GRID = 41  # nodes along a side
 SECTIONS = 21  # heights of which a workspace tells the area
-MOST_NODES = 20_000_000
+MAX_NODES = 20_000_000
 TOLERANCE = 2e-3
 TOLERANCES = (1e-5, 0.5)
 NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on the floor
@@ -298,8 +298,8 @@ def _counts(box: SearchBox, step: float) -> tuple[int, int, int]:
     if not 0.0 < step <= shortest:
         raise InputError(f"step {step:g} m: more than 0 and at most {shortest:g} m, a side of the box, is allowed")
     x, y, z = (int(np.ceil(side / step - 1e-9)) + 1 for side in box.high - box.low)
-    if x * y * z > MOST_NODES:
-        raise InputError(f"step {step:g} m: {x * y * z} nodes; at most {MOST_NODES} are allowed")
+    if x * y * z > MAX_NODES:
+        raise InputError(f"step {step:g} m: {x * y * z} nodes; at most {MAX_NODES} are allowed")
     return x, y, z
 
 

@@ -119,13 +119,13 @@ def _show(found: Modes | Boundary, plot: Path | None, as_json: bool) -> int:
 
 def _print_boundary(found: Boundary) -> None:
     criterion = found.nodes.criterion
-    least, median, greatest = found.spread
+    lowest, median, highest = found.spread
     counted = "" if found.modes.geometric else ", without geometric stiffness"
     typer.echo(f"{criterion.model.robot.name}: {criterion.name}, boundary of the workspace of the {criterion.point}")
     typer.echo(f"nodes     {len(found.places)} of {found.nodes.nodes}, the outermost of {found.nodes.counted} inside")
     if found.worst is None:
         return
-    typer.echo(f"lowest    {least:.4g} to {greatest:.4g} Hz, median {median:.4g} Hz{counted}")
+    typer.echo(f"lowest    {lowest:.4g} to {highest:.4g} Hz, median {median:.4g} Hz{counted}")
     shares = sorted(found.shares.items(), key=lambda item: -item[1])
     typer.echo("mostly    " + ", ".join(f"{name} at {100.0 * share:.0f} %" for name, share in shares))
     if not found.known.all():

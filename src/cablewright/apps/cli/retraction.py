@@ -32,8 +32,12 @@ __all__ = ["retraction"]
 
 def retraction(
     robot: RobotName,
-    least: Annotated[float | None, typer.Option("--from", metavar="L", help="Shortest length, m; the robot's.")] = None,
-    most: Annotated[float | None, typer.Option("--to", metavar="L", help="Longest length, m; the robot's.")] = None,
+    min_length: Annotated[
+        float | None, typer.Option("--from", metavar="L", help="Shortest length, m; the robot's.")
+    ] = None,
+    max_length: Annotated[
+        float | None, typer.Option("--to", metavar="L", help="Longest length, m; the robot's.")
+    ] = None,
     steps: Annotated[int, typer.Option("--steps", metavar="N", help="Lengths tried.")] = 9,
     heights: Annotated[int, typer.Option("--heights", metavar="N", help="Slices of the box.")] = 40,
     criterion: Criterion = "exact",
@@ -55,7 +59,8 @@ def retraction(
 
     check_plot(plot)
     given: dict[str, Any] = {"cable": cable, "sheave": sheave, "tension_limits": limits(tension_limits)}
-    given |= {"least": least, "most": most, "steps": steps, "heights": heights, "tolerance": tolerance, "point": point}
+    given |= {"min_length": min_length, "max_length": max_length, "steps": steps, "heights": heights}
+    given |= {"tolerance": tolerance, "point": point}
     try:
         with progress() as show:
             found = best(described(robot, load, wrench), criterion, box=numbers(box, "--box"), progress=show, **given)

@@ -28,7 +28,7 @@ _Where = Literal["outside lower left", "outside lower right"]
 _LIMIT_COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, "#cc79a7", "#56b4e9", "#f0e442")
 _MARKERS: Final = "osD^v<>Pp"
 _BETWEEN: Final = 8  # places whose errors colour a point of the boundary
-_MOST_LIMITS: Final = 8  # that a legend has room for
+_MAX_LIMITS: Final = 8  # that a legend has room for
 
 
 def extremes(errors: Array) -> tuple[int, int] | None:
@@ -120,7 +120,7 @@ def _ends(axes: Axes, found: BoundaryLimits, near: NDArray[np.bool_]) -> None:
     """Draw the boundary points that are *near*, by limit, the most frequent limit first."""
     counts = np.bincount(found.ended_by[near], minlength=len(found.limits))
     order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
-    for place, limit in enumerate(order[:_MOST_LIMITS]):
+    for place, limit in enumerate(order[:_MAX_LIMITS]):
         own = found.points[near & (found.ended_by == limit)]
         axes.plot(
             own[:, 0],
