@@ -19,7 +19,7 @@ JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
 MAX_ERRORS = {"paper": 4.82, "filter": 1.5, "encoders": None}
 """cm: the most that the path error may be."""
 FULL = load_job(JOB)
-RING = Helix(radius=0.05, layers=1, layer_height=1e-3, first_height=1.0)
+RING = Helix(radius=0.02, layers=1, layer_height=1e-3, first_height=1.0)
 QUICK = FULL.model_copy(update={"curve": None, "helix": RING})
 
 

@@ -123,8 +123,8 @@ def workspace() -> None:
     """Where the smallest and the largest error are in the accessible workspace, set A under the paper's limits."""
     found = cw.accuracy_over_workspace(cw.load("paty2021"), 0.5)
     row = found.accuracy
-    print(f"\nset A, accessible under 0.51 to 5.15 kN: {found.accessible.volume:.0f} m^3, ended by")
-    for edge in found.accessible.edges:
+    print(f"\nset A, accessible under 0.51 to 5.15 kN: {found.workspace.nodes.trapezoid_volume:.0f} m^3, ended by")
+    for edge in found.workspace.by_limit:
         print(f"  {edge.limit}: {edge.ends} times, from {edge.lowest[2]:.2f} to {edge.highest[2]:.2f} m high")
     nodes = found.places.positions[found.places.positions[:, 1] == 0.0]
     for height in (0.0, 7.5):

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from cablewright.analyses.workspace import refinement
 from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
 
 CUBE = SearchBox(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
@@ -118,6 +119,40 @@ def test_what_is_not_found_is_within_what_is_told() -> None:
     assert got.error >= got.unseen
 
 
+@pytest.mark.parametrize(
+    "thin",
+    [
+        lambda places: np.where(places[:, 1] == 0.0, 1.0, -np.inf),
+        lambda places: np.where((places[:, :2] == 0.0).all(axis=1), 1.0, -np.inf),
+        lambda places: -np.abs(np.linalg.norm(places, axis=1) - 0.5),
+    ],
+    ids=["plane", "line", "sphere"],
+)
+def test_what_has_no_thickness_does_not_converge_and_ends_early(thin: Body) -> None:
+    got = found(thin)
+    assert got.places < 4_000_000
+    assert got.mesh.volume <= got.error
+    assert got.converged == (len(got.mesh.triangles) == 0)
+
+
+def test_a_body_too_small_for_the_random_places_ends_when_its_surface_is_known() -> None:
+    """Of 0.026 % of the box: what random places may have missed is more than the tolerance, however fine the cells."""
+    got = found(ball(0.08))
+    assert not got.converged
+    assert abs(got.mesh.volume - 4 / 3 * np.pi * 0.08**3) <= got.error
+    assert got.unseen > 2e-3 * got.mesh.volume > 0.0
+    assert got.error < 1.1 * got.unseen
+    assert got.places < 1_000_000
+
+
+def test_places_are_capped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refinement, "MOST_PLACES", 300_000)
+    got = found(ball(0.8), tolerance=2e-4)
+    assert not got.converged
+    assert got.places < 330_000
+    assert abs(got.mesh.volume - BODIES["ball"][1]) <= got.error
+
+
 @pytest.mark.parametrize("finest", [2, 10, 40, 100])
 def test_finest_cells(finest: int) -> None:
     got = found(ball(0.8), finest=finest)
@@ -142,7 +177,7 @@ def test_a_place_in_the_box_is_asked_for_and_no_other() -> None:
 
     got = refine(margin, box)
     places = np.concatenate(asked)
-    assert got.poses == len(places)
+    assert got.places == len(places)
     assert (places >= box.low).all()
     assert (places <= box.high).all()
     assert got.mesh.volume == pytest.approx(0.6 * 1.2 * 2.0, rel=1e-3)

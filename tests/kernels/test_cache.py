@@ -21,6 +21,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba.core import config
+from numba.core.serialize import dumps
 
 from cablewright import kernels
 from cablewright.kernels import cache, is_compiled, jit, rotation
@@ -66,6 +68,12 @@ def forged(payload: bytes) -> Callable[[bytes], bytes]:
     return lambda _whole: sha256(payload).digest() + payload
 
 
+def renamed(whole: bytes) -> bytes:
+    """What is whole, but was compiled from something else."""
+    (_, *key), data = pickle.loads(whole[32:])
+    return forged(dumps((("another stamp", *key), data)))(whole)
+
+
 @pytest.mark.parametrize(
     "damage",
     [
@@ -77,7 +85,7 @@ def forged(payload: bytes) -> Callable[[bytes], bytes]:
         *map(flipped, (0, 31, 32, 3000, -1)),
         forged(b""),
         forged(b"cnowhere\nnothing\n."),
-        forged(pickle.dumps((("another", "kernel"), None))),
+        renamed,
     ],
 )
 def test_a_damaged_entry_is_compiled_anew_and_overwritten(folder: Path, caplog, damage) -> None:
@@ -112,6 +120,10 @@ def no_home(folder: Path, monkeypatch) -> None:
     monkeypatch.setenv(cache.DIRECTORY, "~nobody-of-this-name")
 
 
+def relative(folder: Path, monkeypatch) -> None:
+    monkeypatch.setenv(cache.DIRECTORY, "here")
+
+
 def group_may_write(folder: Path, monkeypatch) -> None:
     folder.mkdir(parents=True)
     folder.chmod(0o770)
@@ -134,10 +146,11 @@ def strangers(folder: Path, monkeypatch) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: own + 1)
 
 
+TROUBLES = [full_disk, no_folder, no_home, relative, group_may_write, all_may_write_above, link, strangers]
+
+
 @posix
-@pytest.mark.parametrize(
-    "trouble", [full_disk, no_folder, no_home, group_may_write, all_may_write_above, link, strangers]
-)
+@pytest.mark.parametrize("trouble", TROUBLES)
 def test_without_a_folder_that_is_safe_and_writable_one_line_is_said(
     folder: Path, monkeypatch, caplog, trouble
 ) -> None:
@@ -168,6 +181,14 @@ def test_only_what_the_stamp_covers_is_kept(folder: Path) -> None:
     outside = jit(lambda pose: 2.0 * pose[0])
     assert (outside(POSE), jit(closure)(POSE)) == (0.0, ANGLE)
     assert len(list(folder.iterdir())) == 1  # that of the kernel which the closure calls
+
+
+def test_what_numba_compiles_differently_has_another_stamp(monkeypatch) -> None:
+    with monkeypatch.context() as changed:
+        changed.setattr(config, "BOUNDSCHECK", 1)
+        assert cache.stamp() != cache.STAMP
+    monkeypatch.setattr(config, "THREADING_LAYER", "workqueue")
+    assert cache.stamp() == cache.STAMP
 
 
 def test_folders_long_unused_go_when_a_new_one_is_made(folder: Path) -> None:

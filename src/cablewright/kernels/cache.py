@@ -1,8 +1,8 @@
 """The kernels' disk cache: each compiled signature is one file, whole or absent, in a folder named by what made it.
 
 The folder's name is the stamp: a hash of all kernel sources and of the programs that compile them, so that no edit,
-of a callee neither, is answered by an old number. A file has a checksum, since it may be cut short or rot.
-`docs/decisions/0003-cache-stamp.md` says why Numba's own cache does not do.
+not even of a callee, is answered by an old number. A file has a checksum, since it may be cut short or rot.
+`docs/decisions/0003-cache-stamp.md` says why this is not left to Numba's own cache.
 """
 
 import errno
@@ -35,7 +35,7 @@ DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
 """The environment variable that names another folder than the user's cache folder."""
 _CHECKSUM = hashlib.sha256().digest_size
 _KEPT, _RECENT, _OLD = 8, 3600.0, 30 * 86400.0  # folders of other stamps; s since their last use
-_STAMPED = re.compile("[0-9a-f]{32}")
+_IDLE = re.compile("CUDA|GDB|THREAD")  # settings of Numba that leave the compiled code as it is
 _HOME = Path(__file__).parent
 SOURCES = frozenset(_HOME.rglob("[!.]*.py"))
 log = logging.getLogger(__name__)
@@ -44,8 +44,8 @@ log = logging.getLogger(__name__)
 def stamp() -> str:
     """Hash all that a compiled kernel depends on beside its types and the processor: programs, settings, sources."""
     programs = (sys.version, sys.flags.optimize, np.__version__, numba.__version__, llvmlite.__version__)
-    settings = {name: value for name, value in vars(config).items() if name.isupper() and "THREAD" not in name}
-    digest = hashlib.sha256(repr((programs, settings)).encode())
+    settings = [f"{name}={value}" for name, value in vars(config).items() if name.isupper() and not _IDLE.search(name)]
+    digest = hashlib.sha256(repr((programs, sorted(settings))).encode())
     for file in sorted(SOURCES):
         digest.update(file.relative_to(_HOME).as_posix().encode() + b"\0")
         digest.update(hashlib.sha256(file.read_bytes()).digest())
@@ -110,9 +110,10 @@ class KernelCache(NullCache):  # type: ignore[misc]
 def open_folder() -> Path | None:
     """Return the folder of this stamp, made if need be; None, said once a process, if it cannot be made or trusted."""
     try:
-        home = Path(os.environ.get(DIRECTORY) or AppDirs("cablewright", False).user_cache_dir)
-        kernels = home.expanduser() / "kernels"
-        folder = kernels / STAMP
+        home = Path(os.environ.get(DIRECTORY) or AppDirs("cablewright", False).user_cache_dir).expanduser()
+        if not home.is_absolute():
+            raise OSError(errno.EINVAL, "not an absolute path", str(home))
+        kernels, folder = home / "kernels", home / "kernels" / STAMP
         is_new = not folder.exists()
         for each in (kernels, folder):
             if is_new:
@@ -138,7 +139,7 @@ def _refuse_shared(folder: Path) -> None:
 
 def _prune(kernels: Path) -> None:
     """Remove the folders of other stamps that are long unused, or unused just now and not among the newest."""
-    others = [each for each in kernels.iterdir() if _STAMPED.fullmatch(each.name) and each.name != STAMP]
+    others = [each for each in kernels.iterdir() if re.fullmatch("[0-9a-f]{32}", each.name) and each.name != STAMP]
     now = time.time()
     idle = sorted((now - each.lstat().st_mtime, each) for each in others)
     for rank, (seconds, folder) in enumerate(idle):

@@ -8,22 +8,20 @@ from functools import cache
 
 import numpy as np
 import pytest
-from cablewright.analyses.workspace.accessible import Rule, accessible
-from cablewright.apps.pictures.accessible import workspace
 from matplotlib.image import imread
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
+from cablewright.analyses.sheave_ratio import SheaveRule
 from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
+from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
-from cablewright.apps.report import boundary
 from cablewright.apps.report.accuracy import write, write_place
 from cablewright.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
-from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.robot.uncertainty import modulus_ranges
 from cablewright.studies.accuracy import (
@@ -148,8 +146,8 @@ def test_figures_are_those_of_the_study(folder):
 def test_limits_that_end_the_workspace_are_told(folder):
     study = studied("workspace")
     text = told(write(study, folder).read_text(encoding="utf-8"))
-    for edge in study.accessible.edges:
-        assert edge.limit in text
+    for each in study.workspace.by_limit:
+        assert each.limit in text
 
 
 @pytest.mark.parametrize("shape", ["workspace", "helix"])
@@ -246,7 +244,7 @@ def test_warnings(folder):
     spread = dataclasses.replace(
         spread, nonlinearity=np.full_like(spread.nonlinearity, 0.062), unsolved=np.ones_like(spread.unsolved)
     )
-    rules = (Rule("south-west", 12.5, 20.0, holds=False), Rule("north-west", 25.0, 20.0, holds=True))
+    rules = (SheaveRule("south-west", 12.5, 20.0, holds=False), SheaveRule("north-west", 25.0, 20.0, holds=True))
     found = dataclasses.replace(study.accuracy, spread=spread, method="first-order")
     changed = dataclasses.replace(study, accuracy=found, rules=rules)
     text = told(write(changed, folder).read_text(encoding="utf-8"))
@@ -349,38 +347,6 @@ def test_stretches_hold_all_values():
     assert (middle <= high).all()
     assert low[0] == pytest.approx((at**2).min())
     assert high[-1] == pytest.approx((at**2).max())
-
-
-def test_boundary_is_closed_and_meets_the_ends():
-    reach = accessible(Model(load("house-printer")), 2.5)
-    faces = boundary.faces(reach)
-    outer = faces.reshape(-1, 3)
-    assert np.isfinite(outer).all()
-    assert outer.min(axis=0) == pytest.approx(reach.ends.min(axis=0), abs=0.7)
-    assert outer.max(axis=0) == pytest.approx(reach.ends.max(axis=0), abs=0.7)
-    edges: dict[tuple, int] = {}
-    for face in np.round(faces, 6):
-        for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
-            key = tuple(sorted((tuple(a), tuple(b))))
-            edges[key] = edges.get(key, 0) + 1
-    open_edges = [key for key, times in edges.items() if times % 2 and key[0] != key[1]]
-    assert not open_edges
-
-
-def test_boundary_of_a_fine_grid_is_coarsened():
-    axis = np.linspace(-1.0, 1.0, 101)
-    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
-    reach = accessible(Model(load("house-printer")), 7.5)
-    ball = dataclasses.replace(
-        reach,
-        axes=(axis, axis, axis),
-        inside=x * x + y * y + z * z < 0.64,
-        ends=np.empty((0, 3)),
-        ended_by=np.empty(0, dtype=np.int64),
-    )
-    faces = boundary.faces(ball)
-    assert len(faces) < 8000
-    assert np.linalg.norm(faces.reshape(-1, 3), axis=1) == pytest.approx(0.8, abs=0.06)
 
 
 def test_no_workspace_no_picture():

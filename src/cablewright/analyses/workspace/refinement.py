@@ -45,6 +45,11 @@ class SearchBox:
     high: Array  # (3,)
 
     @property
+    def corners(self) -> tuple[Array, Array]:
+        """The lowest and the highest corner, m."""
+        return self.low, self.high
+
+    @property
     def volume(self) -> float:
         """m^3."""
         return float(np.prod(self.high - self.low))
@@ -95,7 +100,8 @@ def refine(
             converged = off + unseen <= goal or (len(volumes) > 2 and not mesh.vertices.size)
             thin = off + unseen > 0.5 * mesh.volume
             too_many = lattice.places + 4 * (lattice.places - before) > (MAX_PLACES_THIN if thin else MAX_PLACES)
-            ended = converged or too_many or lattice.level >= FINEST or off < lattice.min_unseen > goal
+            hopeless = len(volumes) > 2 and 10.0 * off < lattice.min_unseen > goal
+            ended = converged or too_many or hopeless or lattice.level >= FINEST
         if ended:
             return Refined(mesh, off + unseen, unseen, lattice.places, _three(lattice.cells), converged)
 
@@ -104,10 +110,13 @@ def _surface_error(volumes: list[float]) -> float:
     """Error of the last of *volumes*, m^3: its last change or, if larger, a quarter of the one before.
 
     Where the surface is smooth or has edges the change falls fourfold with each lattice: the error is about a third of
-    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`.
+    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`. An error over half of the
+    volume is no less than all of it: there may be none.
     """
+    volume = volumes[-1]
     *before, last = np.abs(np.diff(volumes)).tolist()
-    return float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volumes[-1]))
+    error = float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volume))
+    return max(error, volume) if error > 0.5 * volume else error
 
 
 def _three(numbers: NDArray[np.int64]) -> tuple[int, int, int]:
