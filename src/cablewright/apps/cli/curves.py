@@ -61,7 +61,7 @@ def _row(number: int, curve: Curve, distance: float) -> dict[str, Any]:
         "number": number,
         "length": curve.length,
         "crossings": len(curve.crossings),
-        "least_radius": curve.least_radius,
+        "least_radius": curve.min_radius,
         "least_angle": float(curve.crossings[:, 2].min()) if len(curve.crossings) else None,
         "mean_distance": distance,
     }
