@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _HARMONICS: Final = 6
 _AMPLITUDE: Final = 1.5  # rad, of the first; the others fall with the root of their number
-_MOST_TURNS: Final = 2
+_MAX_TURNS: Final = 2
 _TRIES: Final = 5_000
 _PIECES: Final = 1024
 _COARSE: Final = 2  # pieces between places that crossings are looked for between
@@ -149,7 +149,7 @@ def _shares(count: int) -> Array:
 def _random(rng: np.random.Generator, length: float) -> Curve | None:
     """A closed curve, found by Newton steps of least change; None where they do not end."""
     falling = _AMPLITUDE / np.sqrt(np.arange(1.0, _HARMONICS + 1.0))
-    turns = int(rng.integers(0, _MOST_TURNS + 1))
+    turns = int(rng.integers(0, _MAX_TURNS + 1))
     cosine, sine = falling * rng.standard_normal((2, _HARMONICS))
     curve = Curve(length, turns, 0.0, cosine, sine)
     s = _shares(_PIECES)

@@ -14,13 +14,13 @@ from cablewright.robot.description import Description, refusal
 from cablewright.robot.faults import explain
 from cablewright.robot.parameter_values import Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
-from cablewright.robot.robot import MOST_LINES, Robot
+from cablewright.robot.robot import MAX_LINES, Robot
 from cablewright.toml_input import read_table, require_schema
 
 __all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "modulus_ranges"]
 
 NEWEST_SCHEMA: Final = 1
-MOST_ENTRIES: Final = 200
+MAX_ENTRIES: Final = 200
 
 _KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role != "winch"}
 """What may be uncertain, by name."""
@@ -76,7 +76,7 @@ class Uncertain(Description):
     """
 
     name: str
-    lines: Annotated[tuple[str, ...], Field(max_length=MOST_LINES)] | None = None
+    lines: Annotated[tuple[str, ...], Field(max_length=MAX_LINES)] | None = None
     shared: StrictBool = False
     factor: tuple[_Number, _Number] | None = None
     range: tuple[_Number, _Number] | None = None
@@ -170,7 +170,7 @@ class Uncertainty(Description):
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(max_length=100)] = ""
     coverage: Annotated[float, Strict(), Field(gt=0, le=100)] = 2.0
-    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MOST_ENTRIES)]
+    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MAX_ENTRIES)]
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:

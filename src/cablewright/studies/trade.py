@@ -34,8 +34,8 @@ __all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "tr
 
 COUNTS = ("volume", "nodes")
 INERTIAS = ("given", "box")
-MOST = 10_000  # combinations
-MOST_BYTES = 1 << 26
+MAX_COMBINATIONS = 10_000  # combinations
+MAX_BYTES = 1 << 26
 WRITTEN_EVERY = 10.0  # s
 
 
@@ -186,8 +186,8 @@ def _robots(robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: Ask
     count = math.prod(len(values) for values in ranges.values())
     if not ranges or not count:
         raise InputError("nothing varies: at least one parameter with a value is wanted")
-    if count > MOST:
-        raise InputError(f"{count} combinations: at most {MOST} are allowed")
+    if count > MAX_COMBINATIONS:
+        raise InputError(f"{count} combinations: at most {MAX_COMBINATIONS} are allowed")
     names = [part for change in ranges for part in change.parts]
     twice = [part[0] for part in names if names.count(part) > 1]
     if twice:
@@ -281,8 +281,8 @@ class _Done:
         """Read what the file has of the same sweep. Raises `InputError` if it is something else than a sweep."""
         if self.file is None or not self.file.exists():
             return
-        if self.file.stat().st_size > MOST_BYTES:
-            raise InputError(f"{self.file}: more than {MOST_BYTES} bytes; no sweep has as many")
+        if self.file.stat().st_size > MAX_BYTES:
+            raise InputError(f"{self.file}: more than {MAX_BYTES} bytes; no sweep has as many")
         try:
             stored = _STORED.validate_json(self.file.read_bytes())
         except (OSError, ValidationError):

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 __all__ = ["trade"]
 
 NO = 1
-MOST = 10_000  # values of one parameter
+MAX_VALUES = 10_000  # values of one parameter
 
 Varied = Annotated[
     list[str],
@@ -172,8 +172,8 @@ def _spaced(text: str, values: str) -> tuple[float, ...]:
         raise InputError(f"--vary = {text!r}: NAME=FROM:TO:N is wanted, two numbers and how many values") from None
     if not (np.isfinite([low, high]).all() and low < high):
         raise InputError(f"--vary = {text!r}: finite numbers, FROM below TO, are wanted")
-    if not 2 <= n <= MOST:
-        raise InputError(f"--vary = {text!r}: 2 to {MOST} values are allowed")
+    if not 2 <= n <= MAX_VALUES:
+        raise InputError(f"--vary = {text!r}: 2 to {MAX_VALUES} values are allowed")
     return tuple(np.linspace(low, high, n).tolist())
 
 
@@ -253,10 +253,10 @@ def _print(found: Trade) -> None:
 def _line(each: Combination) -> str:
     """What a combination gives, as a part of its line."""
     frequencies = (each.least, each.median, each.greatest)
-    least, median, greatest = ("-" if value is None else f"{value:.3g}" for value in frequencies)
+    lowest, median, greatest = ("-" if value is None else f"{value:.3g}" for value in frequencies)
     distance = "-" if each.exit_distance is None else f"{each.exit_distance:.4g}"
     volume = f"{each.volume:>8.4g} {100.0 * each.fraction:>8.2f}"
-    return f"{volume} {least:>8} {median:>7} {greatest:>7}  {each.dominant or '-':<6} {distance:>8}"
+    return f"{volume} {lowest:>8} {median:>7} {greatest:>7}  {each.dominant or '-':<6} {distance:>8}"
 
 
 def _status(found: Trade) -> str:

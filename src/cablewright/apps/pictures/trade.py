@@ -74,15 +74,15 @@ def _by_first(axes: Axes, found: Trade, first: Array, wanted: Array, groups: lis
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
 
 
-def _against(axes: Axes, found: Trade, volumes: Array, least: Array, groups: list[Array]) -> None:
+def _against(axes: Axes, found: Trade, volumes: Array, lowest: Array, groups: list[Array]) -> None:
     """Draw the least frequency over the volume, the best joined."""
     for k, rows in enumerate(groups):
-        axes.plot(volumes[rows], least[rows], "o", color=_colour(k, groups), markersize=4)
-    axes.plot(volumes[~found.clear], least[~found.clear], zorder=5, **_HIDDEN)
+        axes.plot(volumes[rows], lowest[rows], "o", color=_colour(k, groups), markersize=4)
+    axes.plot(volumes[~found.clear], lowest[~found.clear], zorder=5, **_HIDDEN)
     best = np.flatnonzero(found.best)
     best = best[np.argsort(volumes[best], kind="stable")]
-    axes.plot(volumes[best], least[best], "-", color=style.INK, linewidth=1.0, zorder=1.5)
-    axes.plot(volumes[best], least[best], color=style.INK, linestyle="none", zorder=4, **_RING)
+    axes.plot(volumes[best], lowest[best], "-", color=style.INK, linewidth=1.0, zorder=1.5)
+    axes.plot(volumes[best], lowest[best], color=style.INK, linestyle="none", zorder=4, **_RING)
     axes.set(xlabel="volume in m³", ylabel="least of the lowest frequencies in Hz", title="one against the other")
 
 

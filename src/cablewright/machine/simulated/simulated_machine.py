@@ -257,14 +257,14 @@ def _mark(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str
 
 def _slowed(settings: MachineSettings) -> MachineSettings:
     """The settings for quasi-static periods: what would be read more often is read once, as a mean; nothing is late."""
-    most = 1.0 / settings.quasi_static_period
+    max_rate = 1.0 / settings.quasi_static_period
     slowed: dict[str, Any] = {}
     for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
         sensor = getattr(settings, name)
-        if sensor is not None and sensor.rate > most:
-            share = math.sqrt(most / sensor.rate)
+        if sensor is not None and sensor.rate > max_rate:
+            share = math.sqrt(max_rate / sensor.rate)
             noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
-            slowed[name] = sensor.model_copy(update={"rate": most, **noise})
+            slowed[name] = sensor.model_copy(update={"rate": max_rate, **noise})
     for name in ("wifi", "wire"):
         slowed[name] = getattr(settings, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
     return settings.model_copy(update=slowed)

@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
 _START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of what follows
-_MOST_FILE: Final = 256 << 20
-_MOST_HEAD: Final = 16 << 20
+_MAX_FILE: Final = 256 << 20
+_MAX_HEAD: Final = 16 << 20
 _TYPES: Final = {"f8": np.dtype("<f8"), "i8": np.dtype("<i8")}
 _BOUND: Final = 1e9  # no number of a machine is larger
 
@@ -65,8 +65,8 @@ class Archive(Protocol):
     def scratch(self, name: str, live: NamedTuple) -> None:
         """Scratch of a kernel, which may hold anything; changed in place."""
 
-    def rows(self, name: str, now: Sequence[Array], width: int, most: int) -> list[Array]:
-        """Up to *most* rows (*width*,)."""
+    def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:
+        """Up to *max_rows* rows (*width*,)."""
 
     def readings(self, name: str, now: Sequence[tuple[float, Reading]]) -> list[tuple[float, Reading]]:
         """Readings, each with a number of its own."""
@@ -127,9 +127,9 @@ class SavingArchive:
         for field, values in zip(live._fields, live, strict=True):
             self.array(f"{name}.{field}", values)
 
-    def rows(self, name: str, now: Sequence[Array], width: int, most: int) -> list[Array]:
+    def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:
         """As `Book`."""
-        assert len(now) <= most
+        assert len(now) <= max_rows
         self.array(name, np.array(now, dtype=np.float64).reshape(-1, width))
         return list(now)
 
@@ -195,11 +195,11 @@ class LoadingArchive:
         for field, values in zip(live._fields, live, strict=True):
             values[...] = self._kept(f"{name}.{field}", values.dtype, values.shape)
 
-    def rows(self, name: str, now: Sequence[Array], width: int, most: int) -> list[Array]:  # noqa: ARG002
+    def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:  # noqa: ARG002
         """As `Book`."""
         kept = self._kept(name, np.dtype(np.float64), None)
-        if kept.ndim != 2 or kept.shape[1] != width or len(kept) > most or not (np.abs(kept) <= _BOUND).all():
-            raise self._refused(name, f"up to {most} rows of {width} finite numbers are wanted")
+        if kept.ndim != 2 or kept.shape[1] != width or len(kept) > max_rows or not (np.abs(kept) <= _BOUND).all():
+            raise self._refused(name, f"up to {max_rows} rows of {width} finite numbers are wanted")
         return [row.copy() for row in kept]
 
     def readings(self, name: str, now: Sequence[tuple[float, Reading]]) -> list[tuple[float, Reading]]:  # noqa: ARG002
@@ -274,17 +274,17 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
     """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one."""
     try:
         with path.open("rb") as file:
-            data = file.read(_MOST_FILE + 1)
+            data = file.read(_MAX_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from None
-    if len(data) > _MOST_FILE:
-        raise InputError(f"{path}: over {_MOST_FILE >> 20} MiB, too much for a snapshot")
+    if len(data) > _MAX_FILE:
+        raise InputError(f"{path}: over {_MAX_FILE >> 20} MiB, too much for a snapshot")
     if len(data) < _START.size or data[: len(_MAGIC)] != _MAGIC:
         raise InputError(f"{path}: no snapshot of a machine")
     _, length, check = _START.unpack_from(data)
     body = memoryview(data)[_START.size :]
-    if length > min(_MOST_HEAD, len(body)) or zlib.crc32(body) != check:
+    if length > min(_MAX_HEAD, len(body)) or zlib.crc32(body) != check:
         raise InputError(f"{path}: the snapshot is cut or damaged")
     try:
         head = json.loads(bytes(body[:length]))
