@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.analyses.interference import Interference, InterferenceSettings
+    from cablewright.calibration.plan import CalibrationPlan, Sigmas
+    from cablewright.calibration.poses import CalibrationPoses, calibration_poses
+    from cablewright.calibration.problem import Measured
+    from cablewright.calibration.result import Calibration
+    from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, simulate_calibration
+    from cablewright.calibration.solve import calibrate
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
@@ -33,6 +39,9 @@ __all__ = [
     "AnswerError",
     "CableLaw",
     "CablewrightError",
+    "Calibration",
+    "CalibrationPlan",
+    "CalibrationPoses",
     "Certificate",
     "Check",
     "EnvironmentFault",
@@ -46,11 +55,15 @@ __all__ = [
     "Job",
     "JobInterference",
     "Linearisation",
+    "Measured",
     "Model",
     "MonteCarlo",
     "Places",
     "Robot",
+    "SensorNoise",
     "SheaveLaw",
+    "Sigmas",
+    "SimulatedCalibration",
     "Status",
     "Tracker",
     "TrackerSettings",
@@ -60,6 +73,9 @@ __all__ = [
     "accuracy_over",
     "accuracy_over_job",
     "accuracy_over_workspace",
+    "aligned",
+    "calibrate",
+    "calibration_poses",
     "certify",
     "check",
     "equilibria",
@@ -73,9 +89,27 @@ __all__ = [
     "load_uncertainty",
     "loads",
     "modulus_ranges",
+    "simulate_calibration",
 ]
 
 _HOMES = {
+    "calibration.solve": ("calibrate",),
+    "calibration.result": ("Calibration",),
+    "calibration.plan": (
+        "CalibrationPlan",
+        "Sigmas",
+    ),
+    "calibration.problem": ("Measured",),
+    "calibration.poses": (
+        "CalibrationPoses",
+        "calibration_poses",
+    ),
+    "calibration.simulation": (
+        "SensorNoise",
+        "SimulatedCalibration",
+        "aligned",
+        "simulate_calibration",
+    ),
     "analyses.accuracy.nozzle_error": ("accuracy",),
     "analyses.accuracy.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
     "errors": ("AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status"),

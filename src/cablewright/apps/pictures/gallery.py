@@ -15,8 +15,11 @@ from cablewright.results import Pictured
 __all__ = ["PICTURES", "draw"]
 
 PICTURES: Final = {
+    "Calibration": ("calibration", "residuals_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
+    "Survey": ("survey", "survey_picture"),
+    "TensileResult": ("tensile", "tensile_picture"),
 }
 """The module of `apps.pictures` and the function in it that draw a result, by the name of its class."""
 
