@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from cablewright.calibration.result import Calibration
     from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, simulate_calibration
     from cablewright.calibration.solve import calibrate
+    from cablewright.calibration.survey.plan import SurveyPlan
+    from cablewright.calibration.survey.result import Survey
+    from cablewright.calibration.survey.shots import Shot, Shots
+    from cablewright.calibration.survey.survey import survey
+    from cablewright.calibration.tensile.modulus import modulus
+    from cablewright.calibration.tensile.recording import TensileTest
+    from cablewright.calibration.tensile.result import TensileResult
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
@@ -62,9 +69,15 @@ __all__ = [
     "Robot",
     "SensorNoise",
     "SheaveLaw",
+    "Shot",
+    "Shots",
     "Sigmas",
     "SimulatedCalibration",
     "Status",
+    "Survey",
+    "SurveyPlan",
+    "TensileResult",
+    "TensileTest",
     "Tracker",
     "TrackerSettings",
     "Vertices",
@@ -88,11 +101,23 @@ __all__ = [
     "load_job",
     "load_uncertainty",
     "loads",
+    "modulus",
     "modulus_ranges",
     "simulate_calibration",
+    "survey",
 ]
 
 _HOMES = {
+    "calibration.survey.shots": (
+        "Shot",
+        "Shots",
+    ),
+    "calibration.survey.plan": ("SurveyPlan",),
+    "calibration.survey.result": ("Survey",),
+    "calibration.survey.survey": ("survey",),
+    "calibration.tensile.result": ("TensileResult",),
+    "calibration.tensile.recording": ("TensileTest",),
+    "calibration.tensile.modulus": ("modulus",),
     "calibration.solve": ("calibrate",),
     "calibration.result": ("Calibration",),
     "calibration.plan": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import cablewright as cw
 from cablewright.calibration.data import write_measured
 from cablewright.models.fidelity import Fidelity
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 WANG = cw.load("wang2021")
 RIGID = cw.Model(WANG, Fidelity.of("rigid"))
 
@@ -95,3 +97,28 @@ def test_wrong_options_of_simulated_data() -> None:
         cw.simulate_calibration(RIGID, 20, 1e-4, cable="elastic")
     with pytest.raises(cw.InputError, match="poses = 0"):
         cw.simulate_calibration(WANG, 0, 1e-4)
+
+
+def test_a_tensile_test_tells_itself() -> None:
+    found = cw.modulus(EXAMPLES / "tensile.csv", initial_length=2.0, section=12.566e-6, breaking_load=10.29e3)
+    assert tells_itself(found)["modulus"] == found.modulus
+    assert found.axial_stiffness == pytest.approx(found.modulus * 12.566e-6)
+    same = cw.modulus(found.test, initial_length=2.0, section=12.566e-6, breaking_load=10.29e3)
+    assert same.to_dict() == found.to_dict()
+    assert len(found.plot().axes) == 2
+
+
+@pytest.mark.parametrize("kind", ["robot", "model"])
+def test_a_survey_tells_itself(kind: str) -> None:
+    robot = cw.load("merlet2023")
+    own = robot if kind == "robot" else cw.Model(robot)
+    found = cw.survey(str(EXAMPLES / "survey.gsi"), EXAMPLES / "survey.toml", robot=own)
+    told = tells_itself(found)
+    assert list(told["exits"]) == [line.name for line in robot.lines]
+    assert set(told["sigma"]["walls"]) == set(told["walls"])
+    assert found.plot().axes
+
+
+def test_no_shots_are_refused() -> None:
+    with pytest.raises(cw.InputError, match="nowhere"):
+        cw.survey(cw.Shots((), (), "nowhere"))
