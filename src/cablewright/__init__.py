@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
+    from cablewright.printing.curve import Curve, Curves, RankedCurve, curves
     from cablewright.printing.job import Job, load_job
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
     from cablewright.solvers.certify import Certificate, certify
@@ -51,6 +52,8 @@ __all__ = [
     "CalibrationPoses",
     "Certificate",
     "Check",
+    "Curve",
+    "Curves",
     "EnvironmentFault",
     "Equilibria",
     "Equilibrium",
@@ -66,6 +69,7 @@ __all__ = [
     "Model",
     "MonteCarlo",
     "Places",
+    "RankedCurve",
     "Robot",
     "SensorNoise",
     "SheaveLaw",
@@ -91,6 +95,7 @@ __all__ = [
     "calibration_poses",
     "certify",
     "check",
+    "curves",
     "equilibria",
     "forward",
     "interference",
@@ -108,6 +113,12 @@ __all__ = [
 ]
 
 _HOMES = {
+    "printing.curve": (
+        "Curve",
+        "Curves",
+        "RankedCurve",
+        "curves",
+    ),
     "calibration.survey.shots": (
         "Shot",
         "Shots",

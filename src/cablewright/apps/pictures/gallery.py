@@ -16,6 +16,7 @@ __all__ = ["PICTURES", "draw"]
 
 PICTURES: Final = {
     "Calibration": ("calibration", "residuals_picture"),
+    "Curves": ("curves", "curves_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "Survey": ("survey", "survey_picture"),
