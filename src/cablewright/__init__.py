@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from cablewright.calibration.tensile.recording import TensileTest
     from cablewright.calibration.tensile.result import TensileResult
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
+    from cablewright.estimation.lidar.room import Laser, RoomMap
+    from cablewright.estimation.lidar.scan_file import FileScan, read_scan
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.curve import Curve, Curves, RankedCurve, curves
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy_at_pose import accuracy_at
     from cablewright.studies.check import Check, check
     from cablewright.studies.interference import JobInterference, interference
+    from cablewright.studies.walls import LidarPlace, Walls, walls
 
 __all__ = [
     "AnswerError",
@@ -58,12 +61,15 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "Fidelity",
+    "FileScan",
     "FirstOrder",
     "InputError",
     "Interference",
     "InterferenceSettings",
     "Job",
     "JobInterference",
+    "Laser",
+    "LidarPlace",
     "Linearisation",
     "Measured",
     "Model",
@@ -71,6 +77,7 @@ __all__ = [
     "Places",
     "RankedCurve",
     "Robot",
+    "RoomMap",
     "SensorNoise",
     "SheaveLaw",
     "Shot",
@@ -85,6 +92,7 @@ __all__ = [
     "Tracker",
     "TrackerSettings",
     "Vertices",
+    "Walls",
     "accuracy",
     "accuracy_at",
     "accuracy_over",
@@ -108,11 +116,26 @@ __all__ = [
     "loads",
     "modulus",
     "modulus_ranges",
+    "read_scan",
     "simulate_calibration",
     "survey",
+    "walls",
 ]
 
 _HOMES = {
+    "estimation.lidar.scan_file": (
+        "FileScan",
+        "read_scan",
+    ),
+    "estimation.lidar.room": (
+        "Laser",
+        "RoomMap",
+    ),
+    "studies.walls": (
+        "LidarPlace",
+        "Walls",
+        "walls",
+    ),
     "printing.curve": (
         "Curve",
         "Curves",

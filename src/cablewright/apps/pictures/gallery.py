@@ -21,6 +21,7 @@ PICTURES: Final = {
     "JobInterference": ("interference", "interference_picture"),
     "Survey": ("survey", "survey_picture"),
     "TensileResult": ("tensile", "tensile_picture"),
+    "Walls": ("walls", "walls_picture"),
 }
 """The module of `apps.pictures` and the function in it that draw a result, by the name of its class."""
 
