@@ -43,7 +43,7 @@ def printing(entries: list[Entry]) -> list[Entry]:
 def test_moments_are_those_of_every_printing_step(made, found) -> None:
     entries, track, _ = made
     steps = printing(entries)
-    for own, of in (("truth", found.true), ("estimate", found.seen)):
+    for own, of in (("truth", found.true), ("estimate", found.estimated)):
         signals = [getattr(each, own) for each in steps]
         near = [track.nearest(s.position, e.progress.distance, 0.3) for s, e in zip(signals, steps, strict=True)]
         errors = np.array([each.offset for each in near])
@@ -183,9 +183,9 @@ def test_memory_does_not_grow_with_the_log() -> None:
 def test_the_rebuilt_structure_is_like_the_true_one(found) -> None:
     structure = found.structure
     assert structure is not None
-    assert structure.likeness is not None
-    assert abs(structure.likeness.mean) < 4e-3
-    assert structure.likeness.rms < 6e-3
+    assert structure.difference is not None
+    assert abs(structure.difference.mean) < 4e-3
+    assert structure.difference.rms < 6e-3
     assert structure.mass == pytest.approx(found.rows["powder"][0] - found.rows["powder"][-1], abs=0.05)
 
 
