@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.calibration.tensile.modulus import TensileTest, read_test, recording, young_modulus
+from cablewright.calibration.tensile import recording
+from cablewright.calibration.tensile.modulus import TensileTest, read_test, young_modulus
 from cablewright.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -19,7 +19,7 @@ from cablewright.studies.prints.metrics import metrics, metrics_text
 from cablewright.studies.prints.record import UNUSED, record
 from cablewright.studies.prints.spooling import SpoolStatistics
 from cablewright.studies.prints.steps_table import Columns
-from cablewright.studies.prints.structure import _lift
+from cablewright.studies.prints.structure import _floor_correction
 from cablewright.studies.prints.vibration import WINDOW, VibrationWindows, peak_frequency
 from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
@@ -93,9 +93,9 @@ def test_what_is_drawn_is_of_the_steps(made, found) -> None:
     entries, _, _ = made
     assert len(found.rows) == len(entries)
     assert found.rows["true_position"] == pytest.approx(np.array([e.truth.position for e in entries]))
-    assert found.drawn["taut"].shape == (len(entries), 4)
+    assert found.plotted["taut"].shape == (len(entries), 4)
     slack = found.rows["slack"] == 1.0
-    off = np.abs(found.rows["measured"] - found.drawn["taut"])
+    off = np.abs(found.rows["measured"] - found.plotted["taut"])
     assert np.nanmedian(off[slack]) > 3.0 * np.nanmedian(off[~slack])
 
 
@@ -209,9 +209,9 @@ def test_a_scan_without_errors_rebuilds_the_heap() -> None:
 def test_a_scan_that_is_too_low_is_raised() -> None:
     rng = np.random.default_rng(5)
     heights = np.concatenate([rng.normal(0.0, 2e-3, 300), rng.normal(0.02, 2e-3, 100)])
-    assert _lift(heights, 2e-3) == 0.0
-    assert _lift(heights - 0.02, 2e-3) == pytest.approx(0.02, abs=1e-3)
-    assert _lift(heights[:0], 2e-3) == 0.0
+    assert _floor_correction(heights, 2e-3) == 0.0
+    assert _floor_correction(heights - 0.02, 2e-3) == pytest.approx(0.02, abs=1e-3)
+    assert _floor_correction(heights[:0], 2e-3) == 0.0
 
 
 def test_a_tone_is_found_and_noise_is_not() -> None:

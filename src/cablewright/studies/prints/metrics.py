@@ -77,8 +77,8 @@ def _spot(worst: ErrorLocation | None) -> _Values | None:
     return None if worst is None else dataclasses.asdict(worst)
 
 
-def _range(told: Summary) -> _Values:
-    return {"mean": told.mean, "min": told.min, "max": told.max}
+def _range(found: Summary) -> _Values:
+    return {"mean": found.mean, "min": found.min, "max": found.max}
 
 
 def _structure(found: PrintedStructure) -> _Values:

@@ -121,9 +121,9 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     robot, settings, choices, path = twin.robot, twin.settings, twin.choices, twin.path
     model = Model(with_drum_mass(robot, settings))
     _check_path(model, path)
-    seen = "vertical" in settings.lidars and twin.estimator != "encoders"
-    rule = choices.height or ("structure" if seen else "job")
-    if rule == "structure" and not seen:
+    sees_structure = "vertical" in settings.lidars and twin.estimator != "encoders"
+    rule = choices.height or ("structure" if sees_structure else "job")
+    if rule == "structure" and not sees_structure:
         raise InputError(f"height = structure: estimator {twin.estimator!r} on {settings.name!r} does not see it")
     begin = path.track.at(0.0).position
     scene = robot.scene

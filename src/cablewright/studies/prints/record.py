@@ -39,7 +39,7 @@ UNUSED: Final = (Inertial, DistanceReading, "/scan/north", "/scan/south")
 _BLOCK: Final = 2048  # steps that are processed together
 _MAX_SPANS: Final = 10_000
 _DONE: Final = 0.02  # m before its end a layer counts as finished
-_DRAWN: Final = ("offset", "speed", "seen_offset", "seen_speed")
+_PLOTTED: Final = ("offset", "speed", "estimated_offset", "estimated_speed")
 
 
 def record(
@@ -71,7 +71,7 @@ class Recorder:
         self._true, self._estimated = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
         self._lines = LineStatistics(head)
         self._estimation_error, self._attitude, self._climate = Moments(), Moments(2), Moments(2)
-        self._rows = ThinnedRows(Columns.width(m) + len(_DRAWN))
+        self._rows = ThinnedRows(Columns.width(m) + len(_PLOTTED))
         self._states, self._travelled = np.zeros(len(STATES)), 0.0
         self._last_position = np.full((1, 3), np.nan)  # m, true, of the last row
         self._steps, self._start_time, self._time = 0, math.nan, math.nan
@@ -151,11 +151,11 @@ class Recorder:
             return
         printing = rows.in_state(PrintState.PRINTING)
         chosen = printing & np.isfinite(rows["distance"])
-        drawn = np.full((len(rows), len(_DRAWN)), np.nan)
+        plotted = np.full((len(rows), len(_PLOTTED)), np.nan)
         for k, errors in enumerate((self._true, self._estimated)):
             if chosen.any():
-                drawn[chosen, 2 * k : 2 * k + 2] = np.stack(errors.add(rows.where(chosen)), axis=1)
-        self._estimation_error.add(drawn[:, 2] - drawn[:, 0])
+                plotted[chosen, 2 * k : 2 * k + 2] = np.stack(errors.add(rows.where(chosen)), axis=1)
+        self._estimation_error.add(plotted[:, 2] - plotted[:, 0])
         rotation = rows["rotation"][printing]
         self._attitude.add(np.column_stack([rotation[:, 2], np.hypot(rotation[:, 0], rotation[:, 1])]))
         self._climate.add(np.column_stack([rows["temperature"], rows["humidity"]]))
@@ -166,7 +166,7 @@ class Recorder:
         self._travelled += float(np.nansum(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
         self._last_position = positions[-1:]
         self._lines.add(rows, printing)
-        self._rows.add(np.column_stack([rows.rows, drawn]))
+        self._rows.add(np.column_stack([rows.rows, plotted]))
 
     def finish(self, true_structure: HeightField | None = None, notes: tuple[str, ...] = ()) -> PrintRecord:
         """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
@@ -174,11 +174,11 @@ class Recorder:
         m = self.head.robot.m
         width = Columns.width(m)
         rows = Columns(m, self._rows.rows[:, :width])
-        drawn = dict(zip(_DRAWN, self._rows.rows[:, width:].T, strict=True))
+        plotted = dict(zip(_PLOTTED, self._rows.rows[:, width:].T, strict=True))
         masses = self.head.settings.drum.empty_mass + np.maximum(rows["left"], 0.0)
-        drawn["taut"], drawn["believed"] = self._tensions.series(rows, masses)
+        plotted["taut"], plotted["estimated_tensions"] = self._tensions.series(rows, masses)
         vibration, spools = self._vibration.result(), self._lines.spools()
-        tensions = drawn["believed"][rows.in_state(PrintState.PRINTING)]
+        tensions = plotted["estimated_tensions"][rows.in_state(PrintState.PRINTING)]
         done, begun = self._layers()
         true = self._true.result()
         settings = self.head.settings
@@ -208,7 +208,7 @@ class Recorder:
             faults=self._faults,
             notices=self._notices,
             rows=rows,
-            drawn=drawn,
+            plotted=plotted,
             lines=self._lines.result(spools, vibration, tensions),
             spools=spools,
             vibration=vibration,

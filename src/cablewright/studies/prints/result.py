@@ -118,7 +118,7 @@ class PrintRecord:
     faults: FaultCount
     notices: Counter[str]  # steps by condition
     rows: Columns
-    drawn: dict[str, Array]  # by row: offset, seen_offset, speed, seen_speed (k,); taut, believed (k, m)
+    plotted: dict[str, Array]  # by row; see `Recorder`
     lines: tuple[LineUse, ...]
     spools: tuple[SpoolRadii, ...]
     vibration: LineVibration
