@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import which
 from types import SimpleNamespace
 
 import numpy as np
@@ -107,6 +108,7 @@ def test_rows_measured_before_one_fails_are_kept(two: dict[str, float]) -> None:
     assert [path.name for path in run.RESULTS.parent.iterdir()] == ["results.json"]
 
 
+@pytest.mark.skipif(which("git") is None, reason="git is not installed")
 def test_rows_know_their_commit(two: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     def commits() -> list[object]:
         return [row["commit"] for row in json.loads(run.RESULTS.read_text())["rows"]]

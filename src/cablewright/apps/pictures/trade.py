@@ -100,7 +100,7 @@ def _legend(drawn: Figure, found: Trade, values: Array, groups: list[Array]) -> 
         handles.append(Line2D([], [], color=style.INK, linewidth=1.0, label="not dominated", **_RING))
     if not found.clear.all():
         handles.append(
-            Line2D([], [], label=f"exits nearer than {found.asked.clearance:g} m: sheaves collide", **_HIDDEN)
+            Line2D([], [], label=f"exits nearer than {found.settings.clearance:g} m: sheaves collide", **_HIDDEN)
         )
     drawn.legend(handles=handles, loc="outside lower center", ncols=4)
 
@@ -115,6 +115,6 @@ def _valued(change: Change, value: float) -> str:
 
 
 def _title(found: Trade) -> str:
-    asked = found.asked
+    asked = found.settings
     told = f"{style.label(found.model.robot.name)}, {asked.criterion}"
     return told + ("" if asked.geometric else ", frequencies without geometric stiffness")
