@@ -18,8 +18,8 @@ from cablewright.estimation.kalman.state import (
     FilterState,
     Layout,
     inject_correction,
-    innovation_gate,
     kalman_update,
+    passes_gate,
 )
 from cablewright.robot import load
 from cablewright.signals import DistanceReading, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
@@ -76,7 +76,7 @@ def test_a_linear_gaussian_world_is_estimated_with_its_own_covariance() -> None:
             H = random.standard_normal((1 + step % 2, n))
             R = np.diag(random.uniform(0.1, 1.0, len(H)))
             off = H @ x + np.sqrt(R) @ random.standard_normal(len(H)) - H @ guess
-            fits.append(innovation_gate(P, H, off, R)[0])
+            fits.append(passes_gate(P, H, off, R)[0])
             by, P = kalman_update(P, H, off, R)
             guess = guess + by
         sizes.append((x - guess) @ np.linalg.solve(P, x - guess))

@@ -10,19 +10,14 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.estimation import slackness
-from cablewright.estimation.slackness import (
-    SlacknessSettings,
-    SlacknessState,
-    catenary_excess,
-    parabolic_excess,
-    taut_at,
-)
+from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, catenary_excess, parabolic_excess
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import LineAngles
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import angle_from_excess, solve_with_slack, tangent_angle
+from cablewright.solvers.taut import taut_at
 
 MODEL = Model(load("merlet2023"))
 SETTINGS = SlacknessSettings(MODEL)

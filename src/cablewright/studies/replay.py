@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
-from cablewright.estimation.slackness import Taut
 from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.progress import Progress
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
+from cablewright.solvers.taut import Taut
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
 

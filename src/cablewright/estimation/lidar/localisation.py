@@ -101,11 +101,9 @@ class WallSettings:
     @cached_property
     def visible(self) -> NDArray[np.bool_]:
         """(l, w): which walls each lidar can see."""
+        names = [wall.name for wall in self.room.walls]
         return np.array(
-            [
-                [lidar.visible_walls is None or wall.name in lidar.visible_walls for wall in self.room.walls]
-                for lidar in self.lidars
-            ]
+            [[one.visible_walls is None or name in one.visible_walls for name in names] for one in self.lidars]
         )
 
 
@@ -185,12 +183,8 @@ def extract(settings: WallSettings, turn: LidarTurn) -> TurnFeatures:
     lines = find_lines(points, lidar, settings.search)
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
     rotation = np.array([[c, -s], [s, c]])
-    observed = tuple(
-        ObservedLine(
-            turn.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ rotation.T + mount)
-        )
-        for line in lines
-    )
+    turned = (line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ rotation.T + mount) for line in lines)
+    observed = tuple(ObservedLine(turn.lidar, mount, line) for line in turned)
     return TurnFeatures(turn.lidar, observed, points.xy @ rotation.T + mount)
 
 
