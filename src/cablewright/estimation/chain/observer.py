@@ -154,9 +154,7 @@ def _process(settings: ObserverSettings, state: ObserverState, reading: Reading)
         _predict_lengths(settings, state, reading)
     elif isinstance(reading, DistanceReading):
         state.last_distance = reading
-    elif (
-        isinstance(reading, Scan) and accept_scan(checks, reading) and reading.source in (*settings.lidars, "vertical")
-    ):
+    elif isinstance(reading, Scan) and accept_scan(state.checks, reading) and reading.source in sources:
         queue_scan(state.pending_scans, reading, settings.walls.kept_turns)
         state.gather_start = min(state.gather_start, state.time)
 

@@ -102,9 +102,8 @@ class WallSettings:
     def visible(self) -> NDArray[np.bool_]:
         """(l, w): which walls each lidar can see."""
         names = [wall.name for wall in self.room.walls]
-        return np.array(
-            [[one.visible_walls is None or name in one.visible_walls for name in names] for one in self.lidars]
-        )
+        seen = [names if each.visible_walls is None else each.visible_walls for each in self.lidars]
+        return np.array([[name in visible for name in names] for visible in seen])
 
 
 class LidarTurn(NamedTuple):
