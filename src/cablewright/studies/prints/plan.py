@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
-from cablewright.control.velocity import LawName, VelocitySettings
+from cablewright.control.velocity import LAWS, LawName, VelocitySettings
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.simulated.settings import MachineSettings, extruding, load_settings, settings_names
-from cablewright.machine.simulated.simulated_machine import PlantName
+from cablewright.machine.simulated.simulated_machine import PLANTS, PlantName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -26,7 +26,7 @@ from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.loop import PrintPlan
 
-__all__ = ["HEIGHTS", "Choices", "HeightRule", "MachineTwin", "plan_print", "twin_of"]
+__all__ = ["HEIGHTS", "HeightRule", "MachineTwin", "PrintOptions", "plan_print", "twin_of"]
 
 Array = NDArray[np.float64]
 HeightRule = Literal["structure", "job"]
@@ -40,7 +40,7 @@ _INTRUSION_TIME: Final = 20.0  # s of one interruption of the light barrier
 
 
 @dataclass(frozen=True)
-class Choices:
+class PrintOptions:
     """Options of a print; None: chosen by the machine's sensors.
 
     ``estimator``: see `studies/estimators.py`. ``height``: ``structure`` keeps the height over the structure, by the
@@ -58,6 +58,13 @@ class Choices:
     intrusions: int = 0
     lasers: tuple[Laser, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse words that are none of the choices. Raises `UnknownName`."""
+        known = (("plant", self.plant, PLANTS), ("height", self.height, HEIGHTS), ("control law", self.law, LAWS))
+        for name, value, allowed in (*known, ("estimator", self.estimator, ESTIMATORS)):
+            if value is not None and value not in allowed:
+                raise UnknownName(name, value, allowed)
+
 
 @dataclass(frozen=True, eq=False)
 class MachineTwin:
@@ -65,26 +72,25 @@ class MachineTwin:
 
     robot: Robot
     settings: MachineSettings
-    choices: Choices
+    choices: PrintOptions
     estimator: str
     path: TimedPath
 
 
-def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices) -> MachineTwin:
-    """Combine robot, job and machine. *machine*: a file, or a name of the library; None: that of the robot's name.
+def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's).
 
     Raises `InputError` for a robot without a machine, a job of another robot, layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
-    if choices.estimator is not None and choices.estimator not in ESTIMATORS:
-        raise UnknownName("estimator", choices.estimator, ESTIMATORS)
     if machine is None:
         if robot.name not in settings_names():
             known = ", ".join(settings_names())
             raise InputError(f"robot {robot.name!r}: has no machine of its own; --machine FILE, or one of {known}")
         machine = robot.name
-    settings = extruding(load_settings(machine), job.bead, job.motion.print_speed)
+    own = machine if isinstance(machine, MachineSettings) else load_settings(machine)
+    settings = extruding(own, job.bead, job.motion.print_speed)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: over 0 and up to 60 s is wanted")
@@ -95,14 +101,14 @@ def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices
     return MachineTwin(robot, settings, choices, choices.estimator or _best_estimator(settings, choices), path)
 
 
-def _best_estimator(settings: MachineSettings, choices: Choices) -> str:
+def _best_estimator(settings: MachineSettings, choices: PrintOptions) -> str:
     """The best estimator for a machine's sensors: the filter, or for long steps the chain."""
     if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
         return "encoders"
     return "filter" if choices.plant == "dynamic" else "paper"
 
 
-def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> MachineSettings:
+def _intruded(settings: MachineSettings, choices: PrintOptions, duration: float) -> MachineSettings:
     """The machine with interruptions of its light barrier at random times, by the seed."""
     if not choices.intrusions:
         return settings
