@@ -56,7 +56,7 @@ class Wanted:
         if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):
             raise InputError(f"least_radius = {self.min_radius:g} m: under half the area's shorter side is wanted")
         if not 0.0 <= self.min_angle < 0.5 * np.pi:
-            raise InputError(f"least_angle = {self.min_angle:g} rad: from 0 to a quarter turn is wanted")
+            raise InputError(f"min_angle = {self.min_angle:g} rad: from 0 to a quarter turn is wanted")
 
 
 @dataclass(frozen=True, eq=False)
