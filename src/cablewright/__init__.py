@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cablewright.analyses.accuracy.nozzle_error import accuracy
+    from cablewright.analyses.accuracy.nozzle_error import Accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.analyses.interference import Interference, InterferenceSettings
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
@@ -18,18 +18,24 @@ if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.job import Job, load_job
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
+    from cablewright.robot.parameters import Parameter
+    from cablewright.robot.uncertainty import Range
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
-    from cablewright.studies.accuracy import Places, accuracy_over, accuracy_over_job, accuracy_over_workspace
-    from cablewright.studies.accuracy_at_pose import accuracy_at
+    from cablewright.studies.accuracy import AccuracyStudy, accuracy
+    from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.check import Check, check
     from cablewright.studies.interference import JobInterference, interference
+    from cablewright.studies.places import Places
 
 __all__ = [
+    "Accuracy",
+    "AccuracyAtPose",
+    "AccuracyStudy",
     "AnswerError",
     "CableLaw",
     "CablewrightError",
@@ -48,7 +54,9 @@ __all__ = [
     "Linearisation",
     "Model",
     "MonteCarlo",
+    "Parameter",
     "Places",
+    "Range",
     "Robot",
     "SheaveLaw",
     "Status",
@@ -56,10 +64,6 @@ __all__ = [
     "TrackerSettings",
     "Vertices",
     "accuracy",
-    "accuracy_at",
-    "accuracy_over",
-    "accuracy_over_job",
-    "accuracy_over_workspace",
     "certify",
     "check",
     "equilibria",
@@ -76,7 +80,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "analyses.accuracy.nozzle_error": ("accuracy",),
+    "analyses.accuracy.nozzle_error": ("Accuracy",),
     "analyses.accuracy.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
     "errors": ("AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status"),
     "models.fidelity": ("CableLaw", "Fidelity", "SheaveLaw"),
@@ -91,9 +95,12 @@ _HOMES = {
     "solvers.continuation": ("Tracker", "TrackerSettings"),
     "analyses.interference": ("Interference", "InterferenceSettings"),
     "studies.interference": ("JobInterference", "interference"),
-    "studies.accuracy": ("Places", "accuracy_over", "accuracy_over_job", "accuracy_over_workspace"),
+    "studies.accuracy": ("AccuracyStudy", "accuracy"),
+    "studies.places": ("Places",),
+    "robot.parameters": ("Parameter",),
+    "robot.uncertainty": ("Range",),
     "studies.check": ("Check", "check"),
-    "studies.accuracy_at_pose": ("accuracy_at",),
+    "studies.accuracy_at_pose": ("AccuracyAtPose",),
 }
 
 
