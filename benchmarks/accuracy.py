@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 from benchmarks.timing import Row, best
 from cablewright.analyses.accuracy.corners import signs_of_box
-from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, sampled
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
-from cablewright.studies.accuracy import Places, Study, accuracy_over, accuracy_over_workspace
+from cablewright.studies.accuracy import AccuracyStudy, accuracy
+from cablewright.studies.places import Places
 
 
 @dataclass(frozen=True)
@@ -32,23 +33,23 @@ def rows(size: Size) -> Iterator[Row]:
     house = load("house-printer")
     plane = Places.plane(house, 0.0, 6.75, size.plane_step)
     count = len(plane.positions)
-    seconds = best(lambda: accuracy_over(house, plane), 3)
-    beside = _beside(accuracy_over(house, plane), seconds)
+    seconds = best(lambda: accuracy(house, plane), 3)
+    beside = _beside(accuracy(house, plane), seconds)
     yield Row(f"accuracy of a plane, {count} places x 16", seconds, "s", "<= 1", seconds <= 1, *beside)
-    whole = accuracy_over_workspace(house, size.step)
+    whole = accuracy(house, Places.workspace(size.step))
     reached = len(whole.accuracy.codes)
-    seconds = best(lambda: accuracy_over_workspace(house, size.step), 1)
+    seconds = best(lambda: accuracy(house, Places.workspace(size.step)), 1)
     beside = _beside(whole, seconds)
     name = f"accuracy of the workspace, {reached} places x 16"
     yield Row(name, seconds, "s", "<= 15", seconds <= 15 and reached >= 50_000, *beside)
     pose = [2.0, 1.0, 3.0]
-    seconds = best(lambda: accuracy(house, pose, method=MonteCarlo(size.samples)), 3)
+    seconds = best(lambda: nozzle_errors(house, pose, method=MonteCarlo(size.samples)), 3)
     yield Row(f"Monte Carlo at a place, {size.samples} samples", seconds, "s", "<= 2", seconds <= 2)
-    first = best(lambda: accuracy_over(house, plane, method=FirstOrder()), 3)
+    first = best(lambda: accuracy(house, plane, method=FirstOrder()), 3)
     yield Row(f"first order over a plane, {count} places", first, "s")
 
 
-def _beside(study: Study, seconds: float) -> tuple[str, float]:
+def _beside(study: AccuracyStudy, seconds: float) -> tuple[str, float]:
     """How many times as long as solving the corners of all its places takes, and nothing else."""
     robot, found = study.accuracy.robot, study.accuracy
     nominal = solve_forward(Model(robot), found.commanded, guess=found.nominal, path=True)

@@ -47,41 +47,41 @@ SETS = (
 )
 
 
-def at_poses(robot: cw.Robot, ranges) -> list[float]:
+def at_poses(robot: cw.Robot, ranges: tuple[cw.Range, ...]) -> list[float]:
     """Table 1 and the regions."""
     figures = []
     for pose in (P1, P2):
-        found = cw.accuracy_at(robot, pose, ranges)
+        found = cw.accuracy(robot, pose, ranges)
         row, spread = found.accuracy, found.accuracy.spread
         figures += [1e3 * x[0] for x in (row.nominal_error, spread.max_error, row.difference, spread.max_deviation)]
         figures.append(1e6 * found.region.hull.volume)
     return figures
 
 
-def on_planes(robot: cw.Robot, ranges) -> list[float]:
+def on_planes(robot: cw.Robot, ranges: tuple[cw.Range, ...]) -> list[float]:
     """Vertical errors at 0 and 7.5 m; what the lower half has left, at worst also under tensions chosen to hold it."""
     vertical, difference, left = [], [], []
     for height in np.linspace(0.0, 7.5, 6):
         plane = cw.Places.plane(robot, height, PLANE, PLANE / 10)
-        found = cw.accuracy_over(robot, plane, ranges, tension_limits=PRINTER).accuracy
+        found = cw.accuracy(robot, plane, ranges, tension_limits=PRINTER).accuracy
         vertical.append(-1e3 * np.nanmin(found.spread.low[:, 2]))
         difference.append(1e3 * np.nanmax(found.difference))
-        full = cw.accuracy_over(robot, plane, ranges, tension_limits=PRINTER, compensation="full").accuracy
+        full = cw.accuracy(robot, plane, ranges, tension_limits=PRINTER, compensation="full").accuracy
         worst = np.nanargmax(full.spread.max_deviation)
         left.append((1e3 * full.spread.max_deviation[worst], full.wanted[worst]))
     most, place = max(left, key=lambda pair: pair[0])
-    best = cw.accuracy_at(robot, place, ranges, tension_limits=PRINTER).best
+    best = cw.accuracy(robot, place, ranges, tension_limits=PRINTER).best
     return [vertical[0], vertical[-1], max(difference), most, 1e3 * best.max_deviation]
 
 
-def on_helix(robot: cw.Robot, ranges) -> list[float]:
+def on_helix(robot: cw.Robot, ranges: tuple[cw.Range, ...]) -> list[float]:
     """The radius whose helix begins with 50 mm, as the paper's does, and the height where it reaches 270 mm."""
     radii = np.linspace(3.0, 7.0, 401)
     places = np.column_stack([radii, np.zeros((401, 2))])
-    start = cw.accuracy(robot, places, ranges, tension_limits=PRINTER).spread.max_error
+    start = cw.accuracy(robot, cw.Places("path", places), ranges, tension_limits=PRINTER).accuracy.spread.max_error
     radius = float(np.interp(50e-3, start, radii))
     helix = cw.Places.helix(robot, radius, 0.5, 0.0, 14.0)
-    errors = cw.accuracy_over(robot, helix, ranges, tension_limits=PRINTER).accuracy.spread.max_error
+    errors = cw.accuracy(robot, helix, ranges, tension_limits=PRINTER).accuracy.spread.max_error
     return [radius, float(helix.positions[np.argmax(errors > 270e-3), 2])]
 
 
@@ -112,7 +112,7 @@ def components() -> None:
     radius = on_helix(robot, cw.modulus_ranges(robot))[0]
     print(f"\nset A, helix of {radius:.2f} m: height, horizontal and vertical worst error, mm")
     helix = cw.Places.helix(robot, radius, 0.5, 0.0, 13.0)
-    worst = cw.accuracy_over(robot, helix, tension_limits=PRINTER).accuracy.worst_offset
+    worst = cw.accuracy(robot, helix, tension_limits=PRINTER).accuracy.worst_offset
     for height in (0.0, 2.5, 5.0, 7.5, 10.0, 12.0, 13.0):
         near = np.abs(helix.positions[:, 2] - height) < 0.25
         xy, z = np.linalg.norm(worst[near, :2], axis=1).mean(), np.abs(worst[near, 2]).mean()
@@ -121,10 +121,11 @@ def components() -> None:
 
 def workspace() -> None:
     """Where the smallest and the largest error are in the accessible workspace, set A under the paper's limits."""
-    found = cw.accuracy_over_workspace(cw.load("paty2021"), 0.5)
-    row = found.accuracy
-    print(f"\nset A, accessible under 0.51 to 5.15 kN: {found.workspace.nodes.trapezoid_volume:.0f} m^3, ended by")
-    for edge in found.workspace.by_limit:
+    found = cw.accuracy(cw.load("paty2021"), cw.Places.workspace(0.5))
+    row, ends = found.accuracy, found.workspace
+    assert ends is not None
+    print(f"\nset A, accessible under 0.51 to 5.15 kN: {ends.nodes.trapezoid_volume:.0f} m^3, ended by")
+    for edge in ends.by_limit:
         print(f"  {edge.limit}: {edge.ends} times, from {edge.lowest[2]:.2f} to {edge.highest[2]:.2f} m high")
     nodes = found.places.positions[found.places.positions[:, 1] == 0.0]
     for height in (0.0, 7.5):
@@ -148,7 +149,7 @@ def main() -> None:
         print(f"{what:<46}{paper:>8}" + "".join(f"{value:8.{digits}f}" for value in values))
     components()
     workspace()
-    shadow = cw.accuracy_at(cw.load("paty2021"), P1).region.hull.projections["xy"]
+    shadow = cw.accuracy(cw.load("paty2021"), P1).region.hull.projections["xy"]
     print(f"\nset A, region at P1 seen from above: {len(shadow)} corners")
 
 

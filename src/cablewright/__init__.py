@@ -2,6 +2,22 @@
 
 The names below are the public interface. They are loaded when first used, so that a description alone
 (`cablewright.robot`) costs neither Numba nor plotting.
+
+Describe a robot and a job: curves, library_names, load, load_job, load_uncertainty, loads, modulus_ranges,
+    read_stl, CableLaw, Change, Curve, Curves, Fidelity, Job, Model, Parameter, Range, RankedCurve, Robot,
+    SheaveLaw, TriangleMesh.
+Statics: certify, enclose_poses, equilibria, forward, inverse, linearise, Certificate, Equilibria, Equilibrium,
+    Linearisation, PoseBox, Tracker, TrackerSettings.
+Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, modes, retraction, trade, workspace,
+    Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, Interference,
+    InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, Retraction, RetractionLaw, Trade,
+    TradeSettings, Vertices, Workspace.
+Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
+    Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
+    Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
+Print and simulate: print_job, PrintedJob, PrintOptions.
+Results and errors: AnswerError, CablewrightError, EnvironmentFault, Figure, InputError, Result, Status,
+    UnknownName.
 """
 
 from __future__ import annotations
@@ -10,9 +26,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cablewright.analyses.accuracy.nozzle_error import accuracy
+    from cablewright.analyses.accuracy.nozzle_error import Accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.analyses.interference import Interference, InterferenceSettings
+    from cablewright.analyses.modes import Modes, modes
+    from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes
+    from cablewright.analyses.workspace.criterion import RetractionLaw
+    from cablewright.analyses.workspace.retraction import Retraction, retraction
+    from cablewright.analyses.workspace.workspace import NodeCount, Workspace, count_nodes, workspace
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses import CalibrationPoses, calibration_poses
     from cablewright.calibration.problem import Measured
@@ -26,34 +47,52 @@ if TYPE_CHECKING:
     from cablewright.calibration.tensile.modulus import modulus
     from cablewright.calibration.tensile.recording import TensileTest
     from cablewright.calibration.tensile.result import TensileResult
-    from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status
+    from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status, UnknownName
     from cablewright.estimation.lidar.room import Laser, RoomMap
     from cablewright.estimation.lidar.scan_file import FileScan, read_scan
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.curve import Curve, Curves, RankedCurve, curves
     from cablewright.printing.job import Job, load_job
+    from cablewright.printing.stl import read_stl
+    from cablewright.results import Figure, Result
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
+    from cablewright.robot.design_variables import Change
+    from cablewright.robot.parameters import Parameter
+    from cablewright.robot.uncertainty import Range
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
-    from cablewright.studies.accuracy import Places, accuracy_over, accuracy_over_job, accuracy_over_workspace
-    from cablewright.studies.accuracy_at_pose import accuracy_at
+    from cablewright.solvers.pose_hull import PoseBox, enclose_poses
+    from cablewright.studies.accuracy import AccuracyStudy, accuracy
+    from cablewright.studies.accuracy_at_pose import AccuracyAtPose
+    from cablewright.studies.bracket import BracketStress, bracket
     from cablewright.studies.check import Check, check
     from cablewright.studies.interference import JobInterference, interference
+    from cablewright.studies.places import Places
+    from cablewright.studies.prints.plan import PrintOptions
+    from cablewright.studies.prints.print_job import PrintedJob, print_job
+    from cablewright.studies.trade import Trade, TradeSettings, trade
     from cablewright.studies.walls import LidarPlace, Walls, walls
+    from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = [
+    "Accuracy",
+    "AccuracyAtPose",
+    "AccuracyStudy",
     "AnswerError",
+    "Boundary",
+    "BracketStress",
     "CableLaw",
     "CablewrightError",
     "Calibration",
     "CalibrationPlan",
     "CalibrationPoses",
     "Certificate",
+    "Change",
     "Check",
     "Curve",
     "Curves",
@@ -61,6 +100,7 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "Fidelity",
+    "Figure",
     "FileScan",
     "FirstOrder",
     "InputError",
@@ -73,9 +113,19 @@ __all__ = [
     "Linearisation",
     "Measured",
     "Model",
+    "Modes",
     "MonteCarlo",
+    "NodeCount",
+    "Parameter",
     "Places",
+    "PoseBox",
+    "PrintOptions",
+    "PrintedJob",
+    "Range",
     "RankedCurve",
+    "Result",
+    "Retraction",
+    "RetractionLaw",
     "Robot",
     "RoomMap",
     "SensorNoise",
@@ -91,19 +141,24 @@ __all__ = [
     "TensileTest",
     "Tracker",
     "TrackerSettings",
+    "Trade",
+    "TradeSettings",
+    "TriangleMesh",
+    "UnknownName",
     "Vertices",
     "Walls",
+    "Workspace",
     "accuracy",
-    "accuracy_at",
-    "accuracy_over",
-    "accuracy_over_job",
-    "accuracy_over_workspace",
     "aligned",
+    "boundary_modes",
+    "bracket",
     "calibrate",
     "calibration_poses",
     "certify",
     "check",
+    "count_nodes",
     "curves",
+    "enclose_poses",
     "equilibria",
     "forward",
     "interference",
@@ -114,27 +169,101 @@ __all__ = [
     "load_job",
     "load_uncertainty",
     "loads",
+    "modes",
     "modulus",
     "modulus_ranges",
+    "print_job",
     "read_scan",
+    "read_stl",
+    "retraction",
     "simulate_calibration",
     "survey",
+    "trade",
     "walls",
+    "workspace",
 ]
 
 _HOMES = {
-    "estimation.lidar.scan_file": (
-        "FileScan",
-        "read_scan",
+    "analyses.accuracy.nozzle_error": ("Accuracy",),
+    "analyses.accuracy.spread": (
+        "FirstOrder",
+        "MonteCarlo",
+        "Vertices",
+    ),
+    "analyses.interference": (
+        "Interference",
+        "InterferenceSettings",
+    ),
+    "analyses.modes": (
+        "Modes",
+        "modes",
+    ),
+    "analyses.workspace.boundary_modes": (
+        "Boundary",
+        "boundary_modes",
+    ),
+    "analyses.workspace.criterion": ("RetractionLaw",),
+    "analyses.workspace.retraction": (
+        "Retraction",
+        "retraction",
+    ),
+    "analyses.workspace.workspace": (
+        "NodeCount",
+        "Workspace",
+        "count_nodes",
+        "workspace",
+    ),
+    "calibration.plan": (
+        "CalibrationPlan",
+        "Sigmas",
+    ),
+    "calibration.poses": (
+        "CalibrationPoses",
+        "calibration_poses",
+    ),
+    "calibration.problem": ("Measured",),
+    "calibration.result": ("Calibration",),
+    "calibration.simulation": (
+        "SensorNoise",
+        "SimulatedCalibration",
+        "aligned",
+        "simulate_calibration",
+    ),
+    "calibration.solve": ("calibrate",),
+    "calibration.survey.plan": ("SurveyPlan",),
+    "calibration.survey.result": ("Survey",),
+    "calibration.survey.shots": (
+        "Shot",
+        "Shots",
+    ),
+    "calibration.survey.survey": ("survey",),
+    "calibration.tensile.modulus": ("modulus",),
+    "calibration.tensile.recording": ("TensileTest",),
+    "calibration.tensile.result": ("TensileResult",),
+    "errors": (
+        "AnswerError",
+        "CablewrightError",
+        "EnvironmentFault",
+        "InputError",
+        "Status",
+        "UnknownName",
     ),
     "estimation.lidar.room": (
         "Laser",
         "RoomMap",
     ),
-    "studies.walls": (
-        "LidarPlace",
-        "Walls",
-        "walls",
+    "estimation.lidar.scan_file": (
+        "FileScan",
+        "read_scan",
+    ),
+    "models.fidelity": (
+        "CableLaw",
+        "Fidelity",
+        "SheaveLaw",
+    ),
+    "models.statics": (
+        "Equilibrium",
+        "Model",
     ),
     "printing.curve": (
         "Curve",
@@ -142,51 +271,82 @@ _HOMES = {
         "RankedCurve",
         "curves",
     ),
-    "calibration.survey.shots": (
-        "Shot",
-        "Shots",
+    "printing.job": (
+        "Job",
+        "load_job",
     ),
-    "calibration.survey.plan": ("SurveyPlan",),
-    "calibration.survey.result": ("Survey",),
-    "calibration.survey.survey": ("survey",),
-    "calibration.tensile.result": ("TensileResult",),
-    "calibration.tensile.recording": ("TensileTest",),
-    "calibration.tensile.modulus": ("modulus",),
-    "calibration.solve": ("calibrate",),
-    "calibration.result": ("Calibration",),
-    "calibration.plan": (
-        "CalibrationPlan",
-        "Sigmas",
+    "printing.stl": ("read_stl",),
+    "results": (
+        "Figure",
+        "Result",
     ),
-    "calibration.problem": ("Measured",),
-    "calibration.poses": (
-        "CalibrationPoses",
-        "calibration_poses",
+    "robot": (
+        "Robot",
+        "library_names",
+        "load",
+        "load_uncertainty",
+        "loads",
+        "modulus_ranges",
     ),
-    "calibration.simulation": (
-        "SensorNoise",
-        "SimulatedCalibration",
-        "aligned",
-        "simulate_calibration",
+    "robot.design_variables": ("Change",),
+    "robot.parameters": ("Parameter",),
+    "robot.uncertainty": ("Range",),
+    "solvers.certify": (
+        "Certificate",
+        "certify",
     ),
-    "analyses.accuracy.nozzle_error": ("accuracy",),
-    "analyses.accuracy.spread": ("FirstOrder", "MonteCarlo", "Vertices"),
-    "errors": ("AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status"),
-    "models.fidelity": ("CableLaw", "Fidelity", "SheaveLaw"),
-    "models.statics": ("Equilibrium", "Model"),
-    "printing.job": ("Job", "load_job"),
-    "robot": ("Robot", "library_names", "load", "load_uncertainty", "loads", "modulus_ranges"),
-    "solvers.equilibria": ("Equilibria", "equilibria"),
-    "solvers.certify": ("Certificate", "certify"),
+    "solvers.continuation": (
+        "Tracker",
+        "TrackerSettings",
+    ),
+    "solvers.equilibria": (
+        "Equilibria",
+        "equilibria",
+    ),
     "solvers.forward": ("forward",),
     "solvers.inverse": ("inverse",),
-    "solvers.linearise": ("Linearisation", "linearise"),
-    "solvers.continuation": ("Tracker", "TrackerSettings"),
-    "analyses.interference": ("Interference", "InterferenceSettings"),
-    "studies.interference": ("JobInterference", "interference"),
-    "studies.accuracy": ("Places", "accuracy_over", "accuracy_over_job", "accuracy_over_workspace"),
-    "studies.check": ("Check", "check"),
-    "studies.accuracy_at_pose": ("accuracy_at",),
+    "solvers.linearise": (
+        "Linearisation",
+        "linearise",
+    ),
+    "solvers.pose_hull": (
+        "PoseBox",
+        "enclose_poses",
+    ),
+    "studies.accuracy": (
+        "AccuracyStudy",
+        "accuracy",
+    ),
+    "studies.accuracy_at_pose": ("AccuracyAtPose",),
+    "studies.bracket": (
+        "BracketStress",
+        "bracket",
+    ),
+    "studies.check": (
+        "Check",
+        "check",
+    ),
+    "studies.interference": (
+        "JobInterference",
+        "interference",
+    ),
+    "studies.places": ("Places",),
+    "studies.prints.plan": ("PrintOptions",),
+    "studies.prints.print_job": (
+        "PrintedJob",
+        "print_job",
+    ),
+    "studies.trade": (
+        "Trade",
+        "TradeSettings",
+        "trade",
+    ),
+    "studies.walls": (
+        "LidarPlace",
+        "Walls",
+        "walls",
+    ),
+    "triangle_mesh": ("TriangleMesh",),
 }
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.region import region
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices, corner_values
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
@@ -37,7 +37,7 @@ def paty(kind: str) -> Robot:
 @pytest.mark.parametrize("robot", HELD, ids=lambda robot: robot.name)
 def test_with_the_full_model_commanded_nothing_is_off(robot: Robot) -> None:
     poses = cases.poses(Model(robot), 10).pose
-    found = accuracy(robot, poses, compensation="full", method=FirstOrder())
+    found = nozzle_errors(robot, poses, compensation="full", method=FirstOrder())
     assert found.ok.all()
     assert found.nominal_error.max() < 1e-9
     assert found.nominal_turn.max() < 1e-9
@@ -52,7 +52,7 @@ def test_with_the_full_model_commanded_nothing_is_off(robot: Robot) -> None:
 def test_table_1_of_paty_2021(kind: str, pose: list[float], nominal: float, largest: float) -> None:
     """In mm, to the digits of an independent prototype; the paper prints 19.5 and 29.3 at P1."""
     robot = paty(kind)
-    found = accuracy(robot, pose, modulus_ranges(robot, *RANGE[kind]))
+    found = nozzle_errors(robot, pose, modulus_ranges(robot, *RANGE[kind]))
     digit = 0.05 if pose == P1 or kind == "A2" else 0.5
     assert 1e3 * found.nominal_error[0] == pytest.approx(nominal, abs=digit)
     assert 1e3 * found.spread.max_error[0] == pytest.approx(largest, abs=digit)
@@ -69,13 +69,13 @@ def test_table_1_of_paty_2021(kind: str, pose: list[float], nominal: float, larg
 )
 def test_volumes_of_paty_2021(kind: str, pose: list[float], volume: float) -> None:
     robot = paty(kind)
-    problem = accuracy(robot, pose, modulus_ranges(robot, *RANGE[kind])).problem
+    problem = nozzle_errors(robot, pose, modulus_ranges(robot, *RANGE[kind])).problem
     assert region(problem, corner_values(problem)).hull.volume == pytest.approx(volume, rel=4e-3)
 
 
 @pytest.mark.parametrize("height", [0.0, 4.0, 11.0])
 def test_on_the_axis_a_symmetric_machine_is_off_downwards(height: float) -> None:
-    found = accuracy(load("paty2021"), [0.0, 0.0, height])
+    found = nozzle_errors(load("paty2021"), [0.0, 0.0, height])
     np.testing.assert_allclose(found.nominal_offset[0, :2], 0.0, atol=1e-10)
     assert found.nominal_offset[0, 2] < 0.0
     low, high = found.spread.low[0], found.spread.high[0]
@@ -86,14 +86,14 @@ def test_on_the_axis_a_symmetric_machine_is_off_downwards(height: float) -> None
 def test_where_stretch_is_small_errors_go_with_the_compliance() -> None:
     robot = paty("A")
     soft = cases.replaced(robot, "soft", cable=robot.lines[0].cable.model_copy(update={"young_modulus": 51.1e9}))
-    one, two = accuracy(robot, P1), accuracy(soft, P1)
+    one, two = nozzle_errors(robot, P1), nozzle_errors(soft, P1)
     assert two.nominal_error[0] / one.nominal_error[0] == pytest.approx(2.0, rel=1e-2)
     assert two.spread.max_deviation[0] / one.spread.max_deviation[0] == pytest.approx(2.0, rel=1e-2)
     assert one.spread.max_error[0] / one.nominal_error[0] == pytest.approx(1.0 / 0.7, rel=3e-3)
 
 
 def test_at_random_poses_no_inside_beats_the_corners() -> None:
-    found = accuracy(HOUSE, cases.poses(Model(HOUSE), 20).pose)
+    found = nozzle_errors(HOUSE, cases.poses(Model(HOUSE), 20).pose)
     problem = found.problem
     for row in range(20):
         one = problem.rows(slice(row, row + 1))
@@ -111,7 +111,7 @@ def test_lengths_are_those_of_the_model_named(name: str, compensation: str) -> N
     lengths = COMPENSATIONS[compensation].lengths(held, held.pose)
     law = COMPENSATIONS[compensation].fidelity
     np.testing.assert_array_equal(lengths, solve_inverse(Model(robot, law), held.pose, path=True).lengths)
-    found = accuracy(robot, held.pose, compensation=compensation, method=FirstOrder())
+    found = nozzle_errors(robot, held.pose, compensation=compensation, method=FirstOrder())
     where = forward(robot, lengths, guess=held.pose)
     np.testing.assert_array_equal(found.codes, where.code)
     ok = found.ok
@@ -125,9 +125,9 @@ def test_lengths_are_those_of_the_model_named(name: str, compensation: str) -> N
 def test_where_it_was_zeroed_the_machine_is_true(name: str, compensation: str) -> None:
     robot = load(name)
     home, other = cases.poses(Model(robot), 2).pose
-    found = accuracy(robot, [home, other], compensation=compensation, home=home, method=FirstOrder())
+    found = nozzle_errors(robot, [home, other], compensation=compensation, home=home, method=FirstOrder())
     assert found.nominal_error[0] < 1e-9
-    plain = accuracy(robot, [home, other], compensation=compensation, method=FirstOrder())
+    plain = nozzle_errors(robot, [home, other], compensation=compensation, method=FirstOrder())
     moved = found.commanded - plain.commanded
     np.testing.assert_allclose(moved[1], moved[0], atol=1e-12)  # a zeroing adds the same everywhere
     if compensation == "none":
@@ -136,20 +136,20 @@ def test_where_it_was_zeroed_the_machine_is_true(name: str, compensation: str) -
 
 def test_a_home_where_the_machine_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="home"):
-        accuracy(HOUSE, [0.0, 0.0, 1.0], home=[0.0, 0.0, 14.9])
+        nozzle_errors(HOUSE, [0.0, 0.0, 1.0], home=[0.0, 0.0, 14.9])
 
 
 def test_poses_that_cannot_be_held_are_rows_without_numbers() -> None:
     poses = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 14.9], [1.0, 1.0, 2.0]])
-    found = accuracy(HOUSE, poses)
+    found = nozzle_errors(HOUSE, poses)
     assert [Status.of(int(code)) for code in found.codes] == [Status.OK, Status.INFEASIBLE, Status.OK]
     for values in (found.nominal, found.nominal_error, found.nominal_turn, found.difference, found.worst_offset):
         np.testing.assert_array_equal(np.isnan(values.reshape(3, -1)).any(axis=1), [False, True, False])
     for values in (found.spread.max_error, found.spread.effects, found.spread.max_turn, found.spread.worst_values):
         np.testing.assert_array_equal(np.isnan(values.reshape(3, -1)).any(axis=1), [False, True, False])
-    alone = accuracy(HOUSE, poses[[0, 2]])
+    alone = nozzle_errors(HOUSE, poses[[0, 2]])
     np.testing.assert_array_equal(alone.spread.max_error, found.spread.max_error[[0, 2]])
-    tight = accuracy(HOUSE, [[0.0, 0.0, 1.0], [6.0, 6.0, 2.0]], tension_limits=(500.0, 5000.0))
+    tight = nozzle_errors(HOUSE, [[0.0, 0.0, 1.0], [6.0, 6.0, 2.0]], tension_limits=(500.0, 5000.0))
     assert np.isfinite(tight.spread.max_error[0])
     assert tight.codes[1] != 0
 
@@ -160,16 +160,16 @@ def test_poses_that_cannot_be_held_are_rows_without_numbers() -> None:
 )
 def test_where_no_pose_can_be_held_there_is_no_answer(poses: list[float], message: str) -> None:
     with pytest.raises(AnswerError, match=message):
-        accuracy(HOUSE, poses)
+        nozzle_errors(HOUSE, poses)
 
 
 def test_what_cannot_be_used_is_refused() -> None:
     with pytest.raises(UnknownName, match="compensation"):
-        accuracy(HOUSE, [0.0, 0.0, 1.0], compensation="fulll")
+        nozzle_errors(HOUSE, [0.0, 0.0, 1.0], compensation="fulll")
     with pytest.raises(InputError, match="pose"):
-        accuracy(HOUSE, [0.0, 0.0])
+        nozzle_errors(HOUSE, [0.0, 0.0])
     with pytest.raises(InputError, match="retraction"):
-        accuracy(HOUSE, [0.0, 0.0, 1.0], retraction=1.0)
+        nozzle_errors(HOUSE, [0.0, 0.0, 1.0], retraction=1.0)
 
 
 def about_z(robot: Robot, angle: float) -> Robot:
@@ -196,7 +196,7 @@ def test_results_turn_with_the_machine(name: str, method: Vertices) -> None:
     moved[:, :3] = turn.apply(poses[:, :3])
     if robot.n == 6:
         moved[:, 3:] = (turn * Rotation.from_rotvec(poses[:, 3:])).as_rotvec()
-    one, other = accuracy(robot, poses, method=method), accuracy(about_z(robot, angle), moved, method=method)
+    one, other = nozzle_errors(robot, poses, method=method), nozzle_errors(about_z(robot, angle), moved, method=method)
     np.testing.assert_allclose(other.nominal_error, one.nominal_error, atol=1e-9)
     np.testing.assert_allclose(other.spread.max_error, one.spread.max_error, atol=1e-9)
     np.testing.assert_allclose(other.worst_offset, turn.apply(one.worst_offset), atol=1e-8)
@@ -211,26 +211,26 @@ def test_of_a_body_errors_are_those_of_its_nozzle() -> None:
     body = load("cogiro")
     robot = body.model_copy(update={"platform": body.platform.model_copy(update={"nozzle": (0.5, 0.0, -1.0)})})
     pose = cases.poses(Model(robot), 2).pose
-    found = accuracy(robot, pose)
+    found = nozzle_errors(robot, pose)
     arm = np.array([0.5, 0.0, -1.0])
     ends = [one[:, :3] + Rotation.from_rotvec(one[:, 3:]).apply(arm) for one in (pose, found.nominal)]
     np.testing.assert_allclose(found.nominal_error, np.linalg.norm(ends[1] - ends[0], axis=1), atol=1e-12)
     turned = cases.turned(pose, found.nominal)
     np.testing.assert_allclose(found.nominal_turn, turned, atol=1e-9)
-    assert (found.nominal_error != accuracy(body, pose).nominal_error).all()
+    assert (found.nominal_error != nozzle_errors(body, pose).nominal_error).all()
 
 
 def test_fewer_lines_than_freedoms_work_where_gravity_decides_the_rest() -> None:
     robot = load("grab-four-lines")
     pose = np.array([1.0, 0.3, -0.2, np.nan, np.nan, 0.0])
-    found = accuracy(robot, pose)
+    found = nozzle_errors(robot, pose)
     assert found.ok.all()
     np.testing.assert_allclose(found.wanted, inverse(robot, pose[None]).pose)
     assert 0.0 < found.nominal_error[0] < found.spread.max_error[0] < 0.05
-    full = accuracy(robot, pose, compensation="full")
+    full = nozzle_errors(robot, pose, compensation="full")
     assert full.nominal_error[0] < 1e-9
     with pytest.raises(InputError, match="leave 2 free"):
-        accuracy(robot, pose[:3])
+        nozzle_errors(robot, pose[:3])
 
 
 def test_ranges_may_be_of_any_numbers_and_retraction_by_row() -> None:
@@ -238,9 +238,9 @@ def test_ranges_may_be_of_any_numbers_and_retraction_by_row() -> None:
     poses = np.repeat(cases.poses(Model(robot), 1).pose, 2, axis=0)
     known: tuple[Range, ...] = ranges_of(robot, {"name": "length_offset", "plus_minus": 1e-4})
     drawn = np.array([1.8, 2.0])
-    found = accuracy(robot, poses, known, retraction=drawn)
+    found = nozzle_errors(robot, poses, known, retraction=drawn)
     for row in range(2):
-        alone = accuracy(robot.retracted(float(drawn[row])), poses[row], known)
+        alone = nozzle_errors(robot.retracted(float(drawn[row])), poses[row], known)
         np.testing.assert_allclose(found.nominal[row], alone.nominal[0], atol=1e-9)
         np.testing.assert_allclose(found.spread.max_error[row], alone.spread.max_error[0], rtol=1e-6)
     assert Fidelity() == COMPENSATIONS["full"].fidelity
@@ -251,6 +251,6 @@ def test_places_of_a_grid_do_not_lead_each_other_astray() -> None:
     robot = load("cogiro")
     x, y = np.meshgrid(np.arange(-6.0, 6.5, 1.0), np.arange(-5.0, 5.5, 1.0))
     poses = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 1.0), np.zeros((x.size, 3))])
-    found = accuracy(robot, poses, method=FirstOrder())
-    alone = np.array([accuracy(robot, pose, method=FirstOrder()).nominal_error[0] for pose in poses[found.ok]])
+    found = nozzle_errors(robot, poses, method=FirstOrder())
+    alone = np.array([nozzle_errors(robot, pose, method=FirstOrder()).nominal_error[0] for pose in poses[found.ok]])
     np.testing.assert_allclose(found.nominal_error[found.ok], alone, atol=1e-9)

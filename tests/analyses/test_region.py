@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy import region as module
-from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.region import PLANES, area, hull_of, interior, region
 from cablewright.analyses.accuracy.spread import SpreadProblem, Vertices, corner_values, sampled
 from cablewright.models.statics import Equilibrium, Model
@@ -95,7 +95,7 @@ def problem_at(name: str, pose: list[float], ranges: tuple[Range, ...] | None = 
     """As `studies.place` puts it: lengths of rigid cables on the full machine."""
     robot = load(name)
     known = modulus_ranges(robot) if ranges is None else ranges
-    found = accuracy(robot, pose, known)
+    found = nozzle_errors(robot, pose, known)
     nominal = solve_forward(Model(robot), found.commanded, guess=found.nominal)
     return SpreadProblem(nominal, found.commanded, found.wanted, known)
 

@@ -10,7 +10,7 @@ import pytest
 
 from analyses.test_spread import problem_of, ranges_of
 from cablewright.analyses.accuracy import spread as module
-from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
@@ -210,7 +210,7 @@ def test_samples_are_numbers_that_a_robot_can_have() -> None:
 
 REFUSED: dict[str, tuple[Callable[[], object], type[Exception]]] = {
     "no place": (lambda: Vertices()(problem_of(Model(HOUSE), HEAVY, 1).rows(slice(0, 0))), AnswerError),
-    "no number": (lambda: accuracy(HOUSE, [0.0, 0.0, 1.0], []), InputError),
+    "no number": (lambda: nozzle_errors(HOUSE, [0.0, 0.0, 1.0], []), InputError),
 }
 
 

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
-from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.nozzle_error import METHODS, nozzle_errors
 from cablewright.analyses.accuracy.spread import FirstOrder
 from cablewright.errors import AnswerError, InputError, UnknownName
+from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 from cablewright.studies import accuracy as studies
-from cablewright.studies.accuracy import Places, accuracy_over, accuracy_over_job, accuracy_over_workspace
-from cablewright.studies.accuracy_at_pose import accuracy_at
+from cablewright.studies.accuracy import accuracy
+from cablewright.studies.places import Places
 
 HOUSE = load("house-printer")
 WRONG = [
     ({"metod": FirstOrder()}, TypeError, "metod"),
+    ({"method": "newton"}, UnknownName, "monte-carlo"),
+    ({"seed": -1}, InputError, "at least 0"),
     ({"compensation": "fulll"}, UnknownName, "did you mean 'full'"),
     ({"tension_limits": (500.0, 20.0)}, InputError, "lowest < highest"),
     ({"home": [0.0, 0.0, 14.9]}, InputError, "home: "),
@@ -31,10 +36,10 @@ def test_a_wrong_option_is_refused_before_any_work(job_file, options, error, mes
     options = {"progress": lambda stage, _done, _total: begun.append(stage)} | options
     job, places = load_job(job_file), Places.plane(HOUSE, 1.0, 1.0, 1.0)
     for ask in (
-        lambda: accuracy_over_job(HOUSE, job, **options),
-        lambda: accuracy_over_workspace(HOUSE, 2.5, **options),
-        lambda: accuracy_over(HOUSE, places, **options),
-        lambda: accuracy_at(HOUSE, [0.0, 0.0, 1.0], **options),
+        lambda: accuracy(HOUSE, job, **options),
+        lambda: accuracy(HOUSE, Places.workspace(2.5), **options),
+        lambda: accuracy(HOUSE, places, **options),
+        lambda: accuracy(HOUSE, [0.0, 0.0, 1.0], **options),
     ):
         with pytest.raises(error, match=message):
             ask()
@@ -43,18 +48,18 @@ def test_a_wrong_option_is_refused_before_any_work(job_file, options, error, mes
 
 def test_along_a_job_it_is_that_of_its_poses(job_file) -> None:
     job = load_job(job_file)
-    found = accuracy_over_job(HOUSE, job, method=FirstOrder(), compensation="elastic")
+    found = accuracy(HOUSE, job, method=FirstOrder(), compensation="elastic")
     assert found.places.shape == "path"
-    alone = accuracy(HOUSE, found.places.positions, method=FirstOrder(), compensation="elastic")
+    alone = nozzle_errors(HOUSE, found.places.positions, method=FirstOrder(), compensation="elastic")
     np.testing.assert_array_equal(found.accuracy.spread.max_error, alone.spread.max_error)
     np.testing.assert_array_equal(found.places.distance, job.samples(job.toolpath()).distance)
 
 
 def test_at_one_pose_every_compensation_is_as_if_asked_alone() -> None:
     pose, home = [3.0, 2.0, 1.0], [0.0, 0.0, 1.0]
-    found = accuracy_at(HOUSE, pose, compensation="elastic", home=home)
+    found = accuracy(HOUSE, pose, compensation="elastic", home=home)
     for name, left in found.remains.items():
-        alone = accuracy(HOUSE, pose, compensation=name, home=home)
+        alone = nozzle_errors(HOUSE, pose, compensation=name, home=home)
         np.testing.assert_array_equal(left.commanded, alone.commanded)
         np.testing.assert_array_equal(left.spread.max_error, alone.spread.max_error)
     assert found.remains["elastic"] is found.accuracy
@@ -65,7 +70,7 @@ def test_at_one_pose_the_inverse_problem_is_solved_once(monkeypatch) -> None:
     full = []
     solve = studies.AccuracyQuestion.hold
     monkeypatch.setattr(studies.AccuracyQuestion, "hold", lambda *given: full.append(1) or solve(*given))
-    assert len(accuracy_at(HOUSE, [0.0, 0.0, 1.0]).remains) == 4
+    assert len(accuracy(HOUSE, [0.0, 0.0, 1.0]).remains) == 4
     assert len(full) == 1
 
 
@@ -82,4 +87,46 @@ def test_places_are_in_the_frame_and_in_order() -> None:
 
 def test_where_it_can_be_nowhere_there_is_no_answer() -> None:
     with pytest.raises(AnswerError, match="none of the 4 poses has an answer"):
-        accuracy_over(HOUSE, Places.plane(HOUSE, 14.9, 0.5, 1.0))
+        accuracy(HOUSE, Places.plane(HOUSE, 14.9, 0.5, 1.0))
+
+
+def test_a_model_answers_as_its_robot_does_and_one_without_sag_is_refused(job_file) -> None:
+    poses = [[0.0, 0.0, 1.0], [3.0, 2.0, 1.0]]
+    ours, own = (accuracy(it, poses, method="first-order") for it in (HOUSE, Model(HOUSE)))
+    np.testing.assert_array_equal(ours.spread.max_error, own.spread.max_error)
+    for where in (poses, poses[0], Places.workspace(2.5), job_file):
+        with pytest.raises(InputError, match="the model is elastic: the machine itself follows catenary"):
+            accuracy(Model(HOUSE, Fidelity(CableLaw.ELASTIC)), where)
+
+
+def test_retraction_belongs_to_poses() -> None:
+    for where in ([0.0, 0.0, 1.0], Places.workspace(2.5)):
+        with pytest.raises(InputError, match="retraction: of poses"):
+            accuracy(HOUSE, where, retraction=[0.1])
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+def test_no_poses_have_no_errors(method) -> None:
+    found = accuracy(HOUSE, np.empty((0, 3)), method=method)
+    assert (len(found), found.ok.shape, found.to_dict()["max_error"]) == (0, (0,), None)
+
+
+def test_results_are_one_line_and_json(job_file) -> None:
+    quick = {"method": "first-order"}
+    shapes = (job_file, str(job_file), load_job(job_file))
+    for where in ([0.0, 0.0, 1.0], [[0.0, 0.0, 1.0], [0.0, 0.0, 99.0]], Places.plane(HOUSE, 1.0, 1.0, 1.0), *shapes):
+        found = accuracy(HOUSE, where, **quick)
+        assert "\n" not in repr(found)
+        assert len(repr(found)) < 160
+        assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["robot"] == "house-printer"
+
+
+def test_some_of_the_places_are_a_smaller_batch() -> None:
+    found = accuracy(HOUSE, [[0.0, 0.0, 99.0], [0.0, 0.0, 1.0], [3.0, 2.0, 1.0]], method="first-order")
+    last, both = found[-1], found[:2]
+    assert (len(last), len(both), len(both.problem.commanded)) == (1, 2, 1)
+    assert last.nominal_error[0] == found.nominal_error[2]
+    np.testing.assert_array_equal(last.problem.commanded, found.commanded[2:])
+    np.testing.assert_array_equal(both.spread.max_error, found.spread.max_error[:2])
+    with pytest.raises(IndexError):
+        found[3]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import numba
 import numpy as np
@@ -71,7 +72,7 @@ def test_shapes_and_summary(found: Check) -> None:
     assert {shapes.pop(name) for name in ("codes", "violations")} == {(k,)}
     assert set(shapes.values()) == {(k, 4)}
     assert len(shapes) == 11
-    summary = found.summary()
+    summary = found.to_dict()
     assert (summary["layers"], summary["samples"]) == (3, k)
     assert summary["extruded_length"] == pytest.approx(12.0)
     assert summary["travel_length"] == pytest.approx(0.04)
@@ -189,7 +190,7 @@ def test_a_sample_without_a_solution_has_no_numbers(inside_sheave: Check) -> Non
 
 def test_made_up_numbers_are_in_no_summary(inside_sheave: Check) -> None:
     good = inside_sheave.codes == 0
-    summary = inside_sheave.summary()
+    summary = inside_sheave.to_dict()
     assert summary["max_winch_speed"] < 5.0
     assert summary["min_tension"] == pytest.approx(inside_sheave.statics.lines.lowest_tension[good].min(), rel=0.5)
 
@@ -229,3 +230,11 @@ def test_the_robot_keeps_its_own_limits(job_file) -> None:
     robot = load("house-printer")
     check(robot, load_job(job_file), tension_limits=(30.0, 4000.0))
     assert robot == load("house-printer")
+
+
+def test_a_model_and_a_file_are_the_robot_and_the_job(found: Check, job_file) -> None:
+    again = check(Model(found.robot), job_file)
+    assert again.to_dict() == found.to_dict() == json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert len(repr(again)) < 160
+    with pytest.raises(InputError, match="the model is elastic: the machine itself follows catenary"):
+        check(Model(found.robot, Fidelity(CableLaw.ELASTIC)), job_file)

@@ -65,6 +65,14 @@ class Model:
                 raise InputError(f"{name} = {given}: the model has {own or 'none'}; leave it out, or pass the robot")
         return robot
 
+    @classmethod
+    def full(cls, robot: Robot | Model, *, tension_limits: tuple[float, float] | None = None) -> Model:
+        """Return the model of a robot under all physics. Raises `InputError` for a model that leaves some of it out."""
+        model = cls.of(robot, tension_limits=tension_limits)
+        if model.fidelity != FULL:
+            raise InputError(f"the model is {model.fidelity}: the machine itself follows {FULL}; pass the robot")
+        return model
+
     def __post_init__(self) -> None:
         """Refuse limits that do not rise."""
         if self.tension_limits is not None:

@@ -1,214 +1,180 @@
-"""Accuracy over a shape: places, a helix, a job's path, a plane, the whole workspace."""
+"""How far off the nozzle is: at a pose, at poses, over a shape or along a job's path."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Literal, Self, Unpack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Unpack, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions, AccuracyQuestion
+from cablewright.analyses.accuracy.spread import Method
 from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.analyses.workspace.workspace import count_nodes
-from cablewright.errors import AnswerError, InputError, Status
-from cablewright.printing.job import Job
+from cablewright.errors import AnswerError, InputError
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job, load_job
+from cablewright.progress import Progress
+from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
+from cablewright.solvers.arguments import as_poses
+from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 from cablewright.studies.job_poses import along
+from cablewright.studies.places import Places
 
-__all__ = [
-    "Places",
-    "Study",
-    "accuracy_over",
-    "accuracy_over_job",
-    "accuracy_over_workspace",
-]
+__all__ = ["AccuracyStudy", "accuracy"]
 
 Array = NDArray[np.float64]
-Shape = Literal["helix", "path", "plane", "workspace"]
-
-MAX_PLACES = 5_000_000
-HELIX_STEP = 0.1  # m
 
 
-@dataclass(frozen=True, eq=False)
-class Places:
-    """Where to look: nozzle positions (N, 3), m, and what orders them."""
-
-    shape: Shape
-    positions: Array
-    distance: Array | None = None  # (N,) m, along a helix or a path
-    axes: tuple[Array, ...] = ()  # coordinates of a grid's nodes: x and y of a plane, x, y and z of the workspace
-
-    @classmethod
-    def helix(
-        cls, robot: Robot, radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP
-    ) -> Self:
-        """A helix about the frame's upright middle axis, from height *low* to *high*, with places every *step*, m.
-
-        *radius* and *pitch*, its rise per turn, in m. Raises `InputError` for what is no helix, leaves the frame, or
-        has too many places.
-        """
-        if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
-            asked = f"{radius:g},{pitch:g},{low:g},{high:g}"
-            raise InputError(f"helix {asked}: radius and pitch over 0 and Z0 < Z1 are wanted")
-        middle, widest = _middle(robot)
-        if radius > widest:
-            raise InputError(f"helix radius {radius:g} m: the frame of {robot.name} allows at most {widest:g} m")
-        for height in (low, high):
-            _require_height(robot, "helix", height)
-        turn = float(np.hypot(2.0 * np.pi * radius, pitch))
-        length = (high - low) / pitch * turn
-        count = _counted(length / step + 1.0)
-        distance = np.linspace(0.0, length, count)
-        angle = 2.0 * np.pi * distance / turn
-        around = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
-        return cls("helix", np.column_stack([around, np.linspace(low, high, count)]), distance)
-
-    @classmethod
-    def plane(cls, robot: Robot, height: float, half_width: float | None, step: float) -> Self:
-        """A square of nodes about the frame's middle at a *height*, to *half_width* from it, at most *step* apart, m.
-
-        As wide as the frame where no half-width is given. Raises `InputError` for a plane outside the frame, or too
-        many places.
-        """
-        middle, widest = _middle(robot)
-        half_width = widest if half_width is None else half_width
-        if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
-            raise InputError(f"half-width {half_width:g} m, step {step:g} m: over 0, and the step at most the width")
-        if half_width > widest:
-            raise InputError(f"half-width {half_width:g} m: the frame of {robot.name} allows at most {widest:g} m")
-        _require_height(robot, "plane", height)
-        count = _counted(2.0 * half_width / step + 1.0 - 1e-9)
-        _counted(float(count) ** 2)
-        axes = tuple(centre + np.linspace(-half_width, half_width, count) for centre in middle)
-        x, y = np.meshgrid(*axes, indexing="ij")
-        positions = np.column_stack([x.ravel(), y.ravel(), np.full(count * count, height)])
-        return cls("plane", positions, axes=axes)
+def _of_workspace(study: AccuracyStudy) -> bool:
+    return study.workspace is not None
 
 
-def _middle(robot: Robot) -> tuple[Array, float]:
-    """The middle (2,) of the frame seen from above, and its distance from the nearest side, m."""
-    low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
-    return 0.5 * (low + high), float(0.5 * (high - low).min())
-
-
-def _require_height(robot: Robot, what: str, height: float) -> None:
-    low, high = robot.scene.frame_min[2], robot.scene.frame_max[2]
-    if not low <= height <= high:
-        raise InputError(f"{what} at {height:g} m: the frame of {robot.name} is from {low:g} to {high:g} m high")
-
-
-def _counted(number: float) -> int:
-    """*number* of places, rounded up. Raises `InputError` for too many."""
-    if not number <= MAX_PLACES:
-        raise InputError(f"{number:.3g} places; at most {MAX_PLACES} are allowed: take a larger step")
-    return max(2, int(np.ceil(number)))
-
-
-@dataclass(frozen=True, eq=False)
-class Study:
+@dataclass(frozen=True, eq=False, repr=False)
+class AccuracyStudy(Result):
     """How far off the machine is over a shape. Rows of `accuracy` are its places: of a workspace, those reached."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
+        Figure("shape", "", "What the places make up.", "places.shape"),
+        *(each.of_part("accuracy") for each in Accuracy.FIGURES),
+        Figure("sheave_rules", "", "Whether each sheave is wide enough for its cable.", "_rules"),
+        Figure("volume", "m^3", "Volume of the workspace.", "workspace.nodes.trapezoid_volume", only=_of_workspace),
+        Figure("ends", "", "Limits that end the workspace, how often and where.", "_ends", only=_of_workspace),
+    )
+    HEADLINES: ClassVar = ("shape", "robot", "compensation", "places", "nominal_error", "max_error")
 
     places: Places
     accuracy: Accuracy
     workspace: BoundaryLimits | None  # where the shape is the workspace
     rules: tuple[SheaveRule, ...]
 
-    def summary(self) -> dict[str, object]:
-        """The figures of the command line's JSON, SI."""
-        found, spread = self.accuracy, self.accuracy.spread
-        ok = found.ok
-        low, high = int(np.nanargmin(spread.max_error)), int(np.nanargmax(spread.max_error))
-        values: dict[str, object] = {
-            "shape": self.places.shape,
-            "robot": found.robot.name,
-            "compensation": found.compensation,
-            "parameters": [each.parameter.label for each in found.ranges],
-            "places": len(ok),
-            "answered": int(ok.sum()),
-            "refused": {
-                Status.of(int(code)).word: int((found.codes == code).sum()) for code in np.unique(found.codes) if code
-            },
-            "nominal_error": float(np.nanmax(found.nominal_error)),
-            "max_error": float(spread.max_error[high]),
-            "max_error_at": found.wanted_nozzle[high],
-            "max_error_values": spread.worst_values[high],
-            "smallest_max_error": float(spread.max_error[low]),
-            "smallest_max_error_at": found.wanted_nozzle[low],
-            "difference": float(np.nanmax(found.difference)),
-            "max_deviation": float(np.nanmax(spread.max_deviation)),
-            "lowest_error": np.nanmin(spread.low, axis=0),
-            "highest_error": np.nanmax(spread.high, axis=0),
-            "max_horizontal_error": float(np.nanmax(np.linalg.norm(found.worst_offset[:, :2], axis=1))),
-            "max_vertical_error": float(np.nanmax(np.abs(found.worst_offset[:, 2]))),
-            "max_turn": float(np.nanmax(spread.max_turn)),
-            "nonlinearity": float(np.nanmax(spread.nonlinearity)),
-            "unsolved": int(spread.unsolved.sum()),
-            "contributions": self._contributions(),
-            "sheave_rules": [rule.__dict__ for rule in self.rules],
-        }
-        if self.workspace is not None:
-            ends = [asdict(each) for each in self.workspace.by_limit]
-            values |= {"volume": self.workspace.nodes.trapezoid_volume, "ends": ends}
-        return values
+    def __len__(self) -> int:
+        """How many places there are."""
+        return len(self.accuracy)
 
-    def _contributions(self) -> list[dict[str, object]]:
-        """Each number's own effect, the largest of any place, most first."""
-        sizes = np.nanmax(np.linalg.norm(self.accuracy.spread.effects, axis=1), axis=0)
-        labels = [each.parameter.label for each in self.accuracy.ranges]
-        return [{"parameter": labels[k], "effect": float(sizes[k])} for k in np.argsort(-sizes, kind="stable")]
+    def _rules(self) -> list[dict[str, Any]]:
+        return [rule.__dict__ for rule in self.rules]
+
+    def _ends(self) -> list[dict[str, Any]]:
+        return [] if self.workspace is None else [asdict(each) for each in self.workspace.by_limit]
 
 
-def accuracy_over(
-    robot: Robot, places: Places, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
-) -> Study:
-    """How far off *robot* is at *places*, its platform unrotated; *ranges* and *options* as of `accuracy`.
+@overload
+def accuracy(
+    robot: Robot | Model,
+    where: Places | Job | str | Path,
+    ranges: Sequence[Range] | None = None,
+    **options: Unpack[AccuracyOptions],
+) -> AccuracyStudy: ...
+@overload
+def accuracy(
+    robot: Robot | Model,
+    where: Sequence[float],
+    ranges: Sequence[Range] | None = None,
+    **options: Unpack[AccuracyOptions],
+) -> AccuracyAtPose: ...
+@overload
+def accuracy(
+    robot: Robot | Model,
+    where: Sequence[Sequence[float]],
+    ranges: Sequence[Range] | None = None,
+    **options: Unpack[AccuracyOptions],
+) -> Accuracy: ...
+@overload
+def accuracy(
+    robot: Robot | Model,
+    where: NDArray[np.float64],
+    ranges: Sequence[Range] | None = None,
+    **options: Unpack[AccuracyOptions],
+) -> Accuracy | AccuracyAtPose: ...
+def accuracy(
+    robot: Robot | Model,
+    where: ArrayLike | Places | Job | str | Path,
+    ranges: Sequence[Range] | None = None,
+    *,
+    compensation: str = "none",
+    method: Method | str = "vertices",
+    tension_limits: tuple[float, float] | None = None,
+    home: ArrayLike | None = None,
+    retraction: ArrayLike | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> AccuracyAtPose | Accuracy | AccuracyStudy:
+    """How far off the nozzle of *robot* is *where* it is wanted, while numbers are uncertain by *ranges*.
 
-    Raises `InputError` for a robot whose lines do not hold all its freedoms, `AnswerError` where it can be at none of
-    the places.
+    *where* is one pose (n,), m and rad, for all there is to say of it (`AccuracyAtPose`); poses (N, n) (`Accuracy`);
+    `Places`, gone through unrotated, or a `Job` or its file, held as its schedule has it (`AccuracyStudy`).
+
+    *ranges*: every line's modulus between 0.7 and 1.3 of its nominal value when left out. *compensation*: the model
+    that the commanded lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: what finds the
+    spread, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
+    *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
+    commanded lengths are true. *retraction* (N,), m, belongs to poses. *seed*: of the random points that are tried
+    against the corners of the ranges at one pose. Errors are those against all physics: a model under another law is
+    refused.
+
+    Raises `InputError` for what cannot be used, `AnswerError` where the robot can be at none of the places. Source:
+    Paty 2021, section 2.3.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> found = cw.accuracy(cw.load("paty2021"), [[0.0, 0.0, 0.0], [0.0, 0.0, 5.0]], method="first-order")
+    >>> found.nominal_error.round(4)
+    array([0.0195, 0.0311])
     """
-    asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
-    return _studied(asked, places, asked.model.unrotated_at(places.positions))
+    asked = AccuracyQuestion.of(robot, ranges, compensation, method, tension_limits, home, progress)
+    if seed < 0:
+        raise InputError(f"seed = {seed}: at least 0 is wanted")
+    if isinstance(where, str | Path):
+        where = load_job(where)
+    if isinstance(where, Places | Job):
+        return _over_shape(asked, where, retraction)
+    poses, single = as_poses(asked.model, where, "pose", free=True)
+    if not single:
+        return asked.answer(asked.hold(poses, retraction))
+    if retraction is not None:
+        raise InputError("retraction: of poses (N, n); at one pose give the robot retracted")
+    return at_pose(asked, poses, seed)
 
 
-def accuracy_over_job(
-    robot: Robot, job: Job, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
-) -> Study:
-    """`accuracy_over`, with its *options*, the samples of a job's path, held as its schedule has it."""
-    asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
-    samples = job.samples(job.toolpath(asked.progress))
-    return _studied(asked, Places("path", samples.positions, samples.distance), *along(robot, job, samples))
-
-
-def accuracy_over_workspace(
-    robot: Robot, step: float, ranges: Sequence[Range] | None = None, **options: Unpack[AccuracyOptions]
-) -> Study:
-    """`accuracy_over`, with its *options*, the nodes of a grid of *step* (m) that are in the static workspace."""
-    asked = _of_shape(AccuracyQuestion.of(robot, ranges, **options))
-    nodes = count_nodes(asked.model, "static", step=step, progress=asked.progress)
-    if not nodes.counted:
-        raise AnswerError(f"robot {robot.name}: no place of a grid of {step:g} m is within all limits")
-    places = Places("workspace", nodes.places, axes=nodes.axes)
-    found = _studied(asked, places, asked.model.unrotated_at(places.positions))
-    return replace(found, workspace=boundary_limits(nodes))
-
-
-def _of_shape(asked: AccuracyQuestion) -> AccuracyQuestion:
-    """The question itself. Raises `InputError` where no shape can be gone through unrotated."""
+def _over_shape(asked: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None) -> AccuracyStudy:
+    """The study of a shape. Raises `InputError` where it cannot be gone through unrotated."""
     robot = asked.model.robot
+    if retraction is not None:
+        raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
     if robot.m < robot.n:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
-    return asked
+    if isinstance(where, Job):
+        samples = where.samples(where.toolpath(asked.progress))
+        places = Places("path", samples.positions, samples.distance)
+        return _studied(asked, places, *along(robot, where, samples))
+    if where.step is None:
+        return _studied(asked, where, asked.model.unrotated_at(where.positions))
+    nodes = count_nodes(asked.model, "static", step=where.step, progress=asked.progress)
+    if not nodes.counted:
+        raise AnswerError(f"robot {robot.name}: no place of a grid of {where.step:g} m is within all limits")
+    places = Places("workspace", nodes.places, axes=nodes.axes)
+    return _studied(asked, places, asked.model.unrotated_at(places.positions), limits=boundary_limits(nodes))
 
 
-def _studied(asked: AccuracyQuestion, places: Places, poses: Array, retraction: Array | None = None) -> Study:
+def _studied(
+    asked: AccuracyQuestion,
+    places: Places,
+    poses: Array,
+    retraction: Array | None = None,
+    limits: BoundaryLimits | None = None,
+) -> AccuracyStudy:
     """The study of *poses* (N, n) that bring the nozzle to *places*."""
     found = asked.answer(asked.hold(poses, retraction))
     robot = found.robot
     if not np.isfinite(found.spread.max_error).any():
         raise AnswerError(f"robot {robot.name}: at no place do the uncertain numbers leave an equilibrium")
-    return Study(places, found, None, sheave_rules(robot))
+    return AccuracyStudy(places, found, limits, sheave_rules(robot))

@@ -2,100 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Unpack
+from operator import attrgetter
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
-from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions, AccuracyQuestion
+from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyQuestion
 from cablewright.analyses.accuracy.region import Region, region
 from cablewright.analyses.accuracy.spread import FirstOrder, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
-from cablewright.errors import AnswerError, InputError, Status
-from cablewright.robot import Robot
-from cablewright.robot.uncertainty import Range
+from cablewright.errors import AnswerError
+from cablewright.results import Figure, Result
 
-__all__ = ["AccuracyAtPose", "accuracy_at"]
+__all__ = ["AccuracyAtPose", "at_pose"]
 
 Array = NDArray[np.float64]
 INNER = 4000
 """Random points inside the box of ranges that are tried against its corners."""
 
 
-@dataclass(frozen=True, eq=False)
-class AccuracyAtPose:
+def _only_moduli(found: AccuracyAtPose) -> bool:
+    return all(each.parameter.kind == "modulus" for each in found.accuracy.ranges)
+
+
+def _of_row(name: str) -> Callable[[AccuracyAtPose], Any]:
+    """What reads the one row of an array of the accuracy."""
+    return lambda found: attrgetter(name)(found.accuracy)[0]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AccuracyAtPose(Result):
     """What there is to say of one pose."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
+        Figure("robot", "", "Name of the robot.", "accuracy.robot.name"),
+        Figure("compensation", "", "The model that the commanded lengths are from.", "accuracy.compensation"),
+        Figure("pose", "m, rad", "The wanted pose.", _of_row("wanted")),
+        Figure("nominal_pose", "m, rad", "Where nominal numbers take the platform.", _of_row("nominal")),
+        Figure("nominal_error", "m", "Error if all numbers are nominal.", _of_row("nominal_error")),
+        Figure("nominal_offset", "m", "Its x, y and z.", _of_row("nominal_offset")),
+        Figure("nominal_turn", "rad", "Turn of the platform if all numbers are nominal.", _of_row("nominal_turn")),
+        Figure("max_error", "m", "Largest error.", _of_row("spread.max_error")),
+        Figure("max_error_values", "", "Values of the uncertain numbers there.", "_worst_values"),
+        Figure("max_turn", "rad", "Largest turn of the platform.", _of_row("spread.max_turn")),
+        Figure("difference", "m", "Largest error less the nominal one.", _of_row("difference")),
+        Figure("max_deviation", "m", "Longest way from the nominal place.", _of_row("spread.max_deviation")),
+        Figure("deviation", "m", "Standard deviation of x, y and z.", _of_row("spread.deviation")),
+        Figure("likely_error", "m", "Error of 95 % of the samples.", _of_row("spread.likely_error")),
+        Figure("nonlinearity", "1", "Share by which first order is off.", _of_row("spread.nonlinearity")),
+        Figure("unsolved", "1", "Sets of values without a sound equilibrium.", _of_row("spread.unsolved")),
+        Figure("contributions", "m", "Own effect of each number, half its range, most first.", "_contributions"),
+        Figure("hull_volume", "m^3", "Volume of the corners' hull.", "region.hull.volume"),
+        Figure("projections", "m", "Shadows of the hull.", "region.hull.projections"),
+        Figure("interior", "", "Inner points of the ranges against the corners.", "region.interior.__dict__"),
+        Figure("remains", "m", "What each compensation leaves.", "_remains"),
+        Figure("best_tension", "", "The tensions that hold it best.", "_best"),
+        Figure("parameters", "", "What is uncertain.", "accuracy.labels"),
+        Figure("vertices", "", "Every corner: values, nozzle, error, deviation.", "_vertices"),
+        Figure("max_error_factors", "1", "At the largest error.", _of_row("spread.worst_values"), only=_only_moduli),
+    )
+    HEADLINES: ClassVar = ("robot", "compensation", "nominal_error", "max_error", "max_deviation")
 
     accuracy: Accuracy  # one row
     region: Region  # of the corners of the ranges
     remains: dict[str, Accuracy]  # by compensation, each one row; those whose lengths lead somewhere
     best: BestTensions | None  # None where tensions cannot be chosen, or there are too many ways to
 
-    def summary(self) -> dict[str, object]:
-        """The figures of the command line's JSON, SI."""
-        found, spread, corners = self.accuracy, self.accuracy.spread, self.region
-        labels = [each.parameter.label for each in found.ranges]
-        values: dict[str, object] = {
-            "status": Status.OK.word,
-            "robot": found.robot.name,
-            "compensation": found.compensation,
-            "pose": found.wanted[0],
-            "nominal_pose": found.nominal[0],
-            "nominal_error": float(found.nominal_error[0]),
-            "nominal_offset": found.nominal_offset[0],
-            "nominal_turn": float(found.nominal_turn[0]),
-            "max_error": float(spread.max_error[0]),
-            "max_error_values": dict(zip(labels, spread.worst_values[0].tolist(), strict=True)),
-            "max_turn": float(spread.max_turn[0]),
-            "difference": float(found.difference[0]),
-            "max_deviation": float(spread.max_deviation[0]),
-            "deviation": spread.deviation[0],
-            "likely_error": float(spread.likely_error[0]),
-            "nonlinearity": float(spread.nonlinearity[0]),
-            "unsolved": int(spread.unsolved[0]),
-            "contributions": self._contributions(labels),
-            "hull_volume": corners.hull.volume,
-            "projections": corners.hull.projections,
-            "interior": None if corners.interior is None else corners.interior.__dict__,
-            "remains": [self._remains(name) for name in self.remains],
-            "best_tension": None if self.best is None else self._best(self.best),
-            "parameters": labels,
-            "vertices": self._vertices(),
-        }
-        if all(each.parameter.kind == "modulus" for each in found.ranges):
-            values["max_error_factors"] = spread.worst_values[0]
-        return values
+    def _worst_values(self) -> dict[str, float]:
+        return dict(zip(self.accuracy.labels, self.accuracy.spread.worst_values[0].tolist(), strict=True))
 
-    def _contributions(self, labels: Sequence[str]) -> list[dict[str, object]]:
-        """Each number's own effect, half its range, first order, most first."""
-        effects = self.accuracy.spread.effects[0]
+    def _contributions(self) -> list[dict[str, object]]:
+        labels, effects = self.accuracy.labels, self.accuracy.spread.effects[0]
         sizes = np.linalg.norm(effects, axis=0)
         order = np.argsort(-sizes, kind="stable")
         return [{"parameter": labels[k], "effect": float(sizes[k]), "offset": effects[:, k]} for k in order]
 
-    def _remains(self, name: str) -> dict[str, object]:
-        found = self.remains[name]
-        return {
-            "compensation": name,
-            "nominal_error": float(found.nominal_error[0]),
-            "max_error": float(found.spread.max_error[0]),
-            "max_deviation": float(found.spread.max_deviation[0]),
-        }
+    def _remains(self) -> list[dict[str, object]]:
+        return [
+            {
+                "compensation": name,
+                "nominal_error": left.nominal_error[0],
+                "max_error": left.spread.max_error[0],
+                "max_deviation": left.spread.max_deviation[0],
+            }
+            for name, left in self.remains.items()
+        ]
 
-    @staticmethod
-    def _best(best: BestTensions) -> dict[str, object]:
-        return {
-            "tensions": best.tensions,
-            "lengths": best.lengths,
-            "max_deviation": best.max_deviation,
-            "least_norm_max_deviation": best.least_norm_max_deviation,
-            "gain": best.gain,
-        }
+    def _best(self) -> dict[str, object] | None:
+        names = ("tensions", "lengths", "max_deviation", "least_norm_max_deviation", "gain")
+        return None if self.best is None else {name: getattr(self.best, name) for name in names}
 
     def _vertices(self) -> list[dict[str, object]]:
         """Every corner: its values, where the nozzle is, its error and its distance from the nominal point."""
@@ -106,24 +108,9 @@ class AccuracyAtPose:
         return [{"values": v, "nozzle": p, "error": float(e), "deviation": float(d)} for v, p, e, d in rows]
 
 
-def accuracy_at(
-    robot: Robot,
-    pose: ArrayLike,
-    ranges: Sequence[Range] | None = None,
-    *,
-    seed: int = 0,
-    **options: Unpack[AccuracyOptions],
-) -> AccuracyAtPose:
-    """All about the accuracy at one *pose* (n,), m and rad; *ranges* and *options* as of `accuracy`.
-
-    *seed* is that of the random points that are tried against the corners of the ranges.
-
-    Raises `InputError` for what cannot be used, `AnswerError` where the pose cannot be held.
-    """
-    if seed < 0:
-        raise InputError(f"seed = {seed}: at least 0 is wanted")
-    asked = AccuracyQuestion.of(robot, ranges, **options)
-    there = asked.hold(np.ravel(np.asarray(pose, dtype=np.float64)))
+def at_pose(asked: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPose:
+    """All there is to say of one *pose* (1, n); see `accuracy`. Raises `AnswerError` where it cannot be held."""
+    robot, there = asked.model.robot, asked.hold(pose)
     found = asked.answer(there)
     if not np.isfinite(found.spread.max_error).any():
         raise AnswerError(f"robot {robot.name}: the uncertain numbers leave no equilibrium here")

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Self
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +16,11 @@ from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import Finding, LineQuantities, judge
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
-from cablewright.printing.job import Job
+from cablewright.printing.job import Job, load_job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.progress import Progress, silent
+from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
@@ -71,9 +74,45 @@ class PathStatics:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Check:
+def _extreme(choose: Callable[[Array], float], values: Array) -> float:
+    return float("nan") if np.isnan(values).all() else float(choose(values))
+
+
+def _of_all(choose: Callable[[Array], float], name: str) -> Callable[[Check], float]:
+    """What reads the extreme of an array of the check."""
+    return lambda found: _extreme(choose, attrgetter(name)(found))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Result):
     """What `check` found of k samples on m lines; SI."""
+
+    FIGURES: ClassVar = (
+        Figure("feasible", "", "Whether every sample is within all limits."),
+        Figure("verdict", "", "That in one sentence."),
+        Figure("layers", "1", "Layers of the part.", "layer_count"),
+        Figure("samples", "1", "Samples of the path.", lambda found: len(found.samples)),
+        Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
+        Figure("travel_length", "m", "Length of path on which none is.", "samples.travel_length"),
+        Figure("duration", "s", "Time that the job takes.", "law.duration"),
+        Figure("min_tension", "N", "Lowest tension.", _of_all(np.nanmin, "statics.lines.lowest_tension")),
+        Figure("max_tension", "N", "Highest tension.", _of_all(np.nanmax, "statics.lines.highest_tension")),
+        *(
+            Figure(f"max_{what}_{left}", unit, f"Largest {what}, {words}.", _of_all(np.nanmax, f"{what}_{left}"))
+            for what, unit, left, words in (
+                ("error", "m", "uncompensated", "cables taken as rigid"),
+                ("error", "m", "elastic_only", "stretch alone compensated"),
+                ("error", "m", "compensated", "all compensated"),
+                ("turn", "rad", "uncompensated", "cables taken as rigid"),
+                ("turn", "rad", "compensated", "all compensated"),
+            )
+        ),
+        Figure("max_winch_speed", "m/s", "Highest speed of a cable.", _of_all(np.nanmax, "statics.lines.winch_speed")),
+        Figure("max_winch_torque", "N m", "Highest torque.", _of_all(np.nanmax, "statics.lines.winch_torque")),
+        Figure("findings", "", "What stands in its way, worst first.", "_findings"),
+        Figure("ignored_words", "1", "Words of the G-code for which nothing was done.", "unknown"),
+    )
+    HEADLINES: ClassVar = ("feasible", "layers", "samples", "max_tension", "max_error_uncompensated")
 
     robot: Robot
     job: Job
@@ -130,28 +169,8 @@ class Check:
     def _error(self, poses: Array) -> Array:
         return np.asarray(np.linalg.norm(self.nozzle(poses) - self.samples.positions, axis=1))
 
-    def summary(self) -> dict[str, object]:
-        """The figures of the command line's JSON."""
-        return {
-            "feasible": self.feasible,
-            "verdict": self.verdict,
-            "layers": self.layer_count,
-            "samples": len(self.samples),
-            "extruded_length": self.samples.extruded_length,
-            "travel_length": self.samples.travel_length,
-            "duration": self.law.duration,
-            "min_tension": _extreme(np.nanmin, self.statics.lines.lowest_tension),
-            "max_tension": _extreme(np.nanmax, self.statics.lines.highest_tension),
-            "max_error_uncompensated": _extreme(np.nanmax, self.error_uncompensated),
-            "max_error_elastic_only": _extreme(np.nanmax, self.error_elastic_only),
-            "max_error_compensated": _extreme(np.nanmax, self.error_compensated),
-            "max_turn_uncompensated": _extreme(np.nanmax, self.turn_uncompensated),
-            "max_turn_compensated": _extreme(np.nanmax, self.turn_compensated),
-            "max_winch_speed": _extreme(np.nanmax, self.statics.lines.winch_speed),
-            "max_winch_torque": _extreme(np.nanmax, self.statics.lines.winch_torque),
-            "findings": [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings],
-            "ignored_words": self.unknown,
-        }
+    def _findings(self) -> list[dict[str, object]]:
+        return [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings]
 
     def place(self, sample: int) -> dict[str, object]:
         """Where a sample is: position, layer and line of the G-code file."""
@@ -162,30 +181,26 @@ class Check:
         }
 
 
-def _extreme(choose: Callable[[Array], float], values: Array) -> float:
-    return float("nan") if np.isnan(values).all() else float(choose(values))
-
-
 def check(
-    robot: Robot,
-    job: Job,
+    robot: Robot | Model,
+    job: Job | str | Path,
     *,
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> Check:
-    """Check *job* on *robot* under all physics: what lengths it takes, how far off it prints, what stands in its way.
+    """Check *job*, or its file, on *robot* under all physics: its lengths, its errors, what stands in its way.
 
     *tension_limits* (N) replace those of every line. The job's path is the nozzle's; a rigid platform is held unrotated
-    or as the job's schedule has it. Raises `InputError` for a robot with fewer lines than freedoms, a schedule that it
-    cannot follow or a G-code file that cannot be used; an infeasible job is an answer, not an error.
+    or as the job's schedule has it. Raises `InputError` for a model under another law, a robot with fewer lines than
+    freedoms, a schedule that it cannot follow or a G-code file that cannot be used; an infeasible job is an answer.
     """
     report = progress or silent
+    full = Model.full(robot, tension_limits=tension_limits)
+    robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
+    job = job if isinstance(job, Job) else load_job(job)
     toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     law = job.time_law(samples)
-    full = Model(robot, tension_limits=tension_limits)
-    if full.tension_limits is not None:
-        robot = robot.limited(full.tension_limits)
     poses, retraction = along(robot, job, samples)
     solved = _solve(full, poses, retraction, report)
     speed = _cable_speed(solved.lengths, samples, law)

@@ -22,7 +22,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
-from cablewright.studies.accuracy import Study
+from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.check import Check
 
 __all__ = [
@@ -153,7 +153,7 @@ def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], option
     (folder / MANIFEST).write_text(json.dumps(manifest_of(command, inputs, options), indent=2) + "\n")
 
 
-def write_places(study: Study, folder: Path) -> None:
+def write_places(study: AccuracyStudy, folder: Path) -> None:
     """Write places.parquet of an accuracy study to an existing folder: one row for each place, SI."""
     found, spread = study.accuracy, study.accuracy.spread
     columns: dict[str, object] = {"status": found.codes}

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.image import imread
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.nozzle_error import accuracy
+from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.analyses.sheave_ratio import SheaveRule
@@ -25,38 +25,36 @@ from cablewright.kernels.layout import Code
 from cablewright.robot import load
 from cablewright.robot.uncertainty import modulus_ranges
 from cablewright.studies.accuracy import (
-    Places,
-    Study,
-    accuracy_over,
-    accuracy_over_workspace,
+    AccuracyStudy,
+    accuracy,
 )
-from cablewright.studies.accuracy_at_pose import accuracy_at
+from cablewright.studies.places import Places
 
 EVIL = "</script><script>alert(1)</script>\"'&<b> $\\frac{1}$ $x_"
 
 
 @cache
-def studied(shape: str, name: str = "house-printer", **options) -> Study:
+def studied(shape: str, name: str = "house-printer", **options) -> AccuracyStudy:
     """A small study of each shape."""
     robot = load(name)
     if shape == "workspace":
-        return accuracy_over_workspace(robot, 2.5 if name == "house-printer" else 1.4, **options)
+        return accuracy(robot, Places.workspace(2.5 if name == "house-printer" else 1.4), **options)
     if shape == "plane":
-        return accuracy_over(robot, Places.plane(robot, 1.0, None, 1.5), **options)
+        return accuracy(robot, Places.plane(robot, 1.0, None, 1.5), **options)
     if shape == "helix":
-        return accuracy_over(robot, Places.helix(robot, 2.0, 1.0, 0.5, 3.0, 0.5), **options)
+        return accuracy(robot, Places.helix(robot, 2.0, 1.0, 0.5, 3.0, 0.5), **options)
     angle = np.linspace(0.0, 2.0 * np.pi, 30)
     positions = np.column_stack([2.0 * np.cos(angle), np.sin(angle), np.ones(30)])
-    return accuracy_over(robot, Places("path", positions, 2.0 * angle), **options)
+    return accuracy(robot, Places("path", positions, 2.0 * angle), **options)
 
 
 @cache
 def placed(name: str = "house-printer"):
     robot = load(name)
-    return accuracy_at(robot, [1.0, 0.5, 1.5] + [0.0] * (robot.n - 3))
+    return accuracy(robot, [1.0, 0.5, 1.5] + [0.0] * (robot.n - 3))
 
 
-def renamed(study: Study, name: str) -> Study:
+def renamed(study: AccuracyStudy, name: str) -> AccuracyStudy:
     """The study of a robot, and a first line, of that name."""
     robot = study.accuracy.robot
     line = robot.lines[0].model_copy(update={"name": name})
@@ -65,7 +63,7 @@ def renamed(study: Study, name: str) -> Study:
     return dataclasses.replace(study, accuracy=dataclasses.replace(study.accuracy, robot=robot, ranges=ranges))
 
 
-def holed(study: Study, gone) -> Study:
+def holed(study: AccuracyStudy, gone) -> AccuracyStudy:
     """The study without an answer where *gone*."""
     found = study.accuracy
     spread = dataclasses.replace(
@@ -161,8 +159,8 @@ def test_foreign_text_is_escaped(folder, shape):
 
 def test_foreign_text_of_a_place_is_escaped(folder):
     found = placed()
-    study = renamed(Study(Places("path", np.zeros((1, 3))), found.accuracy, None, ()), EVIL)
-    page = write_place(study.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8")
+    study = renamed(AccuracyStudy(Places("path", np.zeros((1, 3))), found.accuracy, None, ()), EVIL)
+    page = write_place(study.accuracy, found.region, found.to_dict(), folder).read_text(encoding="utf-8")
     assert "<script>alert" not in page
     assert "<b>" not in page
     assert page.count("<script") == 1
@@ -179,7 +177,7 @@ def test_same_study_same_bytes(tmp_path):
 @pytest.mark.parametrize("name", ["house-printer", "cogiro"])
 def test_place(folder, name):
     found = placed(name)
-    report = write_place(found.accuracy, found.region, found.summary(), folder)
+    report = write_place(found.accuracy, found.region, found.to_dict(), folder)
     assert {path.name for path in folder.iterdir()} == {"report.html", "contributions.png", "region.png"}
     assert all(is_drawn(path) for path in folder.glob("*.png"))
     text = told(report.read_text(encoding="utf-8"))
@@ -196,21 +194,21 @@ def test_place_where_an_inner_point_is_worse(folder):
     found = placed()
     worse = dataclasses.replace(found.region.interior, corner_is_worst=False, max_error=0.0777)
     changed = dataclasses.replace(found.region, interior=worse)
-    text = told(write_place(found.accuracy, changed, found.summary(), folder).read_text(encoding="utf-8"))
+    text = told(write_place(found.accuracy, changed, found.to_dict(), folder).read_text(encoding="utf-8"))
     assert "Some are worse than all corners: up to 77.7 mm off" in text
 
 
 def test_place_without_what_may_be_missing(folder):
     found = placed()
-    tables = found.summary() | {"best_tension": None, "remains": [], "interior": None}
+    tables = found.to_dict() | {"best_tension": None, "remains": [], "interior": None}
     write_place(found.accuracy, None, tables, folder)
     assert not (folder / "region.png").exists()
 
 
 def test_place_fully_compensated_gains_nothing(folder):
     robot = load("house-printer")
-    found = accuracy_at(robot, [1.0, 0.5, 1.5], compensation="full")
-    text = told(write_place(found.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8"))
+    found = accuracy(robot, [1.0, 0.5, 1.5], compensation="full")
+    text = told(write_place(found.accuracy, found.region, found.to_dict(), folder).read_text(encoding="utf-8"))
     assert "is less than 0.001 mm off with the numbers of its file" in text
     assert "Full compensation" not in text
 
@@ -267,8 +265,8 @@ def test_samples_have_a_likely_error(folder):
 
 def test_one_uncertain_number(folder):
     robot = load("house-printer")
-    found = accuracy_at(robot, [1.0, 0.5, 1.5], modulus_ranges(robot)[:1])
-    text = told(write_place(found.accuracy, found.region, found.summary(), folder).read_text(encoding="utf-8"))
+    found = accuracy(robot, [1.0, 0.5, 1.5], modulus_ranges(robot)[:1])
+    text = told(write_place(found.accuracy, found.region, found.to_dict(), folder).read_text(encoding="utf-8"))
     assert "one number is uncertain" in text
     assert "0 mm³" in text
     assert is_drawn(folder / "region.png")
@@ -300,7 +298,7 @@ def test_most_important_numbers_come_first_and_are_twenty():
     robot = load("cogiro")
     ranges = modulus_ranges(robot)
     wide = tuple(dataclasses.replace(one, low=one.low - 0.01 * k) for k, one in enumerate(ranges * 4))
-    found = accuracy(robot, [0.0, 0.0, 1.5, 0.0, 0.0, 0.0], ranges)
+    found = nozzle_errors(robot, [0.0, 0.0, 1.5, 0.0, 0.0, 0.0], ranges)
     effects = np.tile(found.spread.effects, (1, 1, 4)) * np.linspace(1.0, 2.0, 32)
     found = dataclasses.replace(found, ranges=wide, spread=dataclasses.replace(found.spread, effects=effects))
     with style.drawing():

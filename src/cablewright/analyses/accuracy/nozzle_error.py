@@ -6,36 +6,68 @@ Paty 2021, section 2.3: the error when cables are taken as rigid, and the uncert
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple, Self, TypedDict
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.compensation import Compensation, Reached
-from cablewright.analyses.accuracy.spread import Method, Spread, SpreadProblem, Vertices
-from cablewright.errors import AnswerError, InputError, Status
-from cablewright.models.fidelity import Fidelity
+from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
+from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress, silent
+from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.arguments import as_poses, of_rows
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["Accuracy", "AccuracyOptions", "AccuracyQuestion", "accuracy"]
+__all__ = ["Accuracy", "AccuracyOptions", "AccuracyQuestion", "nozzle_errors"]
 
 Array = NDArray[np.float64]
+METHODS: dict[str, Method] = {each.name: each for each in (Vertices(), FirstOrder(), MonteCarlo())}
 
 
-@dataclass(frozen=True, eq=False)
-class Accuracy:
+def _most(values: Array) -> float:
+    """The largest of all that are not NaN; NaN where there is none."""
+    return float("nan") if np.isnan(values).all() else float(np.nanmax(values))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Accuracy(Result):
     """How far off the nozzle is at N poses, over k uncertain numbers. SI; rows without an answer are NaN.
 
     `codes` tells for each pose whether the full model can hold it within the tension limits, and whether the lengths
-    that the compensation gives lead anywhere.
+    that the compensation gives lead anywhere. It has N as its length.
     """
+
+    FIGURES: ClassVar = (
+        Figure("robot", "", "Name of the robot.", "robot.name"),
+        Figure("compensation", "", "The model that the commanded lengths are from."),
+        Figure("parameters", "", "What is uncertain.", "labels"),
+        Figure("places", "1", "Places asked about.", len),
+        Figure("answered", "1", "Places with an answer.", lambda found: int(found.ok.sum())),
+        Figure("refused", "1", "Places without one, by status.", "_refused"),
+        Figure("nominal_error", "m", "Largest error if all numbers are nominal.", lambda at: _most(at.nominal_error)),
+        Figure("max_error", "m", "Largest error.", lambda at: _most(at.spread.max_error)),
+        Figure("max_error_at", "m", "Where the nozzle is wanted there.", "_worst_place"),
+        Figure("max_error_values", "", "Values of the uncertain numbers there.", "_worst_values"),
+        Figure("smallest_max_error", "m", "Largest error of the best place.", lambda at: -_most(-at.spread.max_error)),
+        Figure("smallest_max_error_at", "m", "Where the nozzle is wanted there.", "_best_place"),
+        Figure("difference", "m", "Largest error less the nominal one, at most.", lambda at: _most(at.difference)),
+        Figure("max_deviation", "m", "Longest way from the nominal place.", lambda at: _most(at.spread.max_deviation)),
+        Figure("lowest_error", "m", "Lowest x, y and z of the error.", lambda at: _ends(np.fmin, at.spread.low)),
+        Figure("highest_error", "m", "Highest x, y and z of the error.", lambda at: _ends(np.fmax, at.spread.high)),
+        Figure("max_horizontal_error", "m", "Largest horizontal part of a place's largest error.", "_horizontal"),
+        Figure("max_vertical_error", "m", "Largest vertical part.", lambda at: _most(np.abs(at.worst_offset[:, 2]))),
+        Figure("max_turn", "rad", "Largest turn of the platform.", lambda at: _most(at.spread.max_turn)),
+        Figure("nonlinearity", "1", "Share by which first order is off.", lambda at: _most(at.spread.nonlinearity)),
+        Figure("unsolved", "1", "Sets of values without an equilibrium.", lambda at: int(at.spread.unsolved.sum())),
+        Figure("contributions", "m", "Largest own effect of each number, most first.", "_contributions"),
+    )
+    HEADLINES: ClassVar = ("robot", "compensation", "places", "nominal_error", "max_error")
 
     robot: Robot
     ranges: tuple[Range, ...]
@@ -47,6 +79,24 @@ class Accuracy:
     nominal: Array  # (N, n) where the machine goes if all numbers are nominal
     problem: SpreadProblem  # of the poses that have an answer
     spread: Spread
+
+    def __len__(self) -> int:
+        """N."""
+        return len(self.codes)
+
+    def __getitem__(self, index: int | slice) -> Accuracy:
+        """One of its places, as one row, or some."""
+        every = np.arange(len(self))
+        rows = every[index] if isinstance(index, slice) else every[[index]]
+        spread = Spread(**{name: values[rows] for name, values in self.spread.__dict__.items()})
+        problem = self.problem.rows((np.cumsum(self.ok) - 1)[rows][self.ok[rows]])
+        own = {name: getattr(self, name)[rows] for name in ("wanted", "commanded", "codes", "nominal")}
+        return replace(self, problem=problem, spread=spread, **own)
+
+    @property
+    def labels(self) -> list[str]:
+        """(k) what is uncertain."""
+        return [each.parameter.label for each in self.ranges]
 
     @property
     def ok(self) -> NDArray[np.bool_]:
@@ -85,14 +135,45 @@ class Accuracy:
         """(N, 3) error of the nozzle where it is largest, m: Paty's delta p_max."""
         return self.spread.worst - self.wanted_nozzle
 
+    def _refused(self) -> dict[str, int]:
+        return {Status.of(int(code)).word: int((self.codes == code).sum()) for code in np.unique(self.codes) if code}
+
+    def _worst_place(self) -> Array | None:
+        return _at(self.wanted_nozzle, self.spread.max_error)
+
+    def _best_place(self) -> Array | None:
+        return _at(self.wanted_nozzle, -self.spread.max_error)
+
+    def _worst_values(self) -> Array | None:
+        return _at(self.spread.worst_values, self.spread.max_error)
+
+    def _horizontal(self) -> float:
+        return _most(np.linalg.norm(self.worst_offset[:, :2], axis=1))
+
+    def _contributions(self) -> list[dict[str, Any]]:
+        sizes = np.fmax.reduce(np.linalg.norm(self.spread.effects, axis=1), axis=0, initial=0.0)
+        return [{"parameter": self.labels[k], "effect": float(sizes[k])} for k in np.argsort(-sizes, kind="stable")]
+
+
+def _at(rows: Array, values: Array) -> Array | None:
+    """The row where *values* (N,) are largest; None where all are NaN."""
+    return None if np.isnan(values).all() else np.asarray(rows[int(np.nanargmax(values))])
+
+
+def _ends(choose: np.ufunc, rows: Array) -> Array:
+    """The lowest, or highest, of each column that are not NaN."""
+    return np.asarray(choose.reduce(rows, axis=0, initial=np.nan))
+
 
 class AccuracyOptions(TypedDict, total=False):
-    """What all that is built on `accuracy` takes by name, as it does."""
+    """What `accuracy` takes by name."""
 
     compensation: str
-    method: Method | None
+    method: Method | str
     tension_limits: tuple[float, float] | None
     home: ArrayLike | None
+    retraction: ArrayLike | None
+    seed: int
     progress: Progress | None
 
 
@@ -106,7 +187,7 @@ class HeldPoses(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AccuracyQuestion:
-    """What is asked of a robot's accuracy, wherever it is asked. It is checked when it is made; see `accuracy`."""
+    """What is asked of a robot's accuracy, wherever it is asked. It is checked when it is made; see `nozzle_errors`."""
 
     model: Model  # the full one
     ranges: tuple[Range, ...]
@@ -118,23 +199,27 @@ class AccuracyQuestion:
     @classmethod
     def of(
         cls,
-        robot: Robot,
+        robot: Robot | Model,
         ranges: Sequence[Range] | None = None,
         compensation: str = "none",
-        method: Method | None = None,
+        method: Method | str = "vertices",
         tension_limits: tuple[float, float] | None = None,
         home: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> Self:
-        """The question that the arguments of `accuracy` ask. Raises `InputError` for what cannot be used."""
-        model = Model(robot, Fidelity(), tension_limits)
-        known = tuple(modulus_ranges(robot) if ranges is None else ranges)
+        """The question that the arguments of `nozzle_errors` ask. Raises `InputError` for what cannot be used."""
+        model = Model.full(robot, tension_limits=tension_limits)
+        known = tuple(modulus_ranges(model.robot) if ranges is None else ranges)
         if not known:
             raise InputError("ranges: none are given; at least one number has to be uncertain")
+        if isinstance(method, str) and method not in METHODS:
+            raise UnknownName("method", method, METHODS)
+        known_method = METHODS[method] if isinstance(method, str) else method
+        law = Compensation.of(compensation)
         zeroed = None if home is None else solve_inverse(model, as_poses(model, home, "home")[0][0])
         if zeroed is not None and not zeroed.ok:
             raise InputError(f"home: {zeroed.sentence()}")
-        return cls(model, known, Compensation.of(compensation), method or Vertices(), zeroed, progress or silent)
+        return cls(model, known, law, known_method, zeroed, progress or silent)
 
     def hold(self, poses: ArrayLike, retraction: ArrayLike | None = None) -> HeldPoses:
         """Solve the inverse problem of *poses*, (n,) or (N, n), under the full model."""
@@ -151,7 +236,7 @@ class AccuracyQuestion:
         reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
         codes = np.where(some, reached.codes, held.code)
         ok = codes == 0
-        if not ok.any():
+        if len(ok) and not ok.any():
             raise AnswerError(_refusal(held, codes))
         problem = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges, self.progress)
         return Accuracy(
@@ -168,13 +253,13 @@ class AccuracyQuestion:
         )
 
 
-def accuracy(
-    robot: Robot,
+def nozzle_errors(
+    robot: Robot | Model,
     poses: ArrayLike,
     ranges: Sequence[Range] | None = None,
     *,
     compensation: str = "none",
-    method: Method | None = None,
+    method: Method | str = "vertices",
     tension_limits: tuple[float, float] | None = None,
     retraction: ArrayLike | None = None,
     home: ArrayLike | None = None,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.corners import ALL_VERTICES, extreme_signs, signs_of_box, vertex_count
-from cablewright.errors import AnswerError, InputError
+from cablewright.errors import InputError
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
 from cablewright.models.rows import rows_of
@@ -60,7 +60,7 @@ class SpreadProblem:
     ranges: tuple[Range, ...]
     progress: Progress = silent
 
-    def rows(self, index: slice) -> SpreadProblem:
+    def rows(self, index: slice | NDArray[np.int64]) -> SpreadProblem:
         """Some of its places."""
         return SpreadProblem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
 
@@ -348,12 +348,10 @@ def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProble
     """All places, as many at once as SOLVES allows."""
     places, rows = len(problem.commanded), max(1, SOLVES // count)
     found = []
-    for first in range(0, places, rows):
+    for first in range(0, max(1, places), rows):
         problem.progress("solving", first, places)
         found.append(block(problem.rows(slice(first, first + rows))))
     problem.progress("solving", places, places)
-    if not found:
-        raise AnswerError("no place is left at which to look")
     names = Spread.__dataclass_fields__
     return Spread(**{name: np.concatenate([getattr(one, name) for one in found]) for name in names})
 

@@ -13,7 +13,7 @@ import typer
 from cablewright.apps.cli.accuracy_text import print_place, print_study, warn
 from cablewright.apps.cli.options import AsJson, Limits, LoadName, Retracted, RobotName, Wrench, command, described
 from cablewright.apps.cli.output import limits, numbers, print_json, progress
-from cablewright.errors import AnswerError, InputError, UnknownName
+from cablewright.errors import AnswerError, InputError
 
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import AccuracyOptions
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from cablewright.progress import Progress
     from cablewright.robot import Robot
     from cablewright.robot.uncertainty import Range
-    from cablewright.studies.accuracy import Study
+    from cablewright.studies.accuracy import AccuracyStudy
+    from cablewright.studies.places import Places
 
 __all__ = ["accuracy"]
 
@@ -124,26 +125,24 @@ class _Accuracy:
             raise InputError(f"--modulus-range = {self.modulus_range!r}: two factors are wanted, lowest,highest")
         return modulus_ranges(self.machine, *values)
 
-    def spread_method(self) -> Method:
-        """How the spread is found. Raises `UnknownName`."""
-        from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
+    def spread_method(self) -> Method | str:
+        """How the spread is found."""
+        from cablewright.analyses.accuracy.spread import MonteCarlo
 
         if self.method == "monte-carlo":
             return MonteCarlo(100_000 if self.samples is None else self.samples, self.seed)
         if self.samples is not None:
             raise InputError("--samples goes with --method monte-carlo")
-        methods: dict[str, Method] = {"vertices": Vertices(), "first-order": FirstOrder()}
-        if self.method not in methods:
-            raise UnknownName("method", self.method, (*methods, "monte-carlo"))
-        return methods[self.method]
+        return self.method
 
     def question(self, show: Any) -> AccuracyOptions:
-        """What `accuracy_over` and `accuracy_at` take alike."""
+        """What is asked alike at one pose and over a shape."""
         return {
             "method": self.spread_method(),
             "compensation": self.compensation,
             "tension_limits": limits(self.tension_limits),
             "home": numbers(self.home, "--home"),
+            "seed": self.seed,
             "progress": show,
         }
 
@@ -151,17 +150,17 @@ class _Accuracy:
         """One pose; a run folder only where --out asks for it."""
         from cablewright.apps.report.accuracy import write_place
         from cablewright.studies import store
-        from cablewright.studies.accuracy_at_pose import accuracy_at
+        from cablewright.studies.accuracy import accuracy as find
 
         pose = numbers(self.at, "--at", free=True) or []
         with nullcontext() if self.out is None else store.run_folder(self.out) as part, progress() as show:
-            found = accuracy_at(self.machine, pose, self.ranges(), seed=self.seed, **self.question(show))
+            found = find(self.machine, pose, self.ranges(), **self.question(show))
             if part is not None:
                 self._write_inputs(part)
-                write_place(found.accuracy, found.region, found.summary(), part, self.options)
+                write_place(found.accuracy, found.region, found.to_dict(), part, self.options)
         report = None if self.out is None else str(self.out / "report.html")
         if self.as_json:
-            print_json(found.summary() | {"report": report})
+            print_json(found.to_dict() | {"report": report})
         else:
             print_place(found, report)
         warn(found.accuracy)
@@ -180,27 +179,25 @@ class _Accuracy:
             write(found, part, self.options)
         report = str(folder / "report.html")
         if self.as_json:
-            print_json({"status": "ok"} | found.summary() | {"report": report})
+            print_json(found.to_dict() | {"report": report})
         else:
             print_study(found, report)
         warn(found.accuracy)
         return 0
 
-    def _studied(self, show: Progress) -> Study:
-        from cablewright.printing.job import load_job
-        from cablewright.studies import accuracy as studies
+    def _studied(self, show: Progress) -> AccuracyStudy:
+        from cablewright.studies.accuracy import accuracy as find
 
-        ranges, options = self.ranges(), self.question(show)
-        if self.path is not None:
-            return studies.accuracy_over_job(self.machine, load_job(self.path), ranges, **options)
+        return find(self.machine, self.path or self._places(), self.ranges(), **self.question(show))
+
+    def _places(self) -> Places:
+        from cablewright.studies.places import HELIX_STEP, Places
+
         if self.workspace:
-            return studies.accuracy_over_workspace(self.machine, self._step(), ranges, **options)
+            return Places.workspace(self._step())
         if self.plane is not None:
-            places = studies.Places.plane(self.machine, self.plane, self.half_width, self._step())
-        else:
-            step = studies.HELIX_STEP if self.step is None else self.step
-            places = studies.Places.helix(self.machine, *self._helix(), step)
-        return studies.accuracy_over(self.machine, places, ranges, **options)
+            return Places.plane(self.machine, self.plane, self.half_width, self._step())
+        return Places.helix(self.machine, *self._helix(), HELIX_STEP if self.step is None else self.step)
 
     def _helix(self) -> tuple[float, float, float, float]:
         values = numbers(self.helix, "--helix") or []

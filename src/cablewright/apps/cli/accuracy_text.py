@@ -10,7 +10,7 @@ from cablewright.apps.cli.output import tell
 
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import Accuracy
-    from cablewright.studies.accuracy import Study
+    from cablewright.studies.accuracy import AccuracyStudy
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 
 __all__ = ["print_place", "print_study", "warn"]
@@ -63,14 +63,14 @@ def print_place(found: AccuracyAtPose, report: str | None) -> None:
         typer.echo(f"report {report}")
 
 
-def print_study(found: Study, report: str) -> None:
+def print_study(found: AccuracyStudy, report: str) -> None:
     """The figures of a shape."""
     import numpy as np
 
-    summary, at = found.summary(), found.accuracy
+    summary, at = found.to_dict(), found.accuracy
     spread = at.spread
     typer.echo(f"{at.robot.name} over a {found.places.shape}: {summary['answered']} of {summary['places']} places")
-    for status, count in summary["refused"].items():  # type: ignore[attr-defined]
+    for status, count in summary["refused"].items():
         typer.echo(f"  refused as {status}: {count}")
     low, high = int(np.nanargmin(spread.max_error)), int(np.nanargmax(spread.max_error))
     for what, row in (("largest", high), ("smallest", low)):

@@ -43,7 +43,7 @@ def check(
         report.write(found, part, layer_table(found.samples, found.law))
     page = folder / "report.html"
     if as_json:
-        print_json(found.summary() | {"report": str(page), "lengths": str(folder / "lengths.csv")})
+        print_json(found.to_dict() | {"report": str(page), "lengths": str(folder / "lengths.csv")})
     else:
         _print(found, page)
     if not found.feasible:
@@ -56,16 +56,16 @@ def _print(found: Check, page: Path) -> None:
     from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 
     hours, minutes = divmod(round(found.law.duration / 60), 60)
-    summary = found.summary()
+    summary = {each.key: each.of(found) for each in found.figures}
     typer.echo(found.verdict)
     typer.echo(
         f"layers {found.layer_count}, {found.samples.extruded_length / 1e3:.2f} km laid, {hours} h {minutes:02d} min"
     )
     typer.echo(f"tension {summary['min_tension']:.0f} to {summary['max_tension']:.0f} N")
     for name, key in (("none", "uncompensated"), ("elastic", "elastic_only"), ("full", "compensated")):
-        off = summary[f"max_error_{key}"] * 1e3  # type: ignore[operator]
+        off = summary[f"max_error_{key}"] * 1e3
         typer.echo(f"largest error {COMPENSATIONS[name].words}: {off:.3g} mm")
     if found.robot.n == 6:
         angle = summary["max_turn_uncompensated"]
-        typer.echo(f"largest turn of the platform without compensation: {angle * 1e3:.3g} mrad")  # type: ignore[operator]
+        typer.echo(f"largest turn of the platform without compensation: {angle * 1e3:.3g} mrad")
     typer.echo(f"report {page}")

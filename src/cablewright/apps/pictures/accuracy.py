@@ -20,7 +20,7 @@ from cablewright.apps import style
 from cablewright.apps.report.digest import Band
 from cablewright.apps.space_axes import add_faces, add_lines, bar, draw_frame, heights, scale_of, space
 from cablewright.robot import Robot
-from cablewright.studies.accuracy import Study
+from cablewright.studies.accuracy import AccuracyStudy
 
 __all__ = ["along", "contributions", "displaced_by", "effects", "plane"]
 
@@ -37,7 +37,7 @@ _SMALL: Final = 0.25  # of the frame: a smaller path is drawn without it
 _LEVEL: Final = 0.02  # of its length: a path whose height varies less is drawn over its distance
 
 
-def along(study: Study) -> Figure:
+def along(study: AccuracyStudy) -> Figure:
     """Draw the path with its displacement, and the components of its error against height, or distance if level."""
     found = study.accuracy
     errors = found.spread.max_error * 1e3
@@ -82,7 +82,7 @@ def _room(drawn: Figure, where: SubplotSpec, robot: Robot, points: Array) -> tup
     return axes, even
 
 
-def displaced_by(study: Study) -> float:
+def displaced_by(study: AccuracyStudy) -> float:
     """Return how many times its error a path is displaced in the picture: 1, 2 or 5 times a power of ten."""
     offsets = np.linalg.norm(study.accuracy.worst_offset, axis=1)
     largest = float(np.nanmax(offsets)) if np.isfinite(offsets).any() else 0.0
@@ -94,7 +94,7 @@ def displaced_by(study: Study) -> float:
     return max(1.0, next(step * power for step in (5.0, 2.0, 1.0) if step * power <= wanted * (1 + 1e-9)))
 
 
-def _components(axes: Axes, study: Study) -> None:
+def _components(axes: Axes, study: AccuracyStudy) -> None:
     """Draw the error's components: the middle of each stretch as a line, the whole of it as a band."""
     found, heights = study.accuracy, study.places.positions[:, 2]
     distance = study.places.distance
@@ -122,7 +122,7 @@ def _components(axes: Axes, study: Study) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
 
 
-def _bins(study: Study) -> int:
+def _bins(study: AccuracyStudy) -> int:
     """Return in how many stretches to gather values: of a helix with many turns each is one, so that it looks even."""
     if study.places.shape != "helix":
         return _MAX_BINS
@@ -158,7 +158,7 @@ def _worst_of_each(errors: Array, limit: int) -> Indices:
     return np.unique([0, *worst, len(errors) - 1])
 
 
-def plane(study: Study) -> Figure:
+def plane(study: AccuracyStudy) -> Figure:
     """Draw the lowest and the highest vertical error as surfaces, and the largest error as a map."""
     x, y = study.places.axes
     shape = (len(x), len(y))

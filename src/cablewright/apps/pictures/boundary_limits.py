@@ -17,7 +17,7 @@ from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 from cablewright.apps import style
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.space_axes import add_surface, bar, draw_frame, point, scale_of, space
-from cablewright.studies.accuracy import Study
+from cablewright.studies.accuracy import AccuracyStudy
 
 __all__ = ["extremes", "workspace"]
 
@@ -36,7 +36,7 @@ def extremes(errors: Array) -> tuple[int, int] | None:
     return (int(np.nanargmin(errors)), int(np.nanargmax(errors))) if np.isfinite(errors).any() else None
 
 
-def workspace(study: Study) -> Figure | None:
+def workspace(study: AccuracyStudy) -> Figure | None:
     """Draw boundary and section, coloured by the largest error; None without a workspace or any known error."""
     found, errors = study.workspace, study.accuracy.spread.max_error * 1e3
     known = np.isfinite(errors)
@@ -92,7 +92,7 @@ def _mark(axes: Any, places: Array, errors: Array) -> None:
         point(axes, places[at], name, above=above, label=f"{told} at ({where}) m")
 
 
-def _section(axes: Axes, study: Study, found: BoundaryLimits, colours: ScalarMappable) -> None:
+def _section(axes: Axes, study: AccuracyStudy, found: BoundaryLimits, colours: ScalarMappable) -> None:
     """Draw the nodes of the vertical plane nearest to the middle that has any, and what ends the workspace in it."""
     x, y, z = found.nodes.axes
     held = np.nonzero(found.nodes.inside.any(axis=(0, 2)))[0]

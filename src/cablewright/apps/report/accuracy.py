@@ -21,7 +21,7 @@ from cablewright.apps.report.page import Html, cards, element, page, picture, se
 from cablewright.apps.report.provenance import assumptions, list_of
 from cablewright.apps.report.quantities import count, quantity
 from cablewright.file_output import write_whole
-from cablewright.studies.accuracy import Study
+from cablewright.studies.accuracy import AccuracyStudy
 
 __all__ = ["write", "write_place"]
 
@@ -35,7 +35,7 @@ _SHAPES: Final = {
 }
 
 
-def write(study: Study, folder: Path, options: Mapping[str, Any] | None = None) -> Path:
+def write(study: AccuracyStudy, folder: Path, options: Mapping[str, Any] | None = None) -> Path:
     """Write ``report.html`` of a study and its pictures into ``folder``, which exists; return the report's path.
 
     *options* are those of the command; the page names what changed its figures. It holds its pictures and asks nothing
@@ -74,7 +74,7 @@ def _written(folder: Path, title: str, drawn: Pictures, body: Callable[[Pictures
     return report
 
 
-def _pictures(study: Study) -> Pictures:
+def _pictures(study: AccuracyStudy) -> Pictures:
     """Draw what there is to draw of a shape."""
     with style.drawing():
         drawn: dict[str, Figure | None] = {"contributions": contributions(study.accuracy)}
@@ -92,7 +92,7 @@ def _answered(accuracy: Accuracy) -> bool:
     return bool(np.isfinite(accuracy.spread.max_error).any())
 
 
-def _study_body(study: Study, title: str, pictures: Pictures, options: Mapping[str, Any]) -> Iterator[Html]:
+def _study_body(study: AccuracyStudy, title: str, pictures: Pictures, options: Mapping[str, Any]) -> Iterator[Html]:
     """Yield the page of a shape."""
     found = study.accuracy
     yield element("h1", title)
@@ -110,7 +110,7 @@ def _study_body(study: Study, title: str, pictures: Pictures, options: Mapping[s
     yield from _ending(found, f"{count(len(found.codes))} {_SHAPES[study.places.shape]}", options)
 
 
-def _study_verdict(study: Study) -> Html:
+def _study_verdict(study: AccuracyStudy) -> Html:
     found, spread = study.accuracy, study.accuracy.spread
     if not _answered(found):
         return _verdict("Nothing can be said", f"At none of {count(len(found.codes))} places is there an answer.", "no")
@@ -149,7 +149,7 @@ def _verdict(word: str, told: str, kind: str = "") -> Html:
     return element("div", element("strong", word), element("p", told), class_=shown, role="status")
 
 
-def _study_figures(study: Study) -> Iterator[tuple[str, str, str]]:
+def _study_figures(study: AccuracyStudy) -> Iterator[tuple[str, str, str]]:
     """Yield what, how much and a note."""
     found, spread = study.accuracy, study.accuracy.spread
     where = "largest of all places"
@@ -168,7 +168,7 @@ def _study_figures(study: Study) -> Iterator[tuple[str, str, str]]:
         yield "workspace", f"{study.workspace.nodes.trapezoid_volume:.4g} m³", "accessible, by its nodes"
 
 
-def _study_pictures(study: Study, pictures: Pictures) -> Iterator[Html]:
+def _study_pictures(study: AccuracyStudy, pictures: Pictures) -> Iterator[Html]:
     if "workspace" in pictures:
         yield picture(
             pictures["workspace"],

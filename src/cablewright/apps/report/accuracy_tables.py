@@ -15,7 +15,7 @@ from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
 from cablewright.errors import Status
-from cablewright.studies.accuracy import Study
+from cablewright.studies.accuracy import AccuracyStudy
 
 __all__ = [
     "contributions_table",
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 _TOO_CURVED: Final = 0.05  # of the spread: beyond it first order is an estimate only
 
 
-def notices(accuracy: Accuracy, study: Study | None = None) -> Iterator[Html]:
+def notices(accuracy: Accuracy, study: AccuracyStudy | None = None) -> Iterator[Html]:
     """Yield what has to be known before a figure is trusted."""
     total, spread = count(len(accuracy.codes)), accuracy.spread
     for code in np.unique(accuracy.codes):
@@ -66,7 +66,7 @@ def notices(accuracy: Accuracy, study: Study | None = None) -> Iterator[Html]:
         )
 
 
-def extremes_table(study: Study) -> Html:
+def extremes_table(study: AccuracyStudy) -> Html:
     """Return where each figure is largest, and the largest error smallest."""
     found, spread = study.accuracy, study.accuracy.spread
     worst = found.worst_offset
@@ -125,7 +125,7 @@ def contributions_table(accuracy: Accuracy) -> Html:
     return table(head, rows, numbers=(1, 2, 4, 5, 6))
 
 
-def ends_table(study: Study) -> Html:
+def ends_table(study: AccuracyStudy) -> Html:
     """Return which limits end the workspace, how often and where."""
     ending = () if study.workspace is None else study.workspace.by_limit
     if not ending:
