@@ -7,12 +7,6 @@ its caption says 0.10 m: the caption is taken here.
 import numpy as np
 
 import cablewright as cw
-from cablewright.analyses.modes import FREEDOMS, modes
-from cablewright.analyses.workspace.boundary_modes import boundary_modes
-from cablewright.analyses.workspace.criterion import RetractionLaw
-from cablewright.analyses.workspace.retraction import retraction
-from cablewright.analyses.workspace.workspace import count_nodes, workspace
-from cablewright.robot.design_variables import Change, changed, with_box_inertia
 
 RIGID = cw.Fidelity.of("rigid")
 LENGTHS = (2.0, 1.6, 1.2)  # m
@@ -21,8 +15,8 @@ TIP = 0.2  # m: how far the lower platform points are below the place that he ca
 
 def beam(apart: float, width: float = 0.04) -> cw.Robot:
     """jung2020, neighbouring exits so far apart; its top widened along x, its bottom along y, to *width* (m) in all."""
-    widths = Change("width-top-x+width-bottom-y")
-    return changed(cw.load("jung2020"), {Change("exit-distance"): apart, widths: width})
+    widths = cw.Change("width-top-x+width-bottom-y")
+    return cw.changed(cw.load("jung2020"), {cw.Change("exit-distance"): apart, widths: width})
 
 
 TABLE_1, TABLE_3 = cw.load("jung2020-table1"), beam(0.1)
@@ -39,17 +33,17 @@ def volumes() -> None:
     )
     for name, paper, robot in rows:
         model = cw.Model(robot, RIGID)
-        counted, whole = count_nodes(model, "closed-form"), workspace(model, "closed-form")
+        counted, whole = cw.count_nodes(model, "closed-form"), cw.workspace(model, "closed-form")
         share = 100.0 * counted.fraction
         print(f"{name:<24} {paper:>7} {counted.volume:>9.3f} {share:>8.1f} % {whole.volume:>11.2f}")
     print("\nTable 3 by length, counted  closed form  improved   exact   exact gains   exact, converged")
     model = cw.Model(TABLE_3, RIGID)
     for length in LENGTHS:
         closed, improved, exact = (
-            count_nodes(model, criterion, retraction=length).volume
+            cw.count_nodes(model, criterion, retraction=length).volume
             for criterion in ("closed-form", "improved-closed-form", "exact")
         )
-        whole = workspace(model, "exact", retraction=length).volume
+        whole = cw.workspace(model, "exact", retraction=length).volume
         gain = 100.0 * (exact / closed - 1.0)
         print(f"{length:.1f} m {closed:>33.3f} {improved:>9.3f} {exact:>7.3f} {gain:>10.0f} % {whole:>16.2f}")
 
@@ -57,25 +51,25 @@ def volumes() -> None:
 def slices() -> None:
     """The largest slice as a share of the frame's floor: 0.64 in his Fig. 10."""
     model = cw.Model(TABLE_3, RIGID)
-    counted = count_nodes(model, "closed-form", retraction=1.2).slices().max() / 4.0
-    whole = workspace(model, "closed-form", retraction=1.2).slices(np.linspace(0.0, 2.0, 401)).max() / 4.0
+    counted = cw.count_nodes(model, "closed-form", retraction=1.2).slices().max() / 4.0
+    whole = cw.workspace(model, "closed-form", retraction=1.2).slices(np.linspace(0.0, 2.0, 401)).max() / 4.0
     print(f"\nlargest slice: paper 0.64, counted {counted:.3f}, converged {whole:.3f}")
 
 
 def law() -> None:
     """Retraction laws, closed form, between 1.2 and 2 m."""
     model = cw.Model(TABLE_3, RIGID)
-    own = retraction(model, "closed-form", point="origin").law
+    own = cw.retraction(model, "closed-form", point="origin").law
     print("\nretraction law, m          counted   converged")
     rows = (
-        ("always 2 m", RetractionLaw(0.0, 2.0, 1.2, 2.0, "origin")),
-        ("his, z of p", RetractionLaw(-0.675, 1.929, 1.2, 2.0, "origin")),
-        ("his, z of the lower end", RetractionLaw(-0.675, 1.929 + 0.675 * TIP, 1.2, 2.0, "origin")),
+        ("always 2 m", cw.RetractionLaw(0.0, 2.0, 1.2, 2.0, "origin")),
+        ("his, z of p", cw.RetractionLaw(-0.675, 1.929, 1.2, 2.0, "origin")),
+        ("his, z of the lower end", cw.RetractionLaw(-0.675, 1.929 + 0.675 * TIP, 1.2, 2.0, "origin")),
         (f"own, {own.slope:.3f} z + {own.intercept:.3f}", own),
     )
     for name, each in rows:
-        counted = count_nodes(model, "closed-form", retraction=each, point="origin").volume
-        whole = workspace(model, "closed-form", retraction=each, point="origin").volume
+        counted = cw.count_nodes(model, "closed-form", retraction=each, point="origin").volume
+        whole = cw.workspace(model, "closed-form", retraction=each, point="origin").volume
         print(f"{name:<24} {counted:>9.3f} {whole:>11.3f}")
     counted, whole = best_of_slices(model)
     print(f"{'each slice at its best':<24} {counted:>9.3f} {whole:>11.3f}")
@@ -83,27 +77,27 @@ def law() -> None:
 
 def best_of_slices(model: cw.Model) -> tuple[float, float]:
     """Volume of each slice at its own best length: counted (lengths in steps of 0.05 m), and converged."""
-    layers = [count_nodes(model, "closed-form", retraction=length).slices() for length in np.linspace(1.2, 2.0, 17)]
+    layers = [cw.count_nodes(model, "closed-form", retraction=length).slices() for length in np.linspace(1.2, 2.0, 17)]
     counted = float(np.max(layers, axis=0).sum()) * 2.0 / 41
-    return counted, retraction(model, "closed-form").best_volume
+    return counted, cw.retraction(model, "closed-form").best_volume
 
 
 def frequencies() -> None:
     """Lowest frequencies on the counted boundary (steps of 0.1 m) of the three lengths, and what widening costs."""
     print("\nends' width   paper    elastic alone       with the geometric part   mostly   frame lost")
     rows = ((0.04, "1.2 Hz"), (0.08, "7 to 17"), (0.16, "8 to 21"))
-    first = count_nodes(cw.Model(TABLE_3, RIGID), "closed-form").fraction
+    first = cw.count_nodes(cw.Model(TABLE_3, RIGID), "closed-form").fraction
     for width, paper in rows:
         elastic, whole, named = [], [], []
         for length in LENGTHS:
-            robot = with_box_inertia(beam(0.1, width).retracted(length))
-            found = boundary_modes(cw.Model(robot, cw.Fidelity.of("elastic")), "closed-form")
-            plain = modes(found.modes.equilibrium, geometric=False)
+            robot = cw.with_box_inertia(beam(0.1, width).retracted(length))
+            found = cw.boundary_modes(cw.Model(robot, cw.Fidelity.of("elastic")), "closed-form")
+            plain = cw.modes(found.modes.equilibrium, geometric=False)
             elastic += plain.lowest.tolist()
             whole += found.lowest.tolist()
             named += plain.dominant[:, 0].tolist()
-        lost = 100.0 * (first - count_nodes(cw.Model(beam(0.1, width), RIGID), "closed-form").fraction)
-        most = FREEDOMS[np.bincount(named).argmax()]
+        lost = 100.0 * (first - cw.count_nodes(cw.Model(beam(0.1, width), RIGID), "closed-form").fraction)
+        most = cw.FREEDOMS[np.bincount(named).argmax()]
         print(
             f"{width:.2f} m {paper:>14} {min(elastic):>8.2f} to {max(elastic):.2f} Hz "
             f"{min(whole):>13.1f} to {max(whole):.1f} Hz {most:>12} {lost:>9.1f} points"

@@ -3,13 +3,13 @@
 The names below are the public interface. They are loaded when first used, so that a description alone
 (`cablewright.robot`) costs neither Numba nor plotting.
 
-Describe a robot and a job: curves, library_names, load, load_job, load_uncertainty, loads, modulus_ranges,
-    read_stl, CableLaw, Change, Curve, Curves, Fidelity, Job, Model, Parameter, Range, RankedCurve, Robot,
-    SheaveLaw, TriangleMesh.
+Describe a robot and a job: changed, curves, library_names, load, load_job, load_uncertainty, loads, modulus_ranges,
+    read_stl, with_box_inertia, CableLaw, Change, Curve, Curves, Fidelity, Job, Model, Parameter, Range,
+    RankedCurve, Robot, SheaveLaw, TriangleMesh.
 Statics: certify, enclose_poses, equilibria, forward, inverse, linearise, Certificate, Equilibria, Equilibrium,
     Linearisation, PoseBox, Tracker, TrackerSettings.
 Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, modes, retraction, trade, workspace,
-    Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, Interference,
+    Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS, Interference,
     InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, Retraction, RetractionLaw, Trade,
     TradeSettings, Vertices, Workspace.
 Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import Accuracy
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.analyses.interference import Interference, InterferenceSettings
-    from cablewright.analyses.modes import Modes, modes
+    from cablewright.analyses.modes import FREEDOMS, Modes, modes
     from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.analyses.workspace.retraction import Retraction, retraction
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from cablewright.printing.stl import read_stl
     from cablewright.results import Figure, Result
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
-    from cablewright.robot.design_variables import Change
+    from cablewright.robot.design_variables import Change, changed, with_box_inertia
     from cablewright.robot.parameters import Parameter
     from cablewright.robot.uncertainty import Range
     from cablewright.solvers.certify import Certificate, certify
@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = [
+    "FREEDOMS",
     "Accuracy",
     "AccuracyAtPose",
     "AccuracyStudy",
@@ -155,6 +156,7 @@ __all__ = [
     "calibrate",
     "calibration_poses",
     "certify",
+    "changed",
     "check",
     "count_nodes",
     "curves",
@@ -180,6 +182,7 @@ __all__ = [
     "survey",
     "trade",
     "walls",
+    "with_box_inertia",
     "workspace",
 ]
 
@@ -195,6 +198,7 @@ _HOMES = {
         "InterferenceSettings",
     ),
     "analyses.modes": (
+        "FREEDOMS",
         "Modes",
         "modes",
     ),
@@ -288,7 +292,11 @@ _HOMES = {
         "loads",
         "modulus_ranges",
     ),
-    "robot.design_variables": ("Change",),
+    "robot.design_variables": (
+        "Change",
+        "changed",
+        "with_box_inertia",
+    ),
     "robot.parameters": ("Parameter",),
     "robot.uncertainty": ("Range",),
     "solvers.certify": (
