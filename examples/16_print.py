@@ -16,5 +16,5 @@ for estimator in ("paper", "encoders"):
     options = cw.PrintOptions(estimator, plant="quasi-static", seed=3)
     with tempfile.TemporaryDirectory() as folder:
         found = cw.print_job(robot, job, f"{folder}/run", options=options).record
-    believed, true = 1e3 * found.seen.error.size, 1e3 * found.true.error.size
+    believed, true = 1e3 * found.estimated.error.size, 1e3 * found.true.error.size
     print(f"{estimator}: by its own account at most {believed:.1f} mm beside the path, in truth: {true:.1f} mm")

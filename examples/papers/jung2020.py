@@ -33,9 +33,9 @@ def volumes() -> None:
     )
     for name, paper, robot in rows:
         model = cw.Model(robot, RIGID)
-        counted, whole = cw.count_nodes(model, "closed-form"), cw.workspace(model, "closed-form")
+        counted, volume = cw.count_nodes(model, "closed-form"), cw.workspace(model, "closed-form")
         share = 100.0 * counted.fraction
-        print(f"{name:<24} {paper:>7} {counted.volume:>9.3f} {share:>8.1f} % {whole.volume:>11.2f}")
+        print(f"{name:<24} {paper:>7} {counted.volume:>9.3f} {share:>8.1f} % {volume.volume:>11.2f}")
     print("\nTable 3 by length, counted  closed form  improved   exact   exact gains   exact, converged")
     model = cw.Model(TABLE_3, RIGID)
     for length in LENGTHS:
@@ -43,9 +43,9 @@ def volumes() -> None:
             cw.count_nodes(model, criterion, retraction=length).volume
             for criterion in ("closed-form", "improved-closed-form", "exact")
         )
-        whole = cw.workspace(model, "exact", retraction=length).volume
+        reach = cw.workspace(model, "exact", retraction=length).volume
         gain = 100.0 * (exact / closed - 1.0)
-        print(f"{length:.1f} m {closed:>33.3f} {improved:>9.3f} {exact:>7.3f} {gain:>10.0f} % {whole:>16.2f}")
+        print(f"{length:.1f} m {closed:>33.3f} {improved:>9.3f} {exact:>7.3f} {gain:>10.0f} % {reach:>16.2f}")
 
 
 def slices() -> None:
