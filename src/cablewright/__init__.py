@@ -19,13 +19,23 @@ if TYPE_CHECKING:
     from cablewright.printing.job import Job, load_job
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
     from cablewright.robot.parameters import Parameter
-    from cablewright.robot.uncertainty import Range
+    from cablewright.robot.uncertainty import Range, Uncertainty
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
+    from cablewright.solvers.pose_hull import PoseBox, enclose_poses
+    from cablewright.solvers.slack import SlackSet, excess_lengths, let_out, slack_sets, solve_with_slack
+    from cablewright.solvers.tension import (
+        Capacity,
+        Distribution,
+        Quadratic,
+        capacity,
+        tension_distribution,
+        wrench_closure,
+    )
     from cablewright.studies.accuracy import AccuracyStudy, accuracy
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.check import Check, check
@@ -39,8 +49,10 @@ __all__ = [
     "AnswerError",
     "CableLaw",
     "CablewrightError",
+    "Capacity",
     "Certificate",
     "Check",
+    "Distribution",
     "EnvironmentFault",
     "Equilibria",
     "Equilibrium",
@@ -56,20 +68,28 @@ __all__ = [
     "MonteCarlo",
     "Parameter",
     "Places",
+    "PoseBox",
+    "Quadratic",
     "Range",
     "Robot",
     "SheaveLaw",
+    "SlackSet",
     "Status",
     "Tracker",
     "TrackerSettings",
+    "Uncertainty",
     "Vertices",
     "accuracy",
+    "capacity",
     "certify",
     "check",
+    "enclose_poses",
     "equilibria",
+    "excess_lengths",
     "forward",
     "interference",
     "inverse",
+    "let_out",
     "library_names",
     "linearise",
     "load",
@@ -77,6 +97,10 @@ __all__ = [
     "load_uncertainty",
     "loads",
     "modulus_ranges",
+    "slack_sets",
+    "solve_with_slack",
+    "tension_distribution",
+    "wrench_closure",
 ]
 
 _HOMES = {
@@ -92,13 +116,16 @@ _HOMES = {
     "solvers.forward": ("forward",),
     "solvers.inverse": ("inverse",),
     "solvers.linearise": ("Linearisation", "linearise"),
+    "solvers.pose_hull": ("PoseBox", "enclose_poses"),
+    "solvers.slack": ("SlackSet", "excess_lengths", "let_out", "slack_sets", "solve_with_slack"),
+    "solvers.tension": ("Capacity", "Distribution", "Quadratic", "capacity", "tension_distribution", "wrench_closure"),
     "solvers.continuation": ("Tracker", "TrackerSettings"),
     "analyses.interference": ("Interference", "InterferenceSettings"),
     "studies.interference": ("JobInterference", "interference"),
     "studies.accuracy": ("AccuracyStudy", "accuracy"),
     "studies.places": ("Places",),
     "robot.parameters": ("Parameter",),
-    "robot.uncertainty": ("Range",),
+    "robot.uncertainty": ("Range", "Uncertainty"),
     "studies.check": ("Check", "check"),
     "studies.accuracy_at_pose": ("AccuracyAtPose",),
 }
