@@ -68,7 +68,7 @@ class PoseBox(Result):
         Figure("leaves", "1", "Parts of the lengths that were looked at."),
         Figure("reason", "", "What is proved, or why there is no box."),
     )
-    HEADLINES: ClassVar = ("low", "high", "certified")
+    HEADLINES: ClassVar = ("certified", "unique", "leaves")
 
     low: Array
     high: Array

@@ -254,9 +254,9 @@ def capacity(
 ) -> Capacity:
     """Capacity margin at *poses*: what *wrench*, or the worst wrench of a *box*, is from what the lines can make.
 
-    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `tension_distribution`. A moment counts as
-    the force that makes it on an arm of *length* (m). Time grows as the number of choices of n - 1 of the m lines.
-    Raises `InputError`.
+    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `tension_distribution`. A
+    moment counts as the force that makes it on an arm of *length* (m). Time grows as the number of choices of n - 1
+    of the m lines. Raises `InputError`.
     """
     if not 0.0 < length < float("inf"):
         raise InputError(f"length {length:g} m: a positive number is wanted, the arm on which a moment counts as force")
