@@ -5,9 +5,10 @@ The names below are the public interface. They are loaded when first used, so th
 
 Describe a robot and a job: changed, curves, library_names, load, load_job, load_uncertainty, loads, modulus_ranges,
     read_stl, with_box_inertia, CableLaw, Change, Curve, Curves, Fidelity, Job, Model, Parameter, Range,
-    RankedCurve, Robot, SheaveLaw, TriangleMesh.
-Statics: certify, enclose_poses, equilibria, forward, inverse, linearise, Certificate, Equilibria, Equilibrium,
-    Linearisation, PoseBox, Tracker, TrackerSettings.
+    RankedCurve, Robot, SheaveLaw, TriangleMesh, Uncertainty.
+Statics: capacity, certify, enclose_poses, equilibria, excess_lengths, forward, inverse, let_out, linearise,
+    slack_sets, solve_with_slack, tension_distribution, wrench_closure, Capacity, Certificate, Distribution,
+    Equilibria, Equilibrium, Linearisation, PoseBox, Quadratic, SlackSet, Tracker, TrackerSettings.
 Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, modes, retraction, trade, workspace,
     Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS, Interference,
     InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, Retraction, RetractionLaw, Trade,
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
     from cablewright.robot import Robot, library_names, load, load_uncertainty, loads, modulus_ranges
     from cablewright.robot.design_variables import Change, changed, with_box_inertia
     from cablewright.robot.parameters import Parameter
-    from cablewright.robot.uncertainty import Range
+    from cablewright.robot.uncertainty import Range, Uncertainty
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
@@ -67,6 +68,15 @@ if TYPE_CHECKING:
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
     from cablewright.solvers.pose_hull import PoseBox, enclose_poses
+    from cablewright.solvers.slack import SlackSet, excess_lengths, let_out, slack_sets, solve_with_slack
+    from cablewright.solvers.tension import (
+        Capacity,
+        Distribution,
+        Quadratic,
+        capacity,
+        tension_distribution,
+        wrench_closure,
+    )
     from cablewright.studies.accuracy import AccuracyStudy, accuracy
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.bracket import BracketStress, bracket
@@ -92,11 +102,13 @@ __all__ = [
     "Calibration",
     "CalibrationPlan",
     "CalibrationPoses",
+    "Capacity",
     "Certificate",
     "Change",
     "Check",
     "Curve",
     "Curves",
+    "Distribution",
     "EnvironmentFault",
     "Equilibria",
     "Equilibrium",
@@ -122,6 +134,7 @@ __all__ = [
     "PoseBox",
     "PrintOptions",
     "PrintedJob",
+    "Quadratic",
     "Range",
     "RankedCurve",
     "Result",
@@ -135,6 +148,7 @@ __all__ = [
     "Shots",
     "Sigmas",
     "SimulatedCalibration",
+    "SlackSet",
     "Status",
     "Survey",
     "SurveyPlan",
@@ -145,6 +159,7 @@ __all__ = [
     "Trade",
     "TradeSettings",
     "TriangleMesh",
+    "Uncertainty",
     "UnknownName",
     "Vertices",
     "Walls",
@@ -155,6 +170,7 @@ __all__ = [
     "bracket",
     "calibrate",
     "calibration_poses",
+    "capacity",
     "certify",
     "changed",
     "check",
@@ -162,9 +178,11 @@ __all__ = [
     "curves",
     "enclose_poses",
     "equilibria",
+    "excess_lengths",
     "forward",
     "interference",
     "inverse",
+    "let_out",
     "library_names",
     "linearise",
     "load",
@@ -179,11 +197,15 @@ __all__ = [
     "read_stl",
     "retraction",
     "simulate_calibration",
+    "slack_sets",
+    "solve_with_slack",
     "survey",
+    "tension_distribution",
     "trade",
     "walls",
     "with_box_inertia",
     "workspace",
+    "wrench_closure",
 ]
 
 _HOMES = {
@@ -298,7 +320,10 @@ _HOMES = {
         "with_box_inertia",
     ),
     "robot.parameters": ("Parameter",),
-    "robot.uncertainty": ("Range",),
+    "robot.uncertainty": (
+        "Range",
+        "Uncertainty",
+    ),
     "solvers.certify": (
         "Certificate",
         "certify",
@@ -320,6 +345,21 @@ _HOMES = {
     "solvers.pose_hull": (
         "PoseBox",
         "enclose_poses",
+    ),
+    "solvers.slack": (
+        "SlackSet",
+        "excess_lengths",
+        "let_out",
+        "slack_sets",
+        "solve_with_slack",
+    ),
+    "solvers.tension": (
+        "Capacity",
+        "Distribution",
+        "Quadratic",
+        "capacity",
+        "tension_distribution",
+        "wrench_closure",
     ),
     "studies.accuracy": (
         "AccuracyStudy",

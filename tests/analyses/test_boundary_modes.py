@@ -16,7 +16,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.robot.design_variables import Change
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.tension import distribute
+from cablewright.solvers.tension import tension_distribution
 
 BEAM = Model(load("jung2020"), Fidelity.of("elastic"))
 RIGID = replace(BEAM, fidelity=Fidelity.of("rigid"))
@@ -28,14 +28,14 @@ def found() -> Boundary:
 
 
 def test_places_are_inside_and_have_a_neighbour_that_is_not(found: Boundary) -> None:
-    assert distribute(RIGID, found.places, "closed-form").feasible.all()
+    assert tension_distribution(RIGID, found.places, "closed-form").feasible.all()
     step = (found.nodes.box.high - found.nodes.box.low) / 10
     beyond = np.array(
         [found.places + sign * step * np.eye(3)[axis] for axis in range(3) for sign in (-1, 1)]
     )  # (6, N, 3)
     low, high = found.nodes.box.low - 1e-9, found.nodes.box.high + 1e-9
     outside = ((beyond < low) | (beyond > high)).any(axis=-1)
-    no = ~distribute(RIGID, beyond.reshape(-1, 3), "closed-form").feasible.reshape(outside.shape)
+    no = ~tension_distribution(RIGID, beyond.reshape(-1, 3), "closed-form").feasible.reshape(outside.shape)
     assert (outside | no).any(axis=0).all()
     inner = found.nodes.counted - len(found.places)
     assert 0 < inner < found.nodes.counted

@@ -17,7 +17,7 @@ from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.tension import distribute
+from cablewright.solvers.tension import tension_distribution
 
 RIGID = Fidelity.of("rigid")
 JUNG = Model(load("jung2020"), RIGID)
@@ -218,7 +218,7 @@ def test_refinement_and_a_fine_count_agree() -> None:
 def test_a_count_is_that_of_the_tension_distribution() -> None:
     nodes = count_nodes(JUNG, "exact", grid=9)
     grid = np.stack(np.meshgrid(*nodes.axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    np.testing.assert_array_equal(nodes.inside.ravel(), distribute(JUNG, grid, "exact").feasible)
+    np.testing.assert_array_equal(nodes.inside.ravel(), tension_distribution(JUNG, grid, "exact").feasible)
 
 
 TURNS = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.02], [0.1, 0.0, 0.0]]
@@ -241,13 +241,15 @@ def test_a_box_of_wrenches_takes_from_the_workspace() -> None:
     assert 0.0 < some.volume < none.volume
     places = cases.random_poses(JUNG, 800)
     feasible = [
-        distribute(JUNG, places, "exact", wrench=corner).feasible for corner in product(*zip(*sides, strict=True))
+        tension_distribution(JUNG, places, "exact", wrench=corner).feasible
+        for corner in product(*zip(*sides, strict=True))
     ]
     margins = some.criterion.margin(places[:, :3])
     np.testing.assert_array_equal(Criterion.of(JUNG, "capacity", wrench_box=sides).margin(places[:, :3]), margins)
     unturned = np.column_stack([places[:, :3], np.zeros((len(places), 3))])
     feasible = [
-        distribute(JUNG, unturned, "exact", wrench=corner).feasible for corner in product(*zip(*sides, strict=True))
+        tension_distribution(JUNG, unturned, "exact", wrench=corner).feasible
+        for corner in product(*zip(*sides, strict=True))
     ]
     sure = np.abs(margins) > 1e-6
     np.testing.assert_array_equal((margins >= 0.0)[sure], np.all(feasible, axis=0)[sure])

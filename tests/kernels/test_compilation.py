@@ -19,7 +19,7 @@ from cablewright.robot import library_names, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
-from cablewright.solvers.tension import METHODS, capacity, distribute
+from cablewright.solvers.tension import METHODS, capacity, tension_distribution
 from twins import machine, run
 
 
@@ -36,7 +36,7 @@ def test_every_kernel_has_one_compiled_signature() -> None:
             assert found.is_valid()
             distances(found).curves()
             for method in METHODS:
-                distribute(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
+                tension_distribution(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose, method)
             capacity(Model(load(name), Fidelity(CableLaw.RIGID)), found.pose)
     for plant in PLANTS:
         run(machine(plant=plant), 100, valve=1.0)

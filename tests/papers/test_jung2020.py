@@ -13,7 +13,7 @@ import pytest
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.solvers.tension import distribute
+from cablewright.solvers.tension import tension_distribution
 
 FRAME = 8.0  # m^3
 
@@ -37,7 +37,7 @@ def with_neighbours_apart(distance: float) -> Robot:
 
 
 def volume(robot: Robot, method: str) -> float:
-    found = distribute(Model(robot, Fidelity(CableLaw.RIGID)), nodes(), method)
+    found = tension_distribution(Model(robot, Fidelity(CableLaw.RIGID)), nodes(), method)
     return FRAME * float(found.feasible.mean())
 
 

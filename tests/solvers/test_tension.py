@@ -13,7 +13,7 @@ from cablewright.errors import InputError, Status, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.solvers.tension import METHODS, Quadratic, capacity, distribute, structures, wrench_closure
+from cablewright.solvers.tension import METHODS, Quadratic, capacity, structures, tension_distribution, wrench_closure
 from oracles import linear_program
 
 RIGID = Fidelity(CableLaw.RIGID)
@@ -63,7 +63,7 @@ def test_exact_is_the_linear_programs_margin(name: str) -> None:
     model = model_of(name)
     poses = upright(model, COUNTS[name])
     low, high = limits(model)
-    found = distribute(model, poses)
+    found = tension_distribution(model, poses)
     A, w = structures(model, poses)
     good = np.isfinite(found.margin)
     assert good.mean() > 0.95
@@ -87,14 +87,16 @@ def test_table_1_is_singular_at_every_upright_pose() -> None:
     assert (capacity(model, poses).rank == 5).all()
     twist = [0, 0, 0, 0, 0, 1.0]  # nothing holds the yaw
     for method in METHODS:
-        found = distribute(model, poses, method, wrench=twist)
+        found = tension_distribution(model, poses, method, wrench=twist)
         assert not found.feasible.any()
         assert (found.margin == -np.inf).all()
     aside = capacity(model, poses, wrench=twist, length=0.1)
     assert not aside.feasible.any()
-    assert distribute(model, poses).feasible.mean() > 0.5
+    assert tension_distribution(model, poses).feasible.mean() > 0.5
     poses[:, 3:] = np.random.default_rng(1).normal(0.0, 1e-3, (len(poses), 3))
-    assert distribute(model, poses).feasible.mean() < 0.1  # now some line has to resist a yaw, by a lever of nothing
+    assert (
+        tension_distribution(model, poses).feasible.mean() < 0.1
+    )  # now some line has to resist a yaw, by a lever of nothing
     assert (capacity(model, poses).rank == 6).all()
 
 
@@ -102,7 +104,7 @@ def test_table_1_is_singular_at_every_upright_pose() -> None:
 def test_closed_form_is_numpys_and_sets_are_nested(name: str) -> None:
     model = model_of(name)
     poses = upright(model, 300)
-    closed, improved, least, exact = (distribute(model, poses, method) for method in METHODS)
+    closed, improved, least, exact = (tension_distribution(model, poses, method) for method in METHODS)
     A, w = structures(model, poses)
     low, high = limits(model)
     middle = 0.5 * (low + high)
@@ -128,7 +130,7 @@ def test_least_norm_is_the_inverse_problems() -> None:
     for name in ("cogiro", "merlet2023", "jung2020"):
         model = model_of(name)
         held = cases.poses(model, 20)
-        found = distribute(model, held.pose, "least-norm")
+        found = tension_distribution(model, held.pose, "least-norm")
         np.testing.assert_allclose(found.tensions, held.tensions, rtol=1e-7)
 
 
@@ -151,7 +153,7 @@ def improved_by_hand(A: np.ndarray, w: np.ndarray, low: np.ndarray, high: np.nda
 def test_improved_closed_form_is_potts_loop() -> None:
     model = model_of("jung2020")
     poses = upright(model, 400)
-    found = distribute(model, poses, "improved-closed-form")
+    found = tension_distribution(model, poses, "improved-closed-form")
     A, w = structures(model, poses)
     for row in range(len(poses)):
         wanted = improved_by_hand(A[row], w[row], *limits(model))
@@ -164,8 +166,10 @@ def test_limits_and_wrench_scale_together(method: str) -> None:
     poses = upright(model, 200)
     wrench = np.array([5.0, -3.0, 8.0, 0.4, 0.3, -0.2])
     weight = np.array([0.0, 0.0, 98.1, 0.0, 0.0, 0.0])  # taken away, so that all that acts is the wrench
-    small = distribute(model, poses, method, wrench=wrench + weight)
-    large = distribute(model_of("jung2020", tension_limits=(70.0, 1400.0)), poses, method, wrench=7 * wrench + weight)
+    small = tension_distribution(model, poses, method, wrench=wrench + weight)
+    large = tension_distribution(
+        model_of("jung2020", tension_limits=(70.0, 1400.0)), poses, method, wrench=7 * wrench + weight
+    )
     assert (small.feasible == large.feasible).all()
     if method != "least-norm":  # where it is infeasible its answer is soft, and only nearly the least violation
         np.testing.assert_allclose(large.margin, 7.0 * small.margin, rtol=1e-9, atol=1e-9)
@@ -182,9 +186,9 @@ def test_symmetric_poses_have_one_margin() -> None:
         for first, sx, sy in itertools.product((0,), (1, -1), (1, -1))
     ]
     for method in METHODS:
-        margins = np.array([distribute(model, each, method).margin for each in images])
+        margins = np.array([tension_distribution(model, each, method).margin for each in images])
         np.testing.assert_allclose(margins, margins[:1].repeat(4, axis=0), rtol=1e-6, atol=1e-8)
-    centre = distribute(model, [0.0, 0.0, 0.5])
+    centre = tension_distribution(model, [0.0, 0.0, 0.5])
     assert centre.tensions.shape == (8,)
     np.testing.assert_allclose(
         np.sort(centre.tensions).reshape(2, 4), np.sort(centre.tensions)[[0, 4]][:, None].repeat(4, 1), rtol=1e-9
@@ -199,7 +203,7 @@ def test_capacity_agrees_with_exact_and_bounds_every_push(name: str) -> None:
     A, w = structures(model, poses)
     length = 0.3
     found = capacity(model, poses, length=length)
-    exact = distribute(model, poses)
+    exact = tension_distribution(model, poses)
     sure = np.abs(exact.margin) > 1e-9 * high.max()
     assert (found.feasible == exact.feasible)[sure].all()
     rng = np.random.default_rng(11)
@@ -264,7 +268,7 @@ def test_capacity_is_zero_at_the_boundary_and_falls_as_one_pushes() -> None:
     far = linear_program.reach(A, *limits(model), w, way)
     edge = capacity(model, pose, wrench=far * way)
     assert edge.margin == pytest.approx(0.0, abs=1e-7)
-    assert distribute(model, pose, wrench=far * way).margin == pytest.approx(0.0, abs=1e-7)
+    assert tension_distribution(model, pose, wrench=far * way).margin == pytest.approx(0.0, abs=1e-7)
     pushes = [float(capacity(model, pose, wrench=share * far * way).margin) for share in (0.5, 0.9, 1.1, 1.5)]
     assert pushes == sorted(pushes, reverse=True)
     assert pushes[1] > 0.0 > pushes[2]
@@ -301,8 +305,8 @@ def test_a_diagonal_quadratic_and_a_full_one_agree() -> None:
     poses = upright(model, 20)
     rng = np.random.default_rng(3)
     diagonal, linear = rng.uniform(0.5, 2.0, 8), rng.uniform(-80.0, 20.0, 8)
-    fast = distribute(model, poses, Quadratic(diagonal, linear))
-    slow = distribute(model, poses, Quadratic(np.diag(diagonal), linear))
+    fast = tension_distribution(model, poses, Quadratic(diagonal, linear))
+    slow = tension_distribution(model, poses, Quadratic(np.diag(diagonal), linear))
     assert (fast.feasible == slow.feasible).all()
     assert fast.feasible.sum() > 3
     np.testing.assert_allclose(slow.tensions[slow.feasible], fast.tensions[fast.feasible], atol=1e-3)
@@ -325,13 +329,13 @@ def test_any_convex_objective_is_made_least() -> None:
     model = model_of("cogiro")
     poses = cases.poses(model, 5).pose
     objective = Softest(4.0)
-    found = distribute(model, poses, objective)
+    found = tension_distribution(model, poses, objective)
     assert found.feasible.all()
     A, w = structures(model, poses)
     np.testing.assert_allclose(np.einsum("rnm,rm->rn", A, found.tensions) + w, 0.0, atol=1e-8)
     rng = np.random.default_rng(1)
     for row in range(len(poses)):
-        others = [distribute(model, poses[row], method).tensions for method in ("least-norm", "exact")]
+        others = [tension_distribution(model, poses[row], method).tensions for method in ("least-norm", "exact")]
         for other in others:
             for share in rng.uniform(0.0, 1.0, 5):  # the set is convex: nothing between is better
                 mixed = found.tensions[row] + share * (other - found.tensions[row])
@@ -342,9 +346,9 @@ def test_one_pose_and_many_threads_give_the_same() -> None:
     model = model_of("jung2020")
     poses = upright(model, 300)
     for method in METHODS:
-        many, few = distribute(model, poses, method), distribute(model, poses[:10], method)
+        many, few = tension_distribution(model, poses, method), tension_distribution(model, poses[:10], method)
         np.testing.assert_array_equal(many.tensions[:10], few.tensions)
-        single = distribute(model, poses[3], method)
+        single = tension_distribution(model, poses[3], method)
         np.testing.assert_array_equal(single.tensions, many.tensions[3])
         assert single.margin.shape == ()
         assert single.feasible == many.feasible[3]
@@ -355,21 +359,21 @@ def test_retraction_by_row_is_the_retracted_robot() -> None:
     model = model_of("jung2020")
     poses = upright(model, 6)
     lengths = np.linspace(1.2, 2.0, 6)
-    together = distribute(model, poses, retraction=lengths)
+    together = tension_distribution(model, poses, retraction=lengths)
     for row, length in enumerate(lengths):
-        own = distribute(Model(model.robot.retracted(float(length)), RIGID), poses[row])
+        own = tension_distribution(Model(model.robot.retracted(float(length)), RIGID), poses[row])
         assert together.margin[row] == pytest.approx(float(own.margin), rel=1e-9)
     wrenches = np.random.default_rng(2).normal(0.0, 3.0, (6, 6))
-    own_wrench = distribute(model, poses, retraction=lengths, wrench=wrenches)
+    own_wrench = tension_distribution(model, poses, retraction=lengths, wrench=wrenches)
     assert not np.allclose(own_wrench.margin, together.margin)
-    one = distribute(model, poses[2], retraction=lengths[2], wrench=wrenches[2])
+    one = tension_distribution(model, poses[2], retraction=lengths[2], wrench=wrenches[2])
     assert one.margin == pytest.approx(own_wrench.margin[2], rel=1e-9)
 
 
 def test_fewer_lines_than_freedoms_balance_only_by_chance() -> None:
     model = model_of("grab-four-lines")
     pose = np.array([0.2, 0.1, 1.0, 0.1, 0.0, 0.0])
-    assert distribute(model, pose).margin == -np.inf
+    assert tension_distribution(model, pose).margin == -np.inf
     A, _ = structures(model, pose)
     weight = -model.robot.platform.mass * model.robot.scene.gravity
     low, high = limits(model)
@@ -377,7 +381,7 @@ def test_fewer_lines_than_freedoms_balance_only_by_chance() -> None:
     made = -A[0] @ middle  # a wrench that these tensions do balance, less the weight
     _, w = structures(model, pose, wrench=np.zeros(6))
     assert w[0, 2] == pytest.approx(weight)
-    found = distribute(model, pose, wrench=made - w[0])
+    found = tension_distribution(model, pose, wrench=made - w[0])
     np.testing.assert_allclose(found.tensions, middle)
     assert found.margin == pytest.approx(np.min(0.5 * (high - low)))
 
@@ -385,7 +389,7 @@ def test_fewer_lines_than_freedoms_balance_only_by_chance() -> None:
 def test_a_pose_without_directions_says_why() -> None:
     inside = model_of("merlet2023")
     x, y, z = inside.robot.lines[0].exit_point
-    found = distribute(inside, [[x + 0.04, y, z], [x, y, z - 1.0]])
+    found = tension_distribution(inside, [[x + 0.04, y, z], [x, y, z - 1.0]])
     assert [Status.of(int(code)) for code in found.code] == [Status.INSIDE_SHEAVE, Status.UNDER_EXIT]
     assert (found.margin == -np.inf).all()
     assert np.isnan(found.tensions).all()
@@ -396,19 +400,19 @@ def test_bad_input_is_one_clear_line() -> None:
     model = model_of("jung2020")
     pose = [0.0, 0.0, 1.0]
     with pytest.raises(UnknownName, match="did you mean 'closed-form'"):
-        distribute(model, pose, "close-form")
+        tension_distribution(model, pose, "close-form")
     with pytest.raises(InputError, match="lowest < highest"):
         model_of("jung2020", tension_limits=(200.0, 10.0))
     with pytest.raises(InputError, match="straight lines"):
-        distribute(Model(load("jung2020")), pose)
+        tension_distribution(Model(load("jung2020")), pose)
     with pytest.raises(InputError, match="wrench"):
-        distribute(model, pose, wrench=[1.0, 2.0])
+        tension_distribution(model, pose, wrench=[1.0, 2.0])
     with pytest.raises(InputError, match="positive"):
-        distribute(model, pose, Quadratic(np.zeros(8)))
+        tension_distribution(model, pose, Quadratic(np.zeros(8)))
     with pytest.raises(InputError, match="eigenvalue"):
-        distribute(model, pose, Quadratic(-np.eye(8)))
+        tension_distribution(model, pose, Quadratic(-np.eye(8)))
     with pytest.raises(InputError, match="8 lines"):
-        distribute(model, pose, Quadratic(np.ones(3)))
+        tension_distribution(model, pose, Quadratic(np.ones(3)))
     with pytest.raises(InputError, match="lowest <= highest"):
         capacity(model, pose, box=(np.ones(6), np.zeros(6)))
     with pytest.raises(InputError, match="give one"):
@@ -416,4 +420,4 @@ def test_bad_input_is_one_clear_line() -> None:
     with pytest.raises(InputError, match="length"):
         capacity(model, pose, length=0.0)
     with pytest.raises(InputError, match="retraction"):
-        distribute(model, pose, retraction=3.0)
+        tension_distribution(model, pose, retraction=3.0)

@@ -13,10 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineStates, blank_states
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
+from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows, run
 from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
@@ -118,12 +120,14 @@ class Equilibria(Result):
 
 
 def equilibria(
-    model: Model,
+    robot: Robot | Model,
     lengths: ArrayLike,
     *,
     box: ArrayLike | None = None,
     starts: int | None = None,
     seed: int = 0,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
 ) -> Equilibria:
     """All equilibria that are found for *lengths* (m,), m, from many starts.
 
@@ -131,7 +135,15 @@ def equilibria(
     *starts*: random poses to begin from, for each pattern of levers on their head. Shapes that no cable over its sheave
     has, wrapped by less than nothing or more than a turn, are left out. Raises `InputError` for what cannot be used,
     rigid or massless cables, `AnswerError` where nothing is found.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> robot = cw.load("paty2021")
+    >>> len(cw.equilibria(robot, cw.inverse(robot, [0.0, 0.0, 5.0]).lengths))
+    1
     """
+    model = Model.of(robot, cable=cable, sheave=sheave)
     model.refuse_rigid()
     given, single = as_rows(lengths, model.m, "lengths", "m")
     if not single or not (given > 0.0).all():

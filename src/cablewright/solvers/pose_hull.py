@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.models.statics import Equilibrium
 from cablewright.progress import Progress
+from cablewright.results import Figure, Result
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 
@@ -48,8 +50,8 @@ REASONS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class PoseBox:
+@dataclass(frozen=True, eq=False, repr=False)
+class PoseBox(Result):
     """Where the pose may be, its lengths known to some error.
 
     Where `complete`, for every lengths within the error, in any combination, the equilibrium that is followed from the
@@ -58,6 +60,16 @@ class PoseBox:
     `reason` says why.
     """
 
+    FIGURES: ClassVar = (
+        Figure("low", "m, rad", "Lowest pose."),
+        Figure("high", "m, rad", "Highest pose."),
+        Figure("certified", "", "Whether that is proved.", "complete"),
+        Figure("unique", "", "Whether there is no other equilibrium at all, or none near.", "_unique"),
+        Figure("leaves", "1", "Parts of the lengths that were looked at."),
+        Figure("reason", "", "What is proved, or why there is no box."),
+    )
+    HEADLINES: ClassVar = ("certified", "unique", "leaves")
+
     low: Array
     high: Array
     complete: bool
@@ -65,6 +77,11 @@ class PoseBox:
     leaves: int
     tests: int
     reason: str
+
+    def _unique(self) -> str | None:
+        if not self.complete:
+            return None
+        return "globally" if self.only_one else "locally"
 
 
 def enclose_poses(

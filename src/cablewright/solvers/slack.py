@@ -15,6 +15,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,8 +28,11 @@ from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.inverse import inverse_workspace, stays
 from cablewright.kernels.statics.line import extremes
 from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.results import Figure, Result
+from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
@@ -80,7 +84,15 @@ def excess_lengths(equilibrium: Equilibrium) -> Array:
     return np.asarray(excess[0] if equilibrium.single else excess)
 
 
-def solve_with_slack(model: Model, poses: ArrayLike, excess: Excess) -> Equilibrium:
+def solve_with_slack(
+    robot: Robot | Model,
+    poses: ArrayLike,
+    excess: Excess,
+    *,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+) -> Equilibrium:
     """What holds *poses*, (n,) or (N, n) in m and rad, while some lines are too long by their *excess*, m.
 
     *excess* names slack lines, by name or place from 0, each with its excess >= 0. They hang at the pose at their
@@ -93,6 +105,7 @@ def solve_with_slack(model: Model, poses: ArrayLike, excess: Excess) -> Equilibr
     `InputError` for a line that is not there or named twice, an excess that is negative or not finite, and where fewer
     taut lines than freedoms would remain.
     """
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     by = _checked(model, excess)
     pose, single = as_poses(model, poses, "pose")
     batch = _solve(model, pose, list(by), np.tile(np.array(list(by.values())), (len(pose), 1)))
@@ -203,8 +216,8 @@ def _judge(
             codes[j] = stays(packed, pose[j], states[j], work)
 
 
-@dataclass(frozen=True, eq=False)
-class SlackSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlackSet(Result):
     """Taut lines that hold a pose alone, and how far the others may be too long meanwhile.
 
     The others share one excess, from `excess_low` to `excess_high` (m); `equilibrium` is the one at `excess_low`.
@@ -212,6 +225,18 @@ class SlackSet:
     free span would hang below the frame or, where that is lower, the platform points), ``sheave`` (a slack line would
     pull so little that its dead span runs back over the sheave), ``capacity`` (a winch holds no more) or ``nothing``.
     """
+
+    FIGURES: ClassVar = (
+        Figure("taut", "", "Lines that hold the pose."),
+        Figure("slack", "", "Lines that are too long."),
+        Figure("status", "", "That of the pose at the smallest excess.", "equilibrium.status.word"),
+        Figure("excess_low", "m", "Smallest excess."),
+        Figure("excess_high", "m", "Largest one; none where nothing ends the range."),
+        Figure("ended_by", "", "What ends the range."),
+        Figure("tensions", "N", "Of all lines, at the sheaves, at the smallest excess."),
+        Figure("lengths", "m", "Unstrained lengths at the smallest excess.", "equilibrium.lengths"),
+    )
+    HEADLINES: ClassVar = ("slack", "excess_low", "excess_high", "ended_by")
 
     taut: tuple[str, ...]
     slack: tuple[str, ...]
@@ -226,7 +251,14 @@ class SlackSet:
         return self.equilibrium.tensions
 
 
-def slack_sets(model: Model, pose: ArrayLike) -> tuple[SlackSet, ...]:
+def slack_sets(
+    robot: Robot | Model,
+    pose: ArrayLike,
+    *,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+) -> tuple[SlackSet, ...]:
     """Every set of n of the m lines that holds *pose* (n,), m and rad, alone while all others are slack.
 
     The others share one excess; a set is admissible where some excess leaves all taut lines within their limits. Its
@@ -235,6 +267,7 @@ def slack_sets(model: Model, pose: ArrayLike) -> tuple[SlackSet, ...]:
     seen, nor a second range beyond the first. In the order of the lines. Raises `InputError` if no line can be slack,
     if *pose* is not one pose, or if there are over 2000 sets.
     """
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
     if count > MAX_SETS:
@@ -375,12 +408,21 @@ def _hung_angle(row: Array, plane: Array, taut: float, distance: float, excess: 
     return float(_angle(LineStates(y), LineNumbers(row).weight, distance))
 
 
-def let_out(model: Model, lengths: ArrayLike, line: LineKey, by: ArrayLike) -> Equilibrium:
+def let_out(
+    robot: Robot | Model,
+    lengths: ArrayLike,
+    line: LineKey,
+    by: ArrayLike,
+    *,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+) -> Equilibrium:
     """Where the platform hangs while one *line* is let out *by* (k,) m more than *lengths* (m,), m: a batch of k.
 
     The others keep their lengths. The rows are a path: the first is found without a guess, each other from the one
     before. Raises `InputError` as `forward` does and where *by* is empty, `AnswerError` where the first has no answer.
     """
+    model = Model.of(robot, cable=cable, sheave=sheave)
     i = line_index(model, line)
     paid, single = as_rows(lengths, model.m, "lengths", "m")
     more, _ = as_rows(np.atleast_1d(np.asarray(by))[:, None], 1, "let out by", "m")

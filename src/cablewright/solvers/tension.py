@@ -6,8 +6,9 @@ sheaves leave along the tangent that the model's sheaves give them; `inverse` ha
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
-from cablewright.models.fidelity import CableLaw
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Model
+from cablewright.results import Figure, Result
+from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
 __all__ = [
@@ -27,8 +30,8 @@ __all__ = [
     "Objective",
     "Quadratic",
     "capacity",
-    "distribute",
     "structures",
+    "tension_distribution",
     "wrench_closure",
 ]
 
@@ -92,8 +95,33 @@ class Quadratic:
         return np.asarray(self.hessian * tensions if self.hessian.ndim == 1 else self.hessian @ tensions)
 
 
-@dataclass(frozen=True, eq=False)
-class Distribution:
+class _AtPoses(Result):
+    """A row, or a batch of rows; `ROWS` names the arrays."""
+
+    ROWS: ClassVar[tuple[str, ...]]
+
+    poses: Array
+    margin: Array
+    code: NDArray[np.int64]
+
+    @property
+    def feasible(self) -> NDArray[np.bool_]:
+        """Where the answer is yes. The closed forms may say no where there are tensions within the limits."""
+        return np.asarray(self.code == 0)
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self.margin)
+
+    def __getitem__(self, index: Any) -> Self:
+        """One row, or some as a batch."""
+        taken = copy(self)
+        taken.__dict__.update({name: np.asarray(getattr(self, name)[index]) for name in self.ROWS})
+        return taken
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Distribution(_AtPoses):
     """Tensions at poses by one method: a row of each, or a batch of rows.
 
     `margin` (N) is how far within their limits the tensions are, least of all lines; negative is how far the worst is
@@ -102,20 +130,24 @@ class Distribution:
     mean tension. Tensions are NaN where there are none; so is the margin where a solve failed.
     """
 
+    ROWS: ClassVar = ("poses", "tensions", "margin", "code")
+    FIGURES: ClassVar = (
+        Figure("method", "", "How the tensions are chosen."),
+        Figure("feasible", "", "Whether they are within their limits, as the method finds them."),
+        Figure("margin", "N", "How far within; of wrench-closure a share of the mean."),
+        Figure("tensions", "N", "Of each line; of wrench-closure shares of the mean."),
+    )
+    HEADLINES: ClassVar = ("method", "feasible", "margin")
+
     method: str
     poses: Array
     tensions: Array
     margin: Array
     code: NDArray[np.int64]
 
-    @property
-    def feasible(self) -> NDArray[np.bool_]:
-        """Where the method says yes. The closed forms may say no where there are tensions within the limits."""
-        return np.asarray(self.code == 0)
 
-
-@dataclass(frozen=True, eq=False)
-class Capacity:
+@dataclass(frozen=True, eq=False, repr=False)
+class Capacity(_AtPoses):
     """How far the wrenches asked for are from the boundary of those that the lines can make within their limits.
 
     `margin` (N, moments divided by `length`, m) is the least distance from the planes of that set's facets, negative
@@ -123,25 +155,32 @@ class Capacity:
     wrench out of the plane is as far outside as it is from the plane. -inf where a line has no direction.
     """
 
+    ROWS: ClassVar = ("poses", "margin", "rank", "code")
+    FIGURES: ClassVar = (
+        Figure("length", "m", "The arm on which a moment counts as a force."),
+        Figure("feasible", "", "Whether every wrench asked for can be balanced."),
+        Figure("margin", "N", "How far the wrenches asked for are within those that can be made."),
+        Figure("rank", "1", "Directions of wrench that the lines have."),
+    )
+    HEADLINES: ClassVar = ("length", "feasible", "margin", "rank")
+
     length: float
     poses: Array
     margin: Array
     rank: NDArray[np.int64]
     code: NDArray[np.int64]
 
-    @property
-    def feasible(self) -> NDArray[np.bool_]:
-        """Where every wrench asked for can be balanced."""
-        return np.asarray(self.code == 0)
 
-
-def distribute(
-    model: Model,
+def tension_distribution(
+    robot: Robot | Model,
     poses: ArrayLike,
     method: str | Objective = "exact",
     *,
     wrench: ArrayLike | None = None,
     retraction: ArrayLike | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
 ) -> Distribution:
     """Tensions at *poses*, (n,) or (N, n) in m and rad, by *method*.
 
@@ -154,8 +193,15 @@ def distribute(
 
     *wrench* (n,) or (N, n), N and N m, world, acts besides the weight in place of the platform's own; *retraction* is
     the platform's retraction length, m. Raises `InputError` for a method that there is not, numbers of the wrong count
-    or not finite, or cables with weight.
+    or not finite, or cables with weight: cables are rigid when nothing else is said.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> bool(cw.tension_distribution(cw.load("jung2020"), [0.7, 0.6, 0.9]).feasible)
+    True
     """
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), wrench, retraction)
     curvature, bias = np.ones(model.m), np.zeros(model.m)
@@ -174,12 +220,20 @@ def distribute(
     return _result(name, given, *_swept(packed, given, chosen, curvature, bias), single)
 
 
-def wrench_closure(model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = None) -> Distribution:
+def wrench_closure(
+    robot: Robot | Model,
+    poses: ArrayLike,
+    *,
+    retraction: ArrayLike | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+) -> Distribution:
     """Whether lines without an upper limit can balance any wrench at *poses*: full rank and a positive null vector.
 
     Tensions are the null vector of mean 1 whose least entry is largest, and that entry is the margin: at most 1,
     feasible if positive; -inf where the rank is not full or no null vector pulls more than it pushes.
     """
+    model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), None, retraction)
     swept = _swept(packed, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
@@ -187,22 +241,26 @@ def wrench_closure(model: Model, poses: ArrayLike, *, retraction: ArrayLike | No
 
 
 def capacity(
-    model: Model,
+    robot: Robot | Model,
     poses: ArrayLike,
     *,
     wrench: ArrayLike | None = None,
     box: tuple[ArrayLike, ArrayLike] | None = None,
     length: float = 1.0,
     retraction: ArrayLike | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
 ) -> Capacity:
     """Capacity margin at *poses*: what *wrench*, or the worst wrench of a *box*, is from what the lines can make.
 
-    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `distribute`. A moment counts as
-    the force that makes it on an arm of *length* (m). Time grows as the number of choices of n - 1 of the m lines.
-    Raises `InputError`.
+    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `tension_distribution`. A
+    moment counts as the force that makes it on an arm of *length* (m). Time grows as the number of choices of n - 1
+    of the m lines. Raises `InputError`.
     """
     if not 0.0 < length < float("inf"):
         raise InputError(f"length {length:g} m: a positive number is wanted, the arm on which a moment counts as force")
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     half = np.zeros(model.n)
     if box is not None:

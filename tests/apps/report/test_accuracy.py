@@ -111,7 +111,7 @@ def has_nan(text: str) -> bool:
     ],
 )
 def test_report_and_pictures_of_a_study(folder, shape, name, drawn):
-    method = FirstOrder() if name == "cogiro" else None
+    method = FirstOrder() if name == "cogiro" else "vertices"
     report = write(studied(shape, name, method=method), folder)
     assert report == folder / "report.html"
     assert {path.name for path in folder.iterdir()} == {"report.html", "contributions.png", f"{drawn}.png"}

@@ -20,7 +20,7 @@ from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.tension import Capacity, Distribution, capacity, distribute, wrench_closure
+from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
 
 __all__ = ["CONTINUOUS", "CRITERIA", "POINTS", "Criterion", "Options", "RetractionLaw", "box_of", "criterion_figures"]
 
@@ -193,7 +193,7 @@ class Criterion:
         elif self.name == "wrench-closure":
             found = wrench_closure(self.model, poses, retraction=lengths)
         else:
-            found = distribute(self.model, poses, self.name, retraction=lengths)
+            found = tension_distribution(self.model, poses, self.name, retraction=lengths)
         no = np.where(found.margin < 0.0, found.margin, np.where(np.isfinite(found.margin), -1e-300, -np.inf))
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -26,7 +25,6 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, t
 
 if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
-    from cablewright.solvers.slack import SlackSet
 
 __all__ = ["forward", "inverse"]
 
@@ -95,7 +93,9 @@ def _all_slack_sets(model: Model, pose: list[float], as_json: bool) -> int:
     found = slack_sets(model, pose)
     status = Status.OK if found else Status.INFEASIBLE
     if as_json:
-        print_json({"status": status.word, "robot": model.robot.name, "pose": pose, "sets": _sets(found)})
+        print_json(
+            {"status": status.word, "robot": model.robot.name, "pose": pose, "sets": [each.to_dict() for each in found]}
+        )
     else:
         typer.echo(f"{model.robot.name}: {status.word}")
         for each in found:
@@ -108,22 +108,6 @@ def _all_slack_sets(model: Model, pose: list[float], as_json: bool) -> int:
             f"cablewright: no {model.n} of the {model.m} lines hold this pose within their limits with the others slack"
         )
     return 0 if found else NO
-
-
-def _sets(found: Sequence[SlackSet]) -> list[dict[str, Any]]:
-    return [
-        {
-            "taut": each.taut,
-            "slack": each.slack,
-            "status": each.equilibrium.status.word,
-            "excess_low": each.excess_low,
-            "excess_high": each.excess_high,
-            "ended_by": each.ended_by,
-            "tensions": each.tensions,
-            "lengths": each.equilibrium.lengths,
-        }
-        for each in found
-    ]
 
 
 def forward(
@@ -201,14 +185,7 @@ def _pose_box(found: Equilibrium, length_error: str, budget: int | None) -> dict
             budget=BUDGET if budget is None else budget,
             progress=show,
         )
-    return {
-        "low": box.low,
-        "high": box.high,
-        "certified": box.complete,
-        "unique": ("globally" if box.only_one else "locally") if box.complete else None,
-        "leaves": box.leaves,
-        "reason": box.reason,
-    }
+    return box.to_dict()
 
 
 def _box_lines(box: dict[str, Any]) -> str:
