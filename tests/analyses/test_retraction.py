@@ -24,7 +24,7 @@ def test_the_table_is_that_of_workspaces_of_retracted_robots(found: Retracting) 
     assert found.areas.shape == (len(found.heights), len(found.lengths)) == (40, 5)
     for k in (0, 3):
         robot = JUNG.robot.retracted(float(found.lengths[k]))
-        own = workspace(Model(robot, JUNG.fidelity), found.held.question.criterion)
+        own = workspace(Model(robot, JUNG.fidelity), found.held.criterion.name)
         assert found.volumes[k] == pytest.approx(own.volume, rel=1e-9)
         np.testing.assert_allclose(found.areas[:, k], own.slices(found.heights), atol=1e-9)
     np.testing.assert_allclose(found.areas.sum(axis=0) * found.slice_height, found.volumes, rtol=5e-3)
@@ -44,7 +44,7 @@ def test_the_law_is_the_line_through_the_slices_it_names(found: Retracting) -> N
     line = np.polynomial.Polynomial.fit(found.heights[found.fitted], own, 1).convert()
     assert (found.law.intercept, found.law.slope) == pytest.approx(tuple(line.coef))
     assert (found.law.least, found.law.most, found.law.of) == (1.2, 2.0, "nozzle")
-    assert found.held.question.retraction == found.law
+    assert found.held.criterion.retraction == found.law
     ends = found.law.at([-9.0, 9.0])
     assert ends.tolist() == [2.0, 1.2]
 
