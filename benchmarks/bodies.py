@@ -218,8 +218,8 @@ def six(pose: Array) -> Array:
 
 def unbalanced(model: Model, ours: Equilibrium) -> float:
     """Largest force (N) or moment (N m) that MoorPy's lines leave at our poses, in 1e-9 of the platform's weight."""
-    most = 0.0
+    largest = 0.0
     for pose, lengths in zip(ours.pose, ours.lengths, strict=True):
         system, _ = moored(model, pose, lengths)
-        most = max(most, float(np.abs(system.mooringEq(six(pose), tol=1e-12)).max()))
-    return 1e9 * most / float(model.packed.platform[layout.PLATFORM_WEIGHT])
+        largest = max(largest, float(np.abs(system.mooringEq(six(pose), tol=1e-12)).max()))
+    return 1e9 * largest / float(model.packed.platform[layout.PLATFORM_WEIGHT])

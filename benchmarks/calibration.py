@@ -31,11 +31,12 @@ class Size:
     """How often it is calibrated."""
 
     runs: int = 500  # without noise
-    few: int = 10  # of them by SciPy too
+    few: int = 10  # of them by SciPy too ...
+    poses: int = 40  # ... of so many poses
     drawn: int = 200  # with noise, with gross errors, and from rough dimensions
 
 
-FULL, QUICK = Size(), Size(5, 1, 3)
+FULL, QUICK = Size(), Size(5, 1, 16, 2)
 
 
 def rows(size: Size) -> Iterator[Row]:
@@ -63,13 +64,13 @@ def starts(truth: Array, simulated: Simulated, runs: int) -> tuple[Array, Array]
 
 
 def speed_rows(size: Size) -> Iterator[Row]:
-    """Many runs of 40 poses; one of 1000; and SciPy with the same Jacobian from the same starts."""
-    problem, simulated, truth = made(40, 0.0)
+    """Many runs of some poses; one of 1000; and SciPy with the same Jacobian from the same starts."""
+    problem, simulated, truth = made(size.poses, 0.0)
     theta, poses = starts(truth, simulated, size.runs)
     ours = best(lambda: fits(problem, theta, poses, settings=NEAR), 3)
     few = theta[: size.few], poses[: size.few]
     ratio = min(scipy_time(problem, *few, method) for method in ("trf", "lm")) / (ours / size.runs)
-    name = f"calibrate 40 poses, {size.runs} runs on one core"
+    name = f"calibrate {size.poses} poses, {size.runs} runs on one core"
     yield Row(name, ours, "s", "<= 1", ours <= 1.0, "SciPy, same Jacobian, the faster of trf and lm", ratio)
     yield Row("the same: SciPy's time over ours", ratio, "", ">= 20", ratio >= 20.0)
     problem, simulated, truth = made(1000, 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ import numpy as np
 
 from benchmarks.machine import speed
 from benchmarks.timing import Row, best, medians
+from cablewright.file_output import write_whole
 from cablewright.machine.log.log import LogHead, read_log, write_log
 from cablewright.machine.simulated.settings import MachineSettings, load_settings
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
@@ -85,14 +85,7 @@ def snapshots(settings: MachineSettings, count: int, folder: Path) -> Iterator[R
         write_snapshots(path, {"machine": machine.snapshot()})
 
     def write_alone() -> None:
-        with (folder / "part").open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        (folder / "part").replace(folder / "alone")
-        number = os.open(folder, os.O_RDONLY)
-        os.fsync(number)
-        os.close(number)
+        write_whole(folder / "alone", data)
 
     def take_up() -> None:
         SimulatedMachine.resumed(robot, settings, read_snapshots(path)["machine"], seed=1)

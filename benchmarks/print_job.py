@@ -16,10 +16,10 @@ from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing, run_print
 
 JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
-MOST = {"paper": 4.82, "filter": 1.5, "encoders": None}
+MAX_ERRORS = {"paper": 4.82, "filter": 1.5, "encoders": None}
 """cm: the most that the path error may be."""
 FULL = load_job(JOB)
-RING = Helix(radius=0.05, layers=1, layer_height=1e-3, first_height=1.0)
+RING = Helix(radius=0.02, layers=1, layer_height=1e-3, first_height=1.0)
 QUICK = FULL.model_copy(update={"curve": None, "helix": RING})
 
 
@@ -27,13 +27,13 @@ def rows(job: Job) -> Iterator[Row]:
     """All rows of this file: the first layer of *job*."""
     for estimator, law in (("paper", "paper"), ("filter", "model"), ("encoders", "model")):
         found, timing = layer(job, Choices(estimator, law, layers=1))  # type: ignore[arg-type]
-        name, aim = f"print, a layer: {estimator} estimation, {law} law", MOST[estimator]
+        name, aim = f"print, a layer: {estimator} estimation, {law} law", MAX_ERRORS[estimator]
         error, speed = found.true.error, found.true.speed
-        most = 100.0 * error.size
+        largest = 100.0 * error.size
         if aim is None:
-            yield Row(f"{name}: most off", most, "cm")
+            yield Row(f"{name}: most off", largest, "cm")
             continue
-        yield Row(f"{name}: most off", most, "cm", f"<= {aim}", most <= aim)
+        yield Row(f"{name}: most off", largest, "cm", f"<= {aim}", largest <= aim)
         mean, off = 100.0 * error.mean, abs(speed.mean / 0.03 - 1.0)
         yield Row(f"{name}: mean", mean, "cm", "within 0.03", abs(mean) <= 0.03)
         yield Row(f"{name}: speed off by", 100.0 * off, "%", "<= 0.6", off <= 6e-3)

@@ -22,7 +22,6 @@ from cablewright.solvers.tension import METHODS, structures
 
 Array = NDArray[np.float64]
 REPEATS = 50
-TIMED = 20  # poses that a peer's time is of
 AIMS = {"closed-form": 2.5e6, "improved-closed-form": 1.5e6, "exact": 1e6}  # poses/s
 CAPACITY_AIM = 9e4
 SURE = 1e-9  # of the limits: a margin under this is no disagreement
@@ -36,10 +35,12 @@ class Size:
 
     poses: int = 5000  # a few milliseconds: some repeats run undisturbed
     compared: int = 2000  # poses
+    timed: int = 20  # of them, so that here too some repeats run undisturbed
     tolerance: float = 2e-3  # of volumes
+    volumes: int = 5  # repeats
 
 
-FULL, QUICK = Size(), Size(50, TIMED, 0.2)
+FULL, QUICK = Size(), Size(50, 5, 1, 0.2, 1)
 
 
 def rows(size: Size) -> Iterator[Row]:
@@ -59,17 +60,17 @@ def rows(size: Size) -> Iterator[Row]:
     yield Row("jung2020: capacity margin by facets", speed, "poses/s", told, speed >= CAPACITY_AIM)
     for name in ("jung2020", "jung2020-table1"):
         for criterion in AIMS:
-            yield volume_row(Model(load(name), Fidelity(CableLaw.RIGID)), criterion, size.tolerance)
-        yield from peer_rows(Model(load(name), Fidelity(CableLaw.RIGID)), speeds["exact"], size.compared)
+            yield volume_row(Model(load(name), Fidelity(CableLaw.RIGID)), criterion, size)
+        yield from peer_rows(Model(load(name), Fidelity(CableLaw.RIGID)), speeds["exact"], size)
 
 
-def volume_row(model: Model, criterion: str, tolerance: float) -> Row:
+def volume_row(model: Model, criterion: str, size: Size) -> Row:
     """Time of a volume whose error is within the tolerance, relative, on one thread."""
-    threads = numba.get_num_threads()
+    threads, tolerance = numba.get_num_threads(), size.tolerance
     numba.set_num_threads(1)
     try:
         found = workspace(model, criterion, tolerance=tolerance)
-        seconds = best(lambda: workspace(model, criterion, tolerance=tolerance))
+        seconds = best(lambda: workspace(model, criterion, tolerance=tolerance), size.volumes)
     finally:
         numba.set_num_threads(threads)
     known = found.converged and found.volume_error <= tolerance * found.volume
@@ -101,9 +102,9 @@ def capacity_time(packed: Packed, poses: Array) -> float:
     return best(lambda: capacity_margin.capacity_rows(*arrays, 0, count), REPEATS)
 
 
-def peer_rows(model: Model, speed: float, compared: int) -> Iterator[Row]:
+def peer_rows(model: Model, speed: float, size: Size) -> Iterator[Row]:
     """What is feasible according to daqp and HiGHS, which are given the structure matrices, and how long they take."""
-    name, poses = model.robot.name, random_poses(model, compared)
+    name, poses = model.robot.name, random_poses(model, size.compared)
     A, w = structures(model, poses)
     packed = model.rows()
     low, high = np.ascontiguousarray(packed.lines[0, :, [layout.TENSION_MIN, layout.TENSION_MAX]])
@@ -114,7 +115,8 @@ def peer_rows(model: Model, speed: float, compared: int) -> Iterator[Row]:
         said = np.array([solve(A[row], w[row], low, high) for row in range(len(poses))])
         wrong = int(((margins >= 0.0) != said)[sure].sum())
         if name == "jung2020":
-            each = TIMED / best(lambda f=solve: [f(A[row], w[row], low, high) for row in range(TIMED)], REPEATS)
+            timed = best(lambda f=solve: [f(A[row], w[row], low, high) for row in range(size.timed)], REPEATS)
+            each = size.timed / timed
             yield Row(f"{name}: exact", speed, "poses/s", peer=f"{peer}, {each:,.0f}/s", ratio=speed / each)
         known = peer != "daqp"
         aim, met = ("= 0", wrong == 0) if known else ("", None)

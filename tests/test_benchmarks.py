@@ -6,8 +6,10 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import which
 from types import SimpleNamespace
 
 import numpy as np
@@ -35,6 +37,19 @@ def test_a_benchmark_runs_without_judging_or_writing(
     peer = PEERS.get(name)
     assert set(told) == ({f"{peer} is not installed: left out"} if peer and not find_spec(peer) else set())
     assert (run.RESULTS.stat().st_mtime_ns, run.RESULTS.stat().st_ino) == (before.st_mtime_ns, before.st_ino)
+
+
+@pytest.mark.parametrize(("name", "size", "quick"), [("machine", "DROPPED", 0.05), ("estimation", "TOLD", 13.5)])
+def test_a_table_of_the_documentation_is_printed(
+    name: str, size: str, quick: float, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = import_module(f"benchmarks.{name}")
+    monkeypatch.setattr(module, size, quick)  # s
+    module.main()
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert "off" in head or "out" in head
+    assert len(rows) >= 5
+    assert not any("nan" in row for row in rows)
 
 
 def test_an_unknown_name_or_option_is_one_line_with_the_choices(capsys: pytest.CaptureFixture[str]) -> None:
@@ -93,6 +108,7 @@ def test_rows_measured_before_one_fails_are_kept(two: dict[str, float]) -> None:
     assert [path.name for path in run.RESULTS.parent.iterdir()] == ["results.json"]
 
 
+@pytest.mark.skipif(which("git") is None, reason="git is not installed")
 def test_rows_know_their_commit(two: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     def commits() -> list[object]:
         return [row["commit"] for row in json.loads(run.RESULTS.read_text())["rows"]]

@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("src", "tests", "examples", "benchmarks", "tools")
-MOST_FILES = 26  # of Python in one folder
-MOST_FILE_LINES = 460
-MOST_FUNCTION_LINES = 70
-MOST_KERNEL_LINES = 110  # a kernel repeats its arithmetic inline where a call would cost an allocation
+MAX_FILES = 26  # of Python in one folder
+MAX_FILE_LINES = 460
+MAX_FUNCTION_LINES = 70
+MAX_KERNEL_LINES = 110  # a kernel repeats its arithmetic inline where a call would cost an allocation
 SHOWN = 5
 
 
@@ -26,7 +26,7 @@ class Piece(NamedTuple):
     """A file or function, its length in lines and the most it may have."""
 
     lines: int
-    most: int
+    limit: int
     name: str
 
 
@@ -44,26 +44,26 @@ def main() -> int:
     """Print the report; return 1 if a cap is broken."""
     files, functions = measure(ROOT / "src")
     broken = [
-        f"{piece.name} has {piece.lines} lines, at most {piece.most} allowed"
+        f"{piece.name} has {piece.lines} lines, at most {piece.limit} allowed"
         for piece in (*files, *functions)
-        if piece.lines > piece.most
+        if piece.lines > piece.limit
     ]
     for kind, pieces in (("files", files), ("functions", functions)):
-        found, most = profile(pieces), MOST[kind]
+        found, limit = profile(pieces), MOST[kind]
         print_profile(kind, pieces, found)
-        if found.median > most.median or found.high > most.high:
-            broken.append(f"{kind} of src: at most median {most.median:g}, 90th percentile {most.high:g} allowed")
-    broken += [f"{folder} has {count} Python files, at most {MOST_FILES} allowed" for folder, count in too_full(ROOT)]
+        if found.median > limit.median or found.high > limit.high:
+            broken.append(f"{kind} of src: at most median {limit.median:g}, 90th percentile {limit.high:g} allowed")
+    broken += [f"{folder} has {count} Python files, at most {MAX_FILES} allowed" for folder, count in too_full(ROOT)]
     for each in broken:
         print(f"too long: {each}", file=sys.stderr)
     return 1 if broken else 0
 
 
 def too_full(root: Path) -> list[tuple[str, int]]:
-    """Return the folders with more than `MOST_FILES` Python files, and how many each has."""
+    """Return the folders with more than `MAX_FILES` Python files, and how many each has."""
     paths = (path for name in FOLDERS for path in (root / name).rglob("*.py"))
     counts = Counter(str(path.parent.relative_to(root)) for path in paths)
-    return sorted((folder, count) for folder, count in counts.items() if count > MOST_FILES)
+    return sorted((folder, count) for folder, count in counts.items() if count > MAX_FILES)
 
 
 def measure(source: Path) -> tuple[list[Piece], list[Piece]]:
@@ -71,9 +71,9 @@ def measure(source: Path) -> tuple[list[Piece], list[Piece]]:
     files, functions = [], []
     for path in sorted(source.rglob("*.py")):
         text, name = path.read_text(encoding="utf-8"), str(path.relative_to(source))
-        most = MOST_KERNEL_LINES if "kernels" in path.parts else MOST_FUNCTION_LINES
-        files.append(Piece(len(text.splitlines()), MOST_FILE_LINES, name))
-        functions += [Piece(body_lines(node), most, f"{name}:{node.lineno} {node.name}") for node in walk(text)]
+        limit = MAX_KERNEL_LINES if "kernels" in path.parts else MAX_FUNCTION_LINES
+        files.append(Piece(len(text.splitlines()), MAX_FILE_LINES, name))
+        functions += [Piece(body_lines(node), limit, f"{name}:{node.lineno} {node.name}") for node in walk(text)]
     return files, functions
 
 

@@ -10,7 +10,7 @@ import cablewright as cw
 from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.workspace.boundary_modes import boundary_modes
 from cablewright.analyses.workspace.criterion import RetractionLaw
-from cablewright.analyses.workspace.retraction import best_retraction
+from cablewright.analyses.workspace.retraction import retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.robot.design_variables import Change, changed, with_box_inertia
 
@@ -65,7 +65,7 @@ def slices() -> None:
 def law() -> None:
     """Retraction laws, closed form, between 1.2 and 2 m."""
     model = cw.Model(TABLE_3, RIGID)
-    own = best_retraction(model, "closed-form", point="origin").law
+    own = retraction(model, "closed-form", point="origin").law
     print("\nretraction law, m          counted   converged")
     rows = (
         ("always 2 m", RetractionLaw(0.0, 2.0, 1.2, 2.0, "origin")),
@@ -85,7 +85,7 @@ def best_of_slices(model: cw.Model) -> tuple[float, float]:
     """Volume of each slice at its own best length: counted (lengths in steps of 0.05 m), and converged."""
     layers = [count_nodes(model, "closed-form", retraction=length).slices() for length in np.linspace(1.2, 2.0, 17)]
     counted = float(np.max(layers, axis=0).sum()) * 2.0 / 41
-    return counted, best_retraction(model, "closed-form").best_volume
+    return counted, retraction(model, "closed-form").best_volume
 
 
 def frequencies() -> None:

@@ -40,13 +40,13 @@ class Column(NamedTuple):
     size: float | None
 
 
-def text_lines(path: Path, most_bytes: int, what: str) -> Iterator[tuple[int, str]]:
+def text_lines(path: Path, max_bytes: int, what: str) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line that is neither empty nor a comment (``#``).
 
-    Raises `InputError` where the file cannot be read, holds more than ``most_bytes``, has a line over 4096 bytes or is
+    Raises `InputError` where the file cannot be read, holds more than ``max_bytes``, has a line over 4096 bytes or is
     not UTF-8.
     """
-    for count, raw in enumerate(io.BytesIO(read_bytes(path, most_bytes, what)), 1):
+    for count, raw in enumerate(io.BytesIO(read_bytes(path, max_bytes, what)), 1):
         if len(raw) > _LONGEST_LINE:
             raise InputError(f"{path}, line {count}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
         try:

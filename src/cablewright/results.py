@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from enum import Enum
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from types import MethodType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -35,6 +36,13 @@ class Figure:
     name: str = ""
     digits: int = 4
     only: Callable[[Any], bool] | None = None
+
+    def of_part(self, part: str) -> Figure:
+        """Return the same figure of a result of which it is read off a *part*."""
+        value = self.value
+        if not isinstance(value, str):
+            return replace(self, value=lambda of: None if (it := attrgetter(part)(of)) is None else value(it))
+        return replace(self, value=f"{part}.{value or self.key}")
 
     @property
     def label(self) -> str:
@@ -104,6 +112,8 @@ def plain(value: Any) -> Any:
         return [plain(each) for each in value]
     if isinstance(value, Path):
         return str(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
     return plain(value.tolist())  # of NumPy: an array or a scalar
 
 

@@ -1,9 +1,8 @@
 """The plain messages between machine, estimation, control, log and viewer: readings, commands, estimates.
 
-Frozen values; arrays in them are read-only. SI units. Frames: **world** as the robot file's; **drum**: origin in B,
-where the lines meet, axes along the world's where it hangs straight and unturned, z up its axis; **lidar**: the scan's
-plane is its x-y plane. Times are seconds since the machine began, on its own clock. NaN is a number that was not
-measured.
+Frozen values with read-only arrays, in SI units. Frames: **world**: the robot file's; **drum**: origin in B, where the
+lines meet, axes along the world's while it hangs upright and unturned, z up its axis; **lidar**: its x-y plane is the
+scan's. Times are seconds since the machine's start, by its own clock. NaN: not measured.
 """
 
 from __future__ import annotations
@@ -45,14 +44,14 @@ SOURCES = ("north", "south", "vertical", "inertial", "line_angles", "distance", 
 
 
 def frozen(values: ArrayLike) -> Array:
-    """Return a read-only copy, floats."""
-    made = np.array(values, dtype=np.float64)
-    made.flags.writeable = False
-    return made
+    """Return a read-only copy as floats."""
+    copy = np.array(values, dtype=np.float64)
+    copy.flags.writeable = False
+    return copy
 
 
 class Condition(StrEnum):
-    """What a machine has to say about a step besides its readings."""
+    """Conditions that a machine reports with a step's readings."""
 
     STALLED = "a motor cannot pull its load"
     LIMITED = "a winch was asked for more speed than its motor has"
@@ -65,7 +64,7 @@ class Condition(StrEnum):
 
 @dataclass(frozen=True)
 class Notice:
-    """One condition, and whose it is: a line's name, a source, or none."""
+    """One condition, and its subject: a line's name, a source, or none."""
 
     condition: Condition
     subject: str = ""
@@ -73,18 +72,18 @@ class Notice:
 
 @dataclass(frozen=True, eq=False)
 class Encoders:
-    """Counts of the incremental encoders on the motors; more counts is more cable paid out."""
+    """Counts of the motors' incremental encoders; paying cable out is positive."""
 
-    time: float  # s, when read
-    counts: NDArray[np.int64]  # (m,) since the machine began
+    time: float  # s
+    counts: NDArray[np.int64]  # (m,) since the machine's start
 
 
 @dataclass(frozen=True, eq=False)
 class Inertial:
-    """Accelerometer and gyro on the drum."""
+    """Reading of the inertial measurement unit (IMU) on the drum."""
 
     time: float  # s
-    acceleration: Array  # (3,) m/s^2, drum: specific force, +g along z where it hangs still
+    acceleration: Array  # (3,) m/s^2, drum: specific force, +g along z at rest
     rate: Array  # (3,) rad/s, drum
 
 
@@ -96,20 +95,20 @@ class LineAngles:
     """
 
     time: float  # s
-    angles: Array  # (m,) rad; NaN: no reading of this line
+    angles: Array  # (m,) rad; NaN: not measured
 
 
 @dataclass(frozen=True, eq=False)
 class DistanceReading:
-    """The distance sensor under the valve."""
+    """Reading of the distance sensor under the valve."""
 
     time: float  # s
-    distance: float  # m, along the drum's axis to the ground or what lies on it; NaN: nothing came back
+    distance: float  # m, along the drum's axis to the ground or what lies on it; NaN: no echo
 
 
 @dataclass(frozen=True, eq=False)
 class Climate:
-    """The room."""
+    """Air of the room."""
 
     time: float  # s
     temperature: float  # degrees Celsius
@@ -118,31 +117,31 @@ class Climate:
 
 @dataclass(frozen=True, eq=False)
 class Barrier:
-    """The light barrier round the machine's place."""
+    """Reading of the light barrier around the machine."""
 
     time: float  # s
-    broken: bool  # somebody is in the way of the light
+    broken: bool  # somebody interrupts the light
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
     """One turn of a planar lidar. Ray k was measured at `times[k]`, at angle `angles[k]`."""
 
-    source: str  # which lidar
-    begin: float  # s, when the first ray was measured
+    source: str  # name of the lidar
+    begin: float  # s, time of the first ray
     period: float  # s between rays
     first_angle: float  # rad, lidar: of the first ray, from x towards y
     angle_step: float  # rad between rays
-    ranges: Array  # (k,) m; NaN: nothing in range came back, or the ray is masked by the drum
+    ranges: Array  # (k,) m; NaN: no echo in range, or masked by the drum
 
     @property
     def time(self) -> float:
-        """When the last ray was measured, s."""
+        """Time of the last ray, s."""
         return self.begin + self.period * (len(self.ranges) - 1)
 
     @property
     def times(self) -> Array:
-        """When each ray was measured, (k,) s."""
+        """Time of each ray, (k,) s."""
         return np.asarray(self.begin + self.period * np.arange(len(self.ranges), dtype=np.float64))
 
     @property
@@ -152,7 +151,7 @@ class Scan:
 
     @property
     def points(self) -> Array:
-        """What each ray met, (k, 2) m, lidar; NaN where nothing."""
+        """Point that each ray met, (k, 2) m, lidar; NaN without an echo."""
         angles = self.angles
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
@@ -162,13 +161,13 @@ Reading = Encoders | Inertial | LineAngles | DistanceReading | Climate | Barrier
 
 @dataclass(frozen=True, eq=False)
 class SensorFrame:
-    """All readings that arrived since the frame before, in the order in which they arrived.
+    """All readings that arrived since the last frame, in the order of arrival.
 
-    A reading's own time is when it was measured; it may be earlier than the frame before. Missing readings are simply
-    not there: a sensor that is quiet, a lost message, a gap of the wireless link.
+    A reading's own time is that of its measurement, possibly before the last frame. Readings may be missing: a silent
+    sensor, a lost message, a gap of the wireless link.
     """
 
-    time: float  # s, now
+    time: float  # s
     readings: tuple[Reading, ...] = ()
     notices: tuple[Notice, ...] = ()
 
@@ -179,18 +178,18 @@ class SensorFrame:
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What the machine shall do from now on."""
+    """What the machine is to do until the next command."""
 
-    time: float  # s, when it was made
+    time: float  # s
     winch_speeds: Array  # (m,) rad/s of the winch drums, not the motors; positive pays cable out
     valve: float = 0.0  # opening of the powder's valve, 0 to 1
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What only a simulation knows. It is logged, but no frame has it.
+    """The true state of a simulated machine: logged, but never part of a frame.
 
-    Of the dynamic plant, tensions and the taut lengths behind `excess` are those of half a substep before `time`.
+    In the dynamic plant, tensions and the taut lengths of `excess` are those half a substep before `time`.
     """
 
     time: float  # s
@@ -200,14 +199,14 @@ class Truth:
     rate: Array  # (3,) rad/s, world
     lengths: Array  # (m,) m: unstrained, winch exit to B
     tensions: Array  # (m,) N: at the sheaves
-    excess: Array  # (m,) m: of each line over its taut length; positive is slack
-    radii: Array  # (m,) m: at which cable leaves each winch drum
+    excess: Array  # (m,) m: over the taut length; positive is slack
+    radii: Array  # (m,) m: of the winch drums, where cable leaves
     powder: float  # kg: left in the drum
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something an estimator noticed: which source, since when (s), and one sentence."""
+    """A fault that an estimator reports: its source, its start time (s), and one sentence."""
 
     source: str
     since: float
@@ -216,7 +215,7 @@ class Fault:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What is believed of the machine's state, and how surely."""
+    """Estimated state of the machine, and its covariance."""
 
     time: float  # s
     position: Array  # (3,) m, world: of B
@@ -226,19 +225,19 @@ class Estimate:
     excess: Array  # (m,) m: over the taut length; positive is slack
     slack: NDArray[np.bool_]  # (m,)
     radii: Array  # (m,) m: of the winch drums, where cable leaves
-    covariance: Array | None = None  # (9, 9) of position, velocity, rotation in space; None: not known
+    covariance: Array | None = None  # (9, 9) of position, velocity, rotation in space; None: unknown
     faults: tuple[Fault, ...] = field(default=())
-    valid: bool = True  # False: position is a guess, do not control by it
-    clearance: float = float("nan")  # m of B over what lies below, on average: the fictive height; NaN: not known
+    valid: bool = True  # False: the position is uncertain; do not control by it
+    clearance: float = float("nan")  # m, mean height of B over what lies below (fictive height); NaN: unknown
 
     @property
     def yaw(self) -> float:
-        """Turn of the drum about the vertical, rad, where it is tilted by little."""
+        """Rotation of the drum about the vertical, rad, for small tilts."""
         return float(self.rotation[2])
 
 
 class PrintState(StrEnum):
-    """What a print is doing."""
+    """State of a print."""
 
     IDLE = "idle"
     READY = "ready"
@@ -251,14 +250,12 @@ class PrintState(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """How far a print has come, once in each step of control."""
+    """Progress of a print, once in each control step."""
 
     time: float  # s
     state: PrintState
     layer: int  # from 0 on
-    distance: float  # m along the path from its beginning, all layers
-    target: Array  # (3,) m, world: where B should be
-    error: (
-        float  # m: cross-track, seen from above, by the estimate; positive is left of the path; NaN: not following it
-    )
-    reason: str = ""  # why it is not printing
+    distance: float  # m along the path, all layers
+    target: Array  # (3,) m, world, of B
+    error: float  # m, cross-track, from above, by the estimate; positive: left of the path; NaN: not following it
+    reason: str = ""  # for not printing

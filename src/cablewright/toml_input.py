@@ -44,8 +44,8 @@ _KEY_END = re.compile(r"[=\[\]{},\n]")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-def read_bytes(path: Path, most: int, what: str) -> bytes:
-    """Read the regular file at ``path`` if it holds at most ``most`` bytes; ``what`` it should be is for the message.
+def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
+    """Read the regular file at ``path`` if it holds at most ``max_bytes``; ``what`` it should be is for the message.
 
     Raises `InputError` where it cannot be read, is no regular file or holds more.
     """
@@ -55,12 +55,12 @@ def read_bytes(path: Path, most: int, what: str) -> bytes:
         if not path.is_file():
             raise InputError(f"{path}: not a regular file")
         with path.open("rb") as file:
-            data = file.read(most + 1)
+            data = file.read(max_bytes + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from None
-    if len(data) > most:
-        raise InputError(f"{path}: larger than {most} bytes, the most a {what} may hold")
+    if len(data) > max_bytes:
+        raise InputError(f"{path}: larger than {max_bytes} bytes, the most a {what} may hold")
     return data
 
 

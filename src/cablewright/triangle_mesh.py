@@ -48,6 +48,13 @@ class TriangleMesh:
         return self.vertices[self.triangles]
 
     @property
+    def normals(self) -> Array:
+        """Which way each triangle faces, (F, 3) of length 1; 0 for one without area."""
+        corners = self.corners
+        ways = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return np.asarray(ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-300))
+
+    @property
     def volume(self) -> float:
         """What the surface encloses, m^3, by the divergence theorem."""
         if not len(self.triangles):
@@ -121,10 +128,8 @@ class TriangleMesh:
 
     def stl(self) -> bytes:
         """As a binary STL file, in metres."""
-        facets, corners = np.zeros(len(self.triangles), STL_FACET), self.corners
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        facets["normal"] = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        facets["corners"] = corners
+        facets = np.zeros(len(self.triangles), STL_FACET)
+        facets["normal"], facets["corners"] = self.normals, self.corners
         return b"cablewright, metres".ljust(80) + struct.pack("<I", len(facets)) + facets.tobytes()
 
     def glb(self) -> bytes:

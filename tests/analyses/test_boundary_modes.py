@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.analyses.modes import FREEDOMS, modes_at
+from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.errors import InputError
@@ -47,7 +47,7 @@ def test_a_box_all_within_has_its_sides_for_boundary() -> None:
 
 
 def test_modes_are_those_at_the_places(found: Boundary) -> None:
-    own = modes_at(BEAM, found.places, preferred=np.full(8, 105.0))
+    own = modes(BEAM, found.places, preferred=np.full(8, 105.0))
     np.testing.assert_array_equal(found.lowest, own.lowest)
     assert found.spread == (own.lowest.min(), np.median(own.lowest), own.lowest.max())
     assert found.worst == own.lowest.argmin()
@@ -55,7 +55,7 @@ def test_modes_are_those_at_the_places(found: Boundary) -> None:
     assert found.shares == {name: pytest.approx(names.count(name) / len(names)) for name in set(names)}
     assert found.dominant == max(set(names), key=names.count)
     plain = boundary_modes(BEAM, "closed-form", grid=11, geometric=False)
-    alone = modes_at(BEAM, found.places, preferred=np.full(8, 105.0), geometric=False)
+    alone = modes(BEAM, found.places, preferred=np.full(8, 105.0), geometric=False)
     np.testing.assert_array_equal(plain.lowest, alone.lowest)
     assert plain.spread[0] < 0.5 * found.spread[0]
 
@@ -96,7 +96,7 @@ def test_a_law_sets_the_length_of_each_row() -> None:
     found = boundary_modes(BEAM, "exact", grid=9, retraction=law)
     for k in (0, len(found.places) // 2):
         one = replace(BEAM, robot=BEAM.robot.retracted(float(law.at(found.places[k, 2]))))
-        assert found.lowest[k] == pytest.approx(float(modes_at(one, found.places[k]).lowest), rel=1e-6)
+        assert found.lowest[k] == pytest.approx(float(modes(one, found.places[k]).lowest), rel=1e-6)
 
 
 def test_a_wrench_pulls_on_the_modes_too() -> None:
@@ -113,7 +113,7 @@ def test_sag_is_in_the_modes_of_a_boundary_of_straight_lines() -> None:
     assert straight(BEAM) is BEAM
     found = boundary_modes(model, "exact", grid=7)
     np.testing.assert_array_equal(found.places, boundary_modes(BEAM, "exact", grid=7).places)
-    np.testing.assert_array_equal(found.lowest, modes_at(model, found.places).lowest)
+    np.testing.assert_array_equal(found.lowest, modes(model, found.places).lowest)
     static = boundary_modes(model, "static", grid=7)
     assert static.modes.equilibrium.ok.all()
     assert len(static.places) <= len(found.places)

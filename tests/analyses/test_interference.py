@@ -338,7 +338,7 @@ def test_a_region_without_a_volume_or_with_too_many_nodes_is_refused() -> None:
         free_region(model, part, (0, 0, 1), (1, 1, 1))
     with pytest.raises(InputError, match="2 or more each"):
         free_region(model, part, (0, 0, 0), (1, 1, 1), (1, 5, 5))
-    with pytest.raises(InputError, match=f"at most {analysis.MOST_NODES}"):
+    with pytest.raises(InputError, match=f"at most {analysis.MAX_NODES}"):
         free_region(model, part, (0, 0, 0), (1, 1, 1), (1000, 1000, 1000))
 
 

@@ -8,8 +8,8 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 import cases
-from cablewright.analyses.modes import FREEDOMS, modes, modes_at
-from cablewright.errors import AnswerError, InputError
+from cablewright.analyses.modes import FREEDOMS, modes
+from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.statics import Model
@@ -227,16 +227,19 @@ def test_line_frequencies_are_those_of_strings() -> None:
 def test_rows_are_those_of_single_ones_and_those_without_balance_are_nan() -> None:
     model = Model(load("jung2020"))
     poses = [[0.2, 0.1, 0.9], [0.0, 0.0, 9.0], [0.3, 0.0, 0.5]]
-    found = modes_at(model, poses, retraction=[1.9, 2.0, 1.5])
+    found = modes(model, poses, retraction=[1.9, 2.0, 1.5])
     assert np.isfinite(found.lowest).tolist() == [True, False, True]
     assert np.isnan(found.participation[1]).all()
     assert found.dominant.shape == (3, 6)
     for row, length in ((0, 1.9), (2, 1.5)):
-        alone = modes_at(model, poses[row], retraction=length)
+        alone = modes(model, poses[row], retraction=length)
         np.testing.assert_array_equal(alone.frequencies, found.frequencies[row])
         np.testing.assert_array_equal(alone.shapes, found.shapes[row])
-    with pytest.raises(AnswerError, match="no tensions within the limits"):
-        modes_at(model, poses[1])
+    alone = modes(model, poses[1])
+    assert "no tensions within the limits" in alone.verdict
+    assert not alone.has_modes
+    assert alone.to_dict()["frequencies"] is None
+    assert found.verdict == alone.verdict
 
 
 def test_a_body_of_unknown_inertia_is_refused() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.analyses.workspace.retraction import Retracting, _fit, _peaks, best_retraction
+from cablewright.analyses.workspace.retraction import Retraction, _fit, _peaks, retraction
 from cablewright.analyses.workspace.workspace import workspace
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import Fidelity
@@ -16,11 +16,11 @@ JUNG = Model(load("jung2020"), Fidelity.of("rigid"))
 
 
 @pytest.fixture(scope="module", params=["closed-form", "exact"])
-def found(request: pytest.FixtureRequest) -> Retracting:
-    return best_retraction(JUNG, request.param, steps=5)
+def found(request: pytest.FixtureRequest) -> Retraction:
+    return retraction(JUNG, request.param, steps=5)
 
 
-def test_the_table_is_that_of_workspaces_of_retracted_robots(found: Retracting) -> None:
+def test_the_table_is_that_of_workspaces_of_retracted_robots(found: Retraction) -> None:
     assert found.areas.shape == (len(found.heights), len(found.lengths)) == (40, 5)
     for k in (0, 3):
         robot = JUNG.robot.retracted(float(found.lengths[k]))
@@ -30,14 +30,14 @@ def test_the_table_is_that_of_workspaces_of_retracted_robots(found: Retracting) 
     np.testing.assert_allclose(found.areas.sum(axis=0) * found.slice_height, found.volumes, rtol=5e-3)
 
 
-def test_the_law_keeps_at_least_99_percent_of_the_best(found: Retracting) -> None:
+def test_the_law_keeps_at_least_99_percent_of_the_best(found: Retraction) -> None:
     assert 0.99 <= found.share <= 1.003
     assert found.best_volume > 1.05 * found.volumes.max()  # it buys something
     assert found.held.volume == pytest.approx(found.best_volume, rel=0.01)
     assert (found.best_areas >= found.areas.max(axis=1) - 1e-12).all()
 
 
-def test_the_law_is_the_line_through_the_slices_it_names(found: Retracting) -> None:
+def test_the_law_is_the_line_through_the_slices_it_names(found: Retraction) -> None:
     own = found.best[found.fitted]
     assert (own > 1.2).all()
     assert (own < 2.0).all()
@@ -76,9 +76,9 @@ def test_ends_do_not_count_unless_there_is_nothing_else() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"least": 1.8, "most": 1.5}, "rising lengths"),
-        ({"least": 1.0}, "goes from 1.2 to 2 m"),
-        ({"most": 2.5}, "goes from 1.2 to 2 m"),
+        ({"min_length": 1.8, "max_length": 1.5}, "rising lengths"),
+        ({"min_length": 1.0}, "goes from 1.2 to 2 m"),
+        ({"max_length": 2.5}, "goes from 1.2 to 2 m"),
         ({"steps": 2}, "steps = 2: 3 to 200"),
         ({"heights": 3}, "heights = 3: 4 to 1000"),
         ({"criterion": "any"}, "unknown criterion"),
@@ -86,12 +86,12 @@ def test_ends_do_not_count_unless_there_is_nothing_else() -> None:
 )
 def test_bad_input_is_refused(options: dict, says: str) -> None:
     with pytest.raises(InputError) as refusal:
-        best_retraction(JUNG, **options)
+        retraction(JUNG, **options)
     assert says in str(refusal.value)
     with pytest.raises(InputError, match="has no retraction"):
-        best_retraction(Model(load("house-printer"), JUNG.fidelity))
+        retraction(Model(load("house-printer"), JUNG.fidelity))
 
 
 def test_what_cannot_be_reached_at_all_is_a_no() -> None:
     with pytest.raises(AnswerError, match="at most one of the heights"):
-        best_retraction(JUNG, box=[-0.1, 0.1, -0.1, 0.1, 5.0, 6.0], steps=3)
+        retraction(JUNG, box=[-0.1, 0.1, -0.1, 0.1, 5.0, 6.0], steps=3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.control import guide
-from cablewright.control.guide import GuideState, TimedPath, Wish
+from cablewright.control.guide import GuideMode, GuideState, TimedPath
 from cablewright.errors import InputError
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
@@ -32,59 +32,59 @@ def test_it_is_where_the_law_has_it(path: TimedPath) -> None:
     np.testing.assert_allclose(speeds, 0.03, rtol=1e-3)
 
 
-def follow(path: TimedPath, state: GuideState, wishes: list[Wish]) -> list[guide.Target]:
-    return [guide.step(path, state, DT, wish) for wish in wishes]
+def follow(path: TimedPath, state: GuideState, modes: list[GuideMode]) -> list[guide.Target]:
+    return [guide.step(path, state, DT, mode) for mode in modes]
 
 
 def test_steps_join_and_velocity_is_that_of_the_step(path: TimedPath) -> None:
     state = GuideState()
-    told = follow(path, state, [Wish.FOLLOW] * 1500)
+    told = follow(path, state, [GuideMode.FOLLOW] * 1500)
     for one, other in pairwise(told):
         np.testing.assert_allclose(one.position + DT * one.velocity, other.position, atol=1e-12)
-    assert told[-1].pace == pytest.approx(0.03, rel=1e-3)
+    assert told[-1].path_speed == pytest.approx(0.03, rel=1e-3)
     assert np.linalg.norm(told[-1].velocity) == pytest.approx(0.03, rel=1e-3)
 
 
 def test_it_slows_down_along_the_path_and_goes_on_where_it_stood(path: TimedPath) -> None:
     state = GuideState()
-    told = follow(path, state, [Wish.FOLLOW] * 1000 + [Wish.HOLD] * 500)
-    speeds = np.array([target.pace for target in told])
+    told = follow(path, state, [GuideMode.FOLLOW] * 1000 + [GuideMode.HOLD] * 500)
+    speeds = np.array([target.path_speed for target in told])
     assert np.abs(np.diff(speeds)).max() <= 0.02 * DT * 1.1
-    assert told[-1].there
-    assert told[-1].pace == 0.0
+    assert told[-1].arrived
+    assert told[-1].path_speed == 0.0
     stood = told[-1].distance
     assert stood - told[999].distance == pytest.approx(0.03**2 / (2 * 0.02), rel=0.05)
-    again = follow(path, state, [Wish.FOLLOW] * 3)
+    again = follow(path, state, [GuideMode.FOLLOW] * 3)
     assert again[0].distance == pytest.approx(stood)
 
 
 def test_off_the_path_it_comes_back_straight_and_in_bounds(path: TimedPath) -> None:
-    state = GuideState(clock=20.0)
+    state = GuideState(path_time=20.0)
     goal = path.track.at(path.distance(20.0)).position
-    state.place = goal + np.array([0.1, 0.2, -0.05])
-    told = follow(path, state, [Wish.APPROACH] * 1500)
+    state.position = goal + np.array([0.1, 0.2, -0.05])
+    told = follow(path, state, [GuideMode.APPROACH] * 1500)
     places = np.array([target.position for target in told])
     way = (places - places[0]) @ (goal - places[0]) / np.linalg.norm(goal - places[0])
     assert np.abs(np.cross(places - places[0], goal - places[0])).max() < 1e-12
     speeds = np.diff(way) / DT
     assert speeds.max() <= 0.05 + 1e-9
     assert np.abs(np.diff(speeds)).max() <= 0.02 * DT * 1.1
-    assert told[-1].there
+    assert told[-1].arrived
     np.testing.assert_allclose(told[-1].position, goal, atol=1e-9)
-    assert not any(target.laying and target.pace > 0.0 for target in told)
+    assert not any(target.extruding and target.path_speed > 0.0 for target in told)
 
 
 def test_a_lift_is_added_to_the_height_alone(path: TimedPath) -> None:
-    flat = guide.step(path, GuideState(clock=10.0), DT, Wish.HOLD)
-    lifted = guide.step(path, GuideState(clock=10.0, lift=0.07), DT, Wish.HOLD)
+    flat = guide.step(path, GuideState(path_time=10.0), DT, GuideMode.HOLD)
+    lifted = guide.step(path, GuideState(path_time=10.0, height_offset=0.07), DT, GuideMode.HOLD)
     np.testing.assert_allclose(lifted.position - flat.position, [0.0, 0.0, 0.07], atol=1e-12)
 
 
 def test_it_ends(path: TimedPath) -> None:
-    state = GuideState(clock=path.duration - 0.5, pace=1.0)
-    told = follow(path, state, [Wish.FOLLOW] * 100)
-    assert told[-1].over
-    assert not told[0].over
+    state = GuideState(path_time=path.duration - 0.5, speed_factor=1.0)
+    told = follow(path, state, [GuideMode.FOLLOW] * 100)
+    assert told[-1].finished
+    assert not told[0].finished
     assert told[-1].distance == pytest.approx(path.track.length)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.control import supervisor
-from cablewright.control.guide import Target, Wish
+from cablewright.control.guide import GuideMode, Target
 from cablewright.control.supervisor import Order, SupervisorSettings, SupervisorState, Verdict
 from cablewright.errors import InputError
 from cablewright.signals import (
@@ -73,20 +73,20 @@ def floor() -> Floor:
 def test_it_begins_idle_and_moves_only_once_the_position_is_known() -> None:
     made = Floor()
     idle = made.go(50)
-    assert (idle.state, idle.wish) == (PrintState.IDLE, Wish.HOLD)
+    assert (idle.state, idle.guide_mode) == (PrintState.IDLE, GuideMode.HOLD)
     made = Floor()
     lost = {"estimate": {"valid": False}}
     waiting = made.go(20, Order.START, **lost)
-    assert (waiting.state, waiting.wish) == (PrintState.READY, Wish.HOLD)
-    assert made.go(20, target=aimed(there=False)).wish is Wish.HOLD
-    assert made.go(20, target=aimed(there=False)).wish is Wish.APPROACH
+    assert (waiting.state, waiting.guide_mode) == (PrintState.READY, GuideMode.HOLD)
+    assert made.go(20, target=aimed(there=False)).guide_mode is GuideMode.HOLD
+    assert made.go(20, target=aimed(there=False)).guide_mode is GuideMode.APPROACH
     assert made.go().state is PrintState.PRINTING
 
 
 def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor: Floor) -> None:
     floor.broken = True
     paused = floor.go()
-    assert (paused.state, paused.wish, paused.hold_winches) == (PrintState.PAUSED, Wish.HOLD, False)
+    assert (paused.state, paused.guide_mode, paused.hold_winches) == (PrintState.PAUSED, GuideMode.HOLD, False)
     floor.pace = 0.0
     assert floor.go(target=aimed(pace=0.0)).hold_winches
     assert floor.go(1, Order.RESUME).state is PrintState.PAUSED
@@ -170,7 +170,7 @@ SOFT = {
 def test_a_soft_limit_is_a_controlled_stop(floor: Floor, says: str) -> None:
     told = floor.go(**SOFT[says])
     assert told.state is PrintState.STOPPED
-    assert told.wish is Wish.HOLD
+    assert told.guide_mode is GuideMode.HOLD
     assert not told.hold_winches
     assert says in told.reason
     assert floor.go(100).state is PrintState.STOPPED

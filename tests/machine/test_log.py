@@ -241,7 +241,7 @@ def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Ent
 def test_a_chunk_that_unpacks_to_too_much_is_refused(
     written: tuple[Path, list[Entry]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(logs, "MOST_RECORD", 100_000)
+    monkeypatch.setattr(logs, "MAX_RECORD", 100_000)
     with read_log(written[0]) as log, pytest.raises(InputError, match="at most 100000 are read"):
         list(log.entries())
 

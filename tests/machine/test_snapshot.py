@@ -112,7 +112,7 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
     [
         ("steps", -1, "steps: a whole number"),
         ("steps", 10**400, "steps: a whole number"),
-        ("commanded", "now", "commanded: a number"),
+        ("last_command_time", "now", "last_command_time: a number"),
         ("rig.random", [1, 2, 3], "the state of a random generator"),
         ("rig.random", [2**128, 1, 0, 0], "no state of a random generator"),
         ("rig.motion", np.full(12, np.nan), "not finite"),
@@ -124,7 +124,7 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
         ("rig.ground.heights", [-1, 0], "does not fit into (250, 500)"),
         ("rig.ground.heights", np.zeros(3), "where it begins"),
         ("rig.ground.heights", np.full((2, 2), np.inf), "not finite"),
-        ("north.way", np.zeros((6, 7)), "up to 5 rows"),
+        ("north.poses", np.zeros((6, 7)), "up to 5 rows"),
         ("wire.sent", [[1.0, "/truth", "{}"]], "a message of /truth"),
         ("wire.sent", [[1.0, "/climate", "{"]], "no JSON"),
         ("wire.sent", [[1.0, "/frame", '{"time": 1, "notices": []}']], "no topic of a reading"),

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.workspace.criterion import RetractionLaw
-from cablewright.analyses.workspace.retraction import best_retraction
+from cablewright.analyses.workspace.retraction import retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -74,7 +74,7 @@ def test_laws(table_3: Model) -> None:
     assert constant == pytest.approx(3.217, abs=5e-4)
     assert counted(-0.675, 1.929) == pytest.approx(3.048, abs=5e-4)
     assert counted(-0.675, 1.929 + 0.675 * 0.2) == pytest.approx(3.702, abs=5e-4)
-    own = best_retraction(table_3, "closed-form", point="origin")
+    own = retraction(table_3, "closed-form", point="origin")
     assert own.share > 0.99
     assert counted(own.law.slope, own.law.intercept) > 0.99 * 3.851  # each slice at its best, counted
     assert own.law.slope == pytest.approx(-1.0, abs=0.02)  # the paper: -0.675

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.checks import least_poses
+from cablewright.calibration.checks import min_poses
 from cablewright.calibration.pose_fit import fits
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import aligned, measure, random_poses
@@ -55,4 +55,4 @@ def test_aligned_every_run_is_exact(runs) -> None:
 
 def test_twelve_poses_are_enough(runs) -> None:
     """Its Eq. 15 says 16: it counts the four freedoms that nothing decides."""
-    assert least_poses(runs[0]) == 12
+    assert min_poses(runs[0]) == 12

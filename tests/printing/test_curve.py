@@ -38,7 +38,7 @@ def test_it_stays_within_its_area_about_the_origin(curves: list[Curve]) -> None:
 
 def test_pieces_are_even(curves: list[Curve]) -> None:
     steps = np.linalg.norm(np.diff(curves[0].even(5000), axis=0), axis=1)
-    assert np.ptp(steps) < (steps.mean() / curves[0].least_radius) ** 2 / 24 * 1.01 * steps.mean()  # chords
+    assert np.ptp(steps) < (steps.mean() / curves[0].min_radius) ** 2 / 24 * 1.01 * steps.mean()  # chords
 
 
 def test_the_least_radius_is_that_of_circles_through_three_places(curves: list[Curve]) -> None:
@@ -47,8 +47,8 @@ def test_the_least_radius_is_that_of_circles_through_three_places(curves: list[C
         a, b = z - np.roll(z, 1), np.roll(z, -1) - z
         turned = np.abs(np.angle(b / a))
         radii = 28.0 / 4000 / turned
-        assert curve.least_radius == pytest.approx(radii.min(), rel=1e-3)
-        assert curve.least_radius >= WANTED.least_radius
+        assert curve.min_radius == pytest.approx(radii.min(), rel=1e-3)
+        assert curve.min_radius >= WANTED.min_radius
 
 
 def turns_round(curve: np.ndarray, place: np.ndarray) -> int:
@@ -64,7 +64,7 @@ def test_crossings_lie_on_two_branches_that_meet_at_the_angle(curves: list[Curve
             away = np.linalg.norm(places[:-1] - [x, y], axis=1)
             near = np.flatnonzero(away < 0.006)
             assert (np.diff(near, append=near[0] + 8000) > 50).sum() >= 2  # branches
-            assert angle >= WANTED.least_angle
+            assert angle >= WANTED.min_angle
             assert np.linalg.norm(places[round(share / (2 * np.pi) * 8000) % 8000] - [x, y]) < 0.01
 
 
@@ -80,7 +80,7 @@ def test_mean_distance_of_a_circle() -> None:
     rng = np.random.default_rng(1)
     places = rng.uniform(-1.5, 1.5, (200_000, 2))
     expected = np.abs(np.linalg.norm(places, axis=1) - 1.0).mean()
-    assert circle.least_radius == pytest.approx(1.0, rel=1e-12)
+    assert circle.min_radius == pytest.approx(1.0, rel=1e-12)
     assert len(circle.crossings) == 0
     assert circle.remoteness((3.0, 3.0)) == pytest.approx(expected, rel=0.03)
     assert {turns_round(circle.even(500), np.array(p)) for p in [(0.5, 0.2), (1.2, 0.0)]} == {1, 0}
@@ -106,7 +106,7 @@ def test_the_best_cover_comes_first(curves: list[Curve]) -> None:
         ({"length": float("nan"), "area": (3.6, 8.0)}, "length = nan"),
         ({"length": 28.0, "area": (0.0, 8.0)}, "two sides over 0 m"),
         ({"length": 28.0, "area": (3.6, 8.0), "crossings": -1}, "crossings = -1"),
-        ({"length": 28.0, "area": (3.6, 8.0), "least_radius": 2.0}, "least_radius = 2"),
+        ({"length": 28.0, "area": (3.6, 8.0), "min_radius": 2.0}, "least_radius = 2"),
         ({"length": 28.0, "area": (3.6, 8.0), "least_angle": 2.0}, "least_angle = 2"),
     ],
 )

@@ -20,11 +20,11 @@ from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.robot.design_variables import Change, changed, with_box_inertia
 from cablewright.studies import trade as module
-from cablewright.studies.trade import Asked, Trade, best_of, trade
+from cablewright.studies.trade import Trade, TradeSettings, best_of, trade
 
 BEAM = Model(load("jung2020"), Fidelity.of("elastic"))
 APART, WIDE, LENGTH = (Change(name) for name in ("exit-distance", "width-top-x+width-bottom-y", "retraction"))
-QUICK = Asked(criterion="closed-form", tolerance=0.02, boundary_grid=11, inertia="box")
+QUICK = TradeSettings(criterion="closed-form", tolerance=0.02, boundary_grid=11, inertia="box")
 VARIED = {APART: (0.05, 0.1, 0.2), WIDE: (0.04, 0.12)}
 
 
@@ -59,14 +59,14 @@ def test_sheaves_nearer_than_the_clearance_collide(found: Trade) -> None:
     np.testing.assert_allclose(found.margins, [-0.05, -0.05, 0.0, 0.0, 0.1, 0.1], atol=1e-12)
     assert found.clear.tolist() == [False, False, True, True, True, True]
     assert not (found.best & ~found.clear).any()
-    free = replace(found, asked=replace(QUICK, clearance=0.0))
+    free = replace(found, settings=replace(QUICK, clearance=0.0))
     assert free.clear.all()
     assert free.best[:2].any()
 
 
 @pytest.mark.parametrize("mirrored", ["2", "4"])
 def test_mirror_images_have_the_same(mirrored: str) -> None:
-    asked = Asked("closed-form", count="nodes", grid=15, boundary_grid=11)
+    asked = TradeSettings("closed-form", count="nodes", grid=15, boundary_grid=11)
     one, other = (
         trade(BEAM, {Change(f"exit_point.z@{line}"): (1.9, 2.2)}, asked).combinations for line in ("1", mirrored)
     )
@@ -77,7 +77,7 @@ def test_mirror_images_have_the_same(mirrored: str) -> None:
 
 
 def test_nodes_and_a_length_that_stays() -> None:
-    asked = Asked("exact", count="nodes", grid=9, boundary_grid=9, retraction=1.4, inertia="box")
+    asked = TradeSettings("exact", count="nodes", grid=9, boundary_grid=9, retraction=1.4, inertia="box")
     (each,) = trade(BEAM, {WIDE: [0.1]}, asked).combinations
     robot = with_box_inertia(WIDE.on(BEAM.robot.retracted(1.4), 0.1))
     own = count_nodes(Model(robot, Fidelity.of("rigid")), "exact", grid=9)
@@ -89,7 +89,7 @@ def test_with_sag_and_a_law() -> None:
     model = Model(BEAM.robot)
     law = RetractionLaw(-1.0, 2.4, 1.2, 2.0)
     (each,) = trade(
-        model, {Change("mass"): [12.0]}, Asked("exact", grid=9, boundary_grid=7, retraction=law)
+        model, {Change("mass"): [12.0]}, TradeSettings("exact", grid=9, boundary_grid=7, retraction=law)
     ).combinations
     robot = Change("mass").on(BEAM.robot, 12.0)
     assert each.volume == workspace(Model(robot, Fidelity.of("rigid")), "exact", grid=9, retraction=law).volume
@@ -147,7 +147,7 @@ def test_a_sweep_that_was_ended_goes_on_and_writes_the_same_bytes(
 
 
 def test_another_question_begins_anew(tmp_path: Path) -> None:
-    file, asked = tmp_path / "a.json", Asked("closed-form", count="nodes", grid=5, boundary_grid=5)
+    file, asked = tmp_path / "a.json", TradeSettings("closed-form", count="nodes", grid=5, boundary_grid=5)
     one = trade(BEAM, {APART: [0.1]}, asked, file=file)
     for model, change in (
         (BEAM, {APART: [0.2]}),
@@ -171,7 +171,7 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path, content: bytes) -> 
 
 
 def test_a_tampered_combination_is_refused(tmp_path: Path) -> None:
-    file, asked = tmp_path / "a.json", Asked("closed-form", count="nodes", grid=5, boundary_grid=5)
+    file, asked = tmp_path / "a.json", TradeSettings("closed-form", count="nodes", grid=5, boundary_grid=5)
     trade(BEAM, {APART: [0.1]}, asked, file=file)
     stored = json.loads(file.read_bytes())
     stored["combinations"][0]["volume"] = "large"
@@ -182,7 +182,7 @@ def test_a_tampered_combination_is_refused(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    asked = Asked("closed-form", count="nodes", grid=5, boundary_grid=5)
+    asked = TradeSettings("closed-form", count="nodes", grid=5, boundary_grid=5)
     with pytest.raises((EnvironmentFault, NotADirectoryError)):
         trade(BEAM, {APART: [0.1]}, asked, file=tmp_path / "file" / "a.json")
 
@@ -190,17 +190,21 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("varied", "asked", "says"),
     [
-        ({}, Asked(), "nothing varies"),
-        ({APART: ()}, Asked(), "nothing varies"),
-        ({APART: range(101), WIDE: range(100)}, Asked(), "10100 combinations: at most 10000"),
-        ({APART: [0.1], LENGTH: [1.5, 3.0]}, Asked(), "retraction = 3: .* goes from 1.2 to 2 m"),
-        ({WIDE: [0.1], Change("width-bottom-y"): [0.1]}, Asked(), "width-bottom-y: it is varied more than once"),
-        ({LENGTH: [1.5]}, Asked(retraction=1.4), "cannot vary while"),
-        ({Change("width-x+width-y"): [0.0]}, Asked(inertia="box"), "on one line"),
+        ({}, TradeSettings(), "nothing varies"),
+        ({APART: ()}, TradeSettings(), "nothing varies"),
+        ({APART: range(101), WIDE: range(100)}, TradeSettings(), "10100 combinations: at most 10000"),
+        ({APART: [0.1], LENGTH: [1.5, 3.0]}, TradeSettings(), "retraction = 3: .* goes from 1.2 to 2 m"),
+        (
+            {WIDE: [0.1], Change("width-bottom-y"): [0.1]},
+            TradeSettings(),
+            "width-bottom-y: .* more than once",
+        ),
+        ({LENGTH: [1.5]}, TradeSettings(retraction=1.4), "cannot vary while"),
+        ({Change("width-x+width-y"): [0.0]}, TradeSettings(inertia="box"), "on one line"),
     ],
 )
 def test_bad_sweeps_are_refused_before_any_work(
-    varied: dict[Change, list[float]], asked: Asked, says: str, monkeypatch: pytest.MonkeyPatch
+    varied: dict[Change, list[float]], asked: TradeSettings, says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "_combination", None)
     with pytest.raises(InputError, match=says):
@@ -220,4 +224,4 @@ def test_bad_sweeps_are_refused_before_any_work(
 )
 def test_bad_questions_are_refused(given: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        Asked(**given)
+        TradeSettings(**given)

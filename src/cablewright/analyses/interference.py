@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 KINDS = ("line", "platform", "frame", "part")
 """What a line may come near to, in the order of the columns of `Interference.margins`."""
 
-MOST_NODES = 2_000_000
+MAX_NODES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -364,13 +364,13 @@ def free_region(
 ) -> Free:
     """Where the nozzle may be from *low* to *high* (3,), m, while no line is nearer to the whole *part* than that.
 
-    Raises `InputError` for a box without a volume, or more nodes than `MOST_NODES`.
+    Raises `InputError` for a box without a volume, or more nodes than `MAX_NODES`.
     """
     ends = np.array([low, high], dtype=np.float64)
     if ends.shape != (2, 3) or not (ends[0] < ends[1]).all():
         raise InputError("free region: a box with its lowest corner below its highest is wanted")
-    if min(count) < 2 or math.prod(count) > MOST_NODES:
-        raise InputError(f"free region: {count} nodes: 2 or more each, at most {MOST_NODES} in all, are wanted")
+    if min(count) < 2 or math.prod(count) > MAX_NODES:
+        raise InputError(f"free region: {count} nodes: 2 or more each, at most {MAX_NODES} in all, are wanted")
     x, y, z = (np.linspace(ends[0, k], ends[1, k], count[k]) for k in range(3))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     held = solve_inverse(model, model.unrotated_at(places), path=True)

@@ -2,29 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.errors import InputError
+from cablewright.models.equilibrium_figures import FIGURES as EQUILIBRIUM
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.inertia import mass_root
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import Stiffness, stiffness
+from cablewright.results import Figure, Pictured
+from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["FREEDOMS", "Modes", "modes", "modes_at"]
+__all__ = ["FREEDOMS", "Modes", "modes"]
 
 Array = NDArray[np.float64]
 
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the freedoms: translations along the world's axes, rotations about them."""
 
+OF_POSE = ("status", "robot", "cable", "sheave", "pose", "lengths", "tensions")
+
 ROUNDING = 1e-13
 """Eigenvalues below this share of the largest are zero."""
 
 
-@dataclass(frozen=True, eq=False)
-class Modes:
+def _if_balanced(path: str, transposed: bool = False) -> Callable[[Any], Any]:
+    """What stands at *path* of modes; None where a single pose does not balance."""
+
+    def read(found: Modes) -> Any:
+        if found.equilibrium.single and not found.has_modes:
+            return None
+        value = attrgetter(path)(found)
+        return np.swapaxes(value, -1, -2) if transposed else value
+
+    return read
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(Pictured):
     """Modes of the platform at an equilibrium; a leading axis for a batch, with NaN where a row does not balance.
 
     `frequencies` (n,): Hz, ascending. A negative one is that of an unstable direction: the platform leaves the
@@ -38,6 +60,32 @@ class Modes:
     arc (`docs/theory/statics.md`) has a say.
     """
 
+    FIGURES: ClassVar = (
+        *(each.of_part("equilibrium") for each in EQUILIBRIUM if each.key in OF_POSE),
+        Figure("counts_geometric", "", "Whether what tension adds to the stiffness counts.", "geometric"),
+        Figure("frequencies", "Hz", "Natural frequencies, ascending; negative: unstable.", _if_balanced("frequencies")),
+        Figure("dominant", "", "Freedom that has most of each mode's energy.", _if_balanced("mostly")),
+        Figure("participation", "1", "Share of a mode's energy by freedom.", _if_balanced("participation", True)),
+        Figure("shapes", "m, rad", "Motion in each mode, of unit modal mass.", _if_balanced("shapes", True)),
+        Figure("stiffness", "N/m, N m/rad", "Tangent stiffness, lengths held.", _if_balanced("stiffness.total")),
+        Figure(
+            "elastic",
+            "N/m, N m/rad",
+            "Part that lines resist along themselves.",
+            _if_balanced("stiffness.elastic"),
+        ),
+        Figure(
+            "geometric",
+            "N/m, N m/rad",
+            "All else: what tension and load do.",
+            _if_balanced("stiffness.geometric"),
+        ),
+        Figure("axial_stiffness", "N/m", "Stiffness of each line along itself.", _if_balanced("stiffness.axial")),
+        Figure("line_frequencies", "Hz", "Lowest sideways frequency of each span.", _if_balanced("line_frequencies")),
+        Figure("asymmetry", "1", "Largest part of the stiffness that is not symmetric.", _if_balanced("asymmetry")),
+    )
+    HEADLINES: ClassVar = ("status", "robot", "frequencies")
+
     equilibrium: Equilibrium
     stiffness: Stiffness
     geometric: bool  # whether the geometric part was counted
@@ -45,6 +93,23 @@ class Modes:
     shapes: Array
     participation: Array
     asymmetry: Array
+
+    @property
+    def has_modes(self) -> bool:
+        """Whether any pose balances."""
+        return bool(np.isfinite(self.frequencies).any())
+
+    @property
+    def verdict(self) -> str:
+        """Why a pose is not held, in a sentence; empty where all are."""
+        held = self.equilibrium
+        bad = np.flatnonzero(~np.atleast_1d(held.ok))
+        return "" if not len(bad) else (held if held.single else held[int(bad[0])]).sentence()
+
+    @property
+    def mostly(self) -> Any:
+        """The names of `dominant`: a list (n), or of a batch a list for each row."""
+        return np.array(FREEDOMS)[self.dominant].tolist()
 
     @property
     def lowest(self) -> Array:
@@ -72,16 +137,44 @@ class Modes:
         return np.asarray(np.sqrt(middle / weighing) / (2.0 * length))
 
 
-def modes(equilibrium: Equilibrium, *, geometric: bool = True) -> Modes:
-    """Natural frequencies and modes of the platform at an equilibrium, or at each of a batch.
+def modes(
+    robot: Robot | Model | Equilibrium,
+    poses: ArrayLike | None = None,
+    *,
+    geometric: bool = True,
+    retraction: ArrayLike | None = None,
+    preferred: ArrayLike | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+) -> Modes:
+    """Natural frequencies and modes of the platform at *poses*, (n,) or (N, n) m and rad, or at an `Equilibrium`.
 
-    With *geometric* False the elastic part of the stiffness alone counts, as in Jung 2020, Eq. 16: a pendulum does not
-    swing then. Lines are springs without mass, winches stand still, nothing damps. An unstable equilibrium has
-    negative frequencies. A batch's rows that do not balance are NaN; a single one raises `AnswerError`. Raises
-    `InputError` for a body whose inertia is not known.
+    Poses are held as by `inverse`, with its *retraction*, *preferred* tensions (taken as they are where they balance
+    within the limits) and laws. With *geometric* False the elastic part of the stiffness alone counts, as in Jung 2020,
+    Eq. 16: a pendulum does not swing then. Lines are springs without mass, winches stand still, nothing damps. An
+    unstable equilibrium has negative frequencies; one that does not balance has NaN. Raises `InputError` for a body
+    whose inertia is not known.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> cw.modes(cw.load("jung2020"), [0.2, 0.1, 0.9]).mostly[0]
+    'rz'
     """
+    if isinstance(robot, Equilibrium):
+        return _modes(robot, geometric)
+    if poses is None:
+        raise InputError("poses: a pose, or rows of poses, is wanted")
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+    return _modes(solve_inverse(model, poses, retraction=retraction, preferred=preferred), geometric)
+
+
+def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
+    """Modes of one equilibrium, or of each of a batch."""
     root = mass_root(equilibrium.model.robot, equilibrium.pose)
-    parts = stiffness(equilibrium)
+    parts = stiffness(equilibrium[None] if equilibrium.single else equilibrium)
+    parts = parts[0] if equilibrium.single else parts
     whole = parts.total if geometric else parts.elastic
     good = np.asarray(np.isfinite(whole).all(axis=(-2, -1)))
     back = np.linalg.inv(np.where(good[..., None, None], root, np.eye(root.shape[-1])))
@@ -97,23 +190,6 @@ def modes(equilibrium: Equilibrium, *, geometric: bool = True) -> Modes:
         _left_out(0.5 * (scaled - mirrored), values, vectors),
     )
     return Modes(equilibrium, parts, geometric, *(_only(good, array) for array in arrays))
-
-
-def modes_at(
-    model: Model,
-    poses: ArrayLike,
-    *,
-    geometric: bool = True,
-    retraction: ArrayLike | None = None,
-    preferred: ArrayLike | None = None,
-) -> Modes:
-    """Modes at *poses*, (n,) or (N, n) m and rad, held by the tensions that `solve_inverse` finds.
-
-    For places along the boundary of a workspace: `lowest` and `dominant` of the result have a row for each, and
-    `equilibrium.code` says which could be held. *preferred* tensions, (m,) or (N, m) N, are taken as they are where
-    they balance within the limits, so that any distribution may be given. *retraction*: as in `solve_inverse`.
-    """
-    return modes(solve_inverse(model, poses, retraction=retraction, preferred=preferred), geometric=geometric)
 
 
 def _pointed(vectors: Array) -> Array:

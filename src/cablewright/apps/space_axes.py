@@ -18,8 +18,20 @@ from numpy.typing import NDArray
 from cablewright.apps import style
 from cablewright.apps.pictures.path import ErrorScale, box_edges
 from cablewright.robot import Robot
+from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["add_faces", "add_lines", "bar", "draw_frame", "heights", "point", "scale_of", "space", "towards_eye"]
+__all__ = [
+    "add_faces",
+    "add_lines",
+    "add_surface",
+    "bar",
+    "draw_frame",
+    "heights",
+    "point",
+    "scale_of",
+    "space",
+    "towards_eye",
+]
 
 Array = NDArray[np.float64]
 
@@ -28,6 +40,7 @@ _FLATTEST: Final = 0.3  # of the longest side: a thinner box has no room for its
 _ZOOM: Final = 0.88  # leaves room for the labels, of which layouts do not know
 _ELEVATION: Final = 22.0  # degrees
 _AZIMUTH: Final = -62.0
+_LIGHT: Final = np.array([0.2, -0.55, 0.81]) / np.linalg.norm([0.2, -0.55, 0.81])
 _PANE: Final = (0.975, 0.98, 0.985, 1.0)
 
 
@@ -46,10 +59,10 @@ def space(
 
 def heights(drawn: Figure, where: SubplotSpec, low: Sequence[float], high: Sequence[float]) -> Any:
     """Return axes for an error in mm over a plane in m, from *low* to *high* (3,); heights have their own scale."""
-    least, most = np.array(low), np.array(high)
-    sides = most[:2] - least[:2]
+    lower, upper = np.array(low), np.array(high)
+    sides = upper[:2] - lower[:2]
     shown = np.append(sides, 0.7 * sides.max())
-    return _axes(drawn, where, (least, most), shown, ["x in m", "y in m", "vertical error in mm"], _ZOOM)
+    return _axes(drawn, where, (lower, upper), shown, ["x in m", "y in m", "vertical error in mm"], _ZOOM)
 
 
 def _axes(
@@ -83,18 +96,28 @@ def draw_frame(axes: Any, robot: Robot) -> None:
     axes.scatter(*exits.T, s=16, c=style.INK, marker="s", depthshade=False, zorder=2)
 
 
-def add_faces(axes: Any, corners: Array, colours: Any, zorder: float, alpha: float = 1.0, edge: Any = None) -> None:
+def add_faces(
+    axes: Any, corners: Array, colours: Any, zorder: float, alpha: float = 1.0, edge: Any = None, width: float = 0.25
+) -> None:
     """Draw faces (F, c, 3) in their colours, with edges of the same unless told."""
     if len(corners):
         drawn = Poly3DCollection(
             corners,
             facecolors=colours,
             edgecolors=colours if edge is None else edge,
-            linewidths=0.25,
+            linewidths=width,
             alpha=alpha,
             zorder=zorder,
         )
         axes.add_collection3d(drawn, autolim=False)
+
+
+def add_surface(axes: Any, mesh: TriangleMesh, colours: Array, darkest: float) -> None:
+    """Draw a closed mesh in *colours*, (F, 3) or one (3,); what is turned away from the light is darker."""
+    normals = mesh.normals
+    seen = normals @ towards_eye() > 0.0
+    light = darkest + (1.0 - darkest) * np.clip(normals @ _LIGHT, 0.0, 1.0)
+    add_faces(axes, mesh.corners[seen], (light[:, None] * colours)[seen], zorder=3, width=0.6)  # no seams
 
 
 def add_lines(axes: Any, pieces: Array, zorder: float, width: float, colours: Any) -> None:

@@ -11,7 +11,7 @@ from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
-__all__ = ["check", "check_lengths", "gauge_size", "least_poses", "spare"]
+__all__ = ["check", "check_lengths", "gauge_size", "min_poses", "spare"]
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def spare(problem: CalibrationProblem) -> int:
     return _told_by_each(problem) - problem.own
 
 
-def least_poses(problem: CalibrationProblem) -> int:
+def min_poses(problem: CalibrationProblem) -> int:
     """How many different poses are needed, with open freedoms counted: those are not what data have to decide.
 
     Raises `InputError` where no number of poses is enough.
@@ -91,7 +91,7 @@ def _told_by_each(problem: CalibrationProblem) -> int:
 
 def check(problem: CalibrationProblem) -> None:
     """Raise `InputError` where there are too few poses, or too few that differ."""
-    measured, needed, count = problem.measured, least_poses(problem), problem.poses
+    measured, needed, count = problem.measured, min_poses(problem), problem.poses
     why = (
         f"each pose tells {_told_by_each(problem)} numbers and asks for {problem.own}, and {len(problem.unknowns)} "
         f"unknowns less {gauge_size(problem)} that stay open in any case are to be found"

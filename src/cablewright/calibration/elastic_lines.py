@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
-_MOST_STEPS: Final = 200
-_LEAST_DAMPING: Final = 1e-10  # what the data leave open stays where it was
+_MAX_STEPS: Final = 200
+_MIN_DAMPING: Final = 1e-10  # what the data leave open stays where it was
 FREED: Final = (0, 1, 2, 5, 4, 3)
 """Freedoms of a pose in the order in which lines hold them: gravity decides the last ones where lines are few."""
 
@@ -204,7 +204,7 @@ class Hanging(CalibrationProblem):
         now, damping, steps = _cost(found), settings.damping, 0
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
-        for _ in range(min(settings.most, _MOST_STEPS)):
+        for _ in range(min(settings.most, _MAX_STEPS)):
             change, lengths, promised = _step(found, damping)
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
             trial = own.copy()
@@ -222,11 +222,11 @@ class Hanging(CalibrationProblem):
                 if done:
                     return int(Code.OK), steps, now
                 gain = fell / promised if promised > 0.0 else 1.0
-                damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), _LEAST_DAMPING)
+                damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), _MIN_DAMPING)
             elif size < NO_BETTER:
                 return int(Code.OK), steps, now
             else:
-                damping = max(8.0 * damping, _LEAST_DAMPING)
+                damping = max(8.0 * damping, _MIN_DAMPING)
                 if damping > MOST_DAMPING:
                     break
         return int(Code.NOT_CONVERGED), steps, now

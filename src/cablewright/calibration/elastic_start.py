@@ -64,8 +64,8 @@ def _fit_from(problem: Hanging, straight: CalibrationProblem, found: PoseFit) ->
 def _straight(problem: Hanging) -> CalibrationPlan:
     """The plan for straight lines, as exact as those can be."""
     plan, robot = problem.plan, problem.robot
-    least = _SAGGING * robot.platform.mass * robot.scene.gravity
-    exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, least)}
+    min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
+    exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, min_tension)}
     kept = {
         "unknowns": tuple(name for name in plan.unknowns if name != "modulus"),
         "shared": tuple(name for name in plan.shared if name != "modulus"),

@@ -42,7 +42,7 @@ _ALIKE: Final = 0.9
 _WEAKEST: Final = 3
 _SURVEYED: Final = 1e-3  # m: of a suggested distance or surveyed point
 _LEVEL: Final = 1e-3  # rad: of a suggested level
-_MOST_PAIRS: Final = 28
+_MAX_PAIRS: Final = 28
 _TILTS: Final = ("tilt about x", "tilt about y")
 
 
@@ -285,7 +285,7 @@ def _measurements(found: Information) -> Iterator[tuple[str, Array]]:
         yield f"three exit points surveyed ({listed}), {_SURVEYED * 1e3:g} mm", rows
     if len(lines) >= 2:
         names = [line.name for line in robot.lines]
-        for a, b in list(combinations(lines, 2))[:_MOST_PAIRS]:
+        for a, b in list(combinations(lines, 2))[:_MAX_PAIRS]:
             apart = found.exits[names.index(a.name)] - found.exits[names.index(b.name)]
             row = np.zeros((1, len(unknowns)))
             for axis in range(3):

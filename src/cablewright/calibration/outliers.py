@@ -119,9 +119,9 @@ def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
     for _ in range(_ROUNDS):
         off, ranks, _, _ = _surplus(problem, found, plain.weights)
         size = np.sqrt(np.sum(off * off, axis=1))
-        least = max(0.3 * _spread(off, _counts(problem) - ranks), _floor(problem))
+        smallest = max(0.3 * _spread(off, _counts(problem) - ranks), _floor(problem))
         weights = plain.weights.copy()
-        problem.of_poses(weights)[:] *= np.sqrt(least / np.maximum(size, least))[:, None]
+        problem.of_poses(weights)[:] *= np.sqrt(smallest / np.maximum(size, smallest))[:, None]
         found = fit(problem, found.theta, found.poses, weights)
     return replace(found, weights=plain.weights)
 
@@ -136,17 +136,17 @@ def _best_of_parts(
     """
     count, surplus = problem.poses, int(_counts(problem).min()) - problem.own
     decided = len(reweighted.theta) - gauge_size(problem)
-    least = -(-(decided + _LEFT_OVER) // surplus)
-    kept = max(-(-_KEPT * count // 100), least)
+    smallest = -(-(decided + _LEFT_OVER) // surplus)
+    kept = max(-(-_KEPT * count // 100), smallest)
     if kept >= count:
         return reweighted
     rng = np.random.default_rng(seed)
     best, size = reweighted, _trimmed(problem, reweighted, kept)[0]
-    parts = _PARTS[kept > _MANY * least]
+    parts = _PARTS[kept > _MANY * smallest]
     for part in range(parts):
         progress("gross errors, parts of the poses", part, parts)
         found = (start, reweighted)[part % 2]
-        chosen = rng.choice(count, min(least, kept), replace=False)
+        chosen = rng.choice(count, min(smallest, kept), replace=False)
         trimmed = np.inf
         for _ in range(_CONCENTRATIONS):
             weights = reweighted.weights.copy()

@@ -31,7 +31,7 @@ NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
 """The datum that moves exit points least: on average they keep the place and the direction that the file gives them."""
 
-_MOST: Final = 1000
+_MAX_ENTRIES: Final = 1000
 _Axis = Annotated[float, Strict()]
 _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_length=1, max_length=100_000)]
 
@@ -121,12 +121,12 @@ class CalibrationPlan(Description):
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     unknowns: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = DEFAULT
     shared: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = ()
-    datum: Annotated[tuple[str, ...], Field(max_length=_MOST)] = ()
+    datum: Annotated[tuple[str, ...], Field(max_length=_MAX_ENTRIES)] = ()
     sigma: Sigmas = Sigmas()
     level: Positive[Angle] | None = None
-    priors: Annotated[tuple[Prior, ...], Field(max_length=_MOST)] = ()
-    distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MOST)] = ()
-    points: Annotated[tuple[Point, ...], Field(max_length=_MOST)] = ()
+    priors: Annotated[tuple[Prior, ...], Field(max_length=_MAX_ENTRIES)] = ()
+    distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MAX_ENTRIES)] = ()
+    points: Annotated[tuple[Point, ...], Field(max_length=_MAX_ENTRIES)] = ()
     planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()
     ranges: Annotated[tuple[MeasuredRange, ...], Field(max_length=8)] = ()
 

@@ -124,9 +124,9 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
         if not found:
             continue
         found += _mirrored(problem, min(found, key=lambda each: each.cost))
-        least = min(each.cost for each in found)
-        alike = [each for each in found if each.cost <= _ALIKE * least + rounding]
-        if len(alike) >= _AGAIN and (guessed or (least <= fine and batch + 1 >= _UNGUESSED)):
+        smallest = min(each.cost for each in found)
+        alike = [each for each in found if each.cost <= _ALIKE * smallest + rounding]
+        if len(alike) >= _AGAIN and (guessed or (smallest <= fine and batch + 1 >= _UNGUESSED)):
             break
     if not found:
         start = next(_starts(problem, rng, 0.0, 1, first=True))

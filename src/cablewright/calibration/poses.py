@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.checks import least_poses
+from cablewright.calibration.checks import min_poses
 from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import CalibrationProblem, Measured
@@ -62,7 +62,7 @@ def choose(
     rng = np.random.default_rng(seed)
     places = random_poses(robot, candidates, rng)
     problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
-    needed = least_poses(problem)
+    needed = min_poses(problem)
     if not needed <= count <= candidates:
         raise InputError(f"{count} poses: from {needed}, which {robot.name!r} needs, to {candidates} candidates")
     rows = _reduced(problem, places) * (problem.encoder_sigma / sigma)

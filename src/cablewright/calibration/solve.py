@@ -49,7 +49,7 @@ _CONTRADICTS: Final = 3.0  # times the rms without it: a datum that fits this ba
 _NO_FIT: Final = 0.01  # rms over the frame's diagonal from which the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # rms over the given sigma
 _FEW: Final = 10  # measurements left over that tell sigma to a quarter
-_LEAST_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
+_MIN_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ class Calibration:
             self.fit.weights,
             priors=True,
         )
-        return suggestions(counted, max(self.scale, _LEAST_SIGMA / self.problem.encoder_sigma))
+        return suggestions(counted, max(self.scale, _MIN_SIGMA / self.problem.encoder_sigma))
 
     @cached_property
     def robot(self) -> Robot:

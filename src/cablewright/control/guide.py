@@ -1,7 +1,7 @@
-"""Where the platform should be: along a path by its time law, or on the way back to it after a stop.
+"""Target of the platform: along a path by its time law, or on the way back to the path after a stop.
 
-The law's time is gone through at a pace from 0 (stands) to 1 (as planned) that changes no faster than the job's
-acceleration allows. So a print that is stopped slows down along its path, and goes on at the place where it stood.
+The time law is followed at a speed factor from 0 (at rest) to 1 (as planned), which changes no faster than the job's
+acceleration allows. So a print that is stopped slows down along its path and continues from there.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 
-__all__ = ["GuideState", "Target", "TimedPath", "Wish", "step"]
+__all__ = ["GuideMode", "GuideState", "Target", "TimedPath", "step"]
 
 Array = NDArray[np.float64]
 
-_THERE: Final = 1e-6  # m: nearer to where it should begin it is there
-_ROOM: Final = 0.1  # of the acceleration that is always left to change the pace
+_TOLERANCE: Final = 1e-6  # m, of the arrival at the path
+_RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor
 
 
-class Wish(Enum):
-    """What the guide is asked for."""
+class GuideMode(Enum):
+    """What the guide is to do."""
 
     HOLD = "slow down and stay"
     APPROACH = "go to where the path goes on"
@@ -36,29 +36,29 @@ class Wish(Enum):
 
 
 class Target(NamedTuple):
-    """Where the platform should be now, how fast, and what of the path that is."""
+    """Target position and velocity of the platform, and the place on the path."""
 
     position: Array  # (3,) m, world
-    velocity: Array  # (3,) m/s, over the step to come
+    velocity: Array  # (3,) m/s, mean over the next step
     distance: float  # m along the path
     layer: int
-    pace: float  # m/s along the path; 0 off it
-    laying: bool  # whether material is laid here
-    there: bool  # whether this is the place where the path goes on
-    over: bool  # whether the path has come to its end
+    path_speed: float  # m/s along the path; 0 off the path
+    extruding: bool  # whether the path lays material here
+    arrived: bool  # at the place where the path continues
+    finished: bool  # at the end of the path
 
 
 @dataclass(frozen=True, eq=False)
 class TimedPath:
-    """A path with its time law, as a guide takes it. Times are by place of the track."""
+    """A path with its time law. Arrays have one entry for each place of the track."""
 
     track: Track
-    start: Array  # (k,) s, when each place is left
-    arrival: Array  # (k,) s, when it is reached
+    start: Array  # (k,) s, time of leaving each place
+    arrival: Array  # (k,) s, time of reaching it
     speed: Array  # (k,) m/s there
     acceleration: float  # m/s^2
     travel_speed: float  # m/s, off the path
-    print_speed: float  # m/s, at which material is laid at full flow
+    print_speed: float  # m/s, at full flow
 
     @classmethod
     def of(cls, job: Job, layers: int | None = None, lift: float = 0.0) -> Self:
@@ -89,21 +89,21 @@ class TimedPath:
 
     @property
     def duration(self) -> float:
-        """All of it at full pace, s."""
+        """Duration at a speed factor of 1, s."""
         return float(self.arrival[-1])
 
-    def distance(self, clock: float) -> float:
-        """How far along the path the law is at *clock*, s: m.
+    def distance(self, path_time: float) -> float:
+        """Distance along the path, m, at *path_time*, s, of the law.
 
-        Between two places as a cubic with their speeds, which is exact where acceleration or speed stay.
+        A cubic between two places by their speeds: exact for constant acceleration or speed.
         """
-        i = min(max(bisect_right(self.arrival, clock) - 1, 0), len(self.arrival) - 2)
+        i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
         begin, end = float(self.track.distance[i]), float(self.track.distance[i + 1])
         left, reached = float(self.start[i]), float(self.arrival[i + 1])
-        if clock <= left:
+        if path_time <= left:
             return begin
         whole = reached - left
-        u = min((clock - left) / whole, 1.0)
+        u = min((path_time - left) / whole, 1.0)
         a, b, rise = float(self.speed[i]) * whole, float(self.speed[i + 1]) * whole, end - begin
         along = u * (a + u * (3.0 * rise - 2.0 * a - b + u * (a + b - 2.0 * rise)))
         return begin + min(max(along, 0.0), rise)
@@ -111,67 +111,67 @@ class TimedPath:
 
 @dataclass(eq=False)
 class GuideState:
-    """What `step` changes. `clock` and `lift` are all that has to be kept to go on after a break."""
+    """Changed in place by `step`. To continue after a restart, `path_time` and `height_offset` are enough."""
 
-    clock: float = 0.0  # s of the time law
-    pace: float = 0.0  # share of the law's speed
-    place: Array | None = None  # (3,) m: where the target is while off the path; None: on it
-    speed: float = 0.0  # m/s of the target off the path
-    lift: float = 0.0  # m: by how much the platform is higher than the path says
+    path_time: float = 0.0  # s of the time law
+    speed_factor: float = 0.0  # share of the law's speed
+    position: Array | None = None  # (3,) m, of the target while it is off the path; None: on the path
+    speed: float = 0.0  # m/s, of the target while it is off the path
+    height_offset: float = 0.0  # m, of the platform over the path
 
 
-def step(path: TimedPath, state: GuideState, dt: float, wish: Wish) -> Target:
-    """Go on by *dt* (s) as one *wish*es; *state* changes in place. Raises nothing.
+def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:
+    """Return the target after *dt* (s) in that *mode*; *state* changes in place. Raises nothing.
 
-    A guide that was put off the path (`state.place`) comes back to it by a straight way: `Wish.APPROACH`.
+    Off the path (`state.position`), `GuideMode.APPROACH` leads back to it along a straight line.
     """
-    if state.place is not None:
-        return _approach(path, state, dt, wish)
-    state.pace = _pace(path, state, dt, 1.0 if wish is Wish.FOLLOW else 0.0)
-    now = path.distance(state.clock)
-    state.clock = min(state.clock + state.pace * dt, path.duration)
-    then = path.distance(state.clock)
+    if state.position is not None:
+        return _approach(path, state, dt, mode)
+    state.speed_factor = _speed_factor(path, state, dt, 1.0 if mode is GuideMode.FOLLOW else 0.0)
+    now = path.distance(state.path_time)
+    state.path_time = min(state.path_time + state.speed_factor * dt, path.duration)
+    then = path.distance(state.path_time)
     here, there = path.track.at(now).position, path.track.at(then).position
     piece = path.track.piece(0.5 * (now + then))
-    lifted = np.array([0.0, 0.0, state.lift])
-    over = state.clock >= path.duration
-    laying = bool(path.track.laying[piece])
+    offset = np.array([0.0, 0.0, state.height_offset])
+    finished = state.path_time >= path.duration
+    extruding = bool(path.track.laying[piece])
     layer = int(path.track.layer[piece])
-    pace = (then - now) / dt
-    return Target(here + lifted, (there - here) / dt, now, layer, pace, laying, state.pace == 0.0, over)
+    path_speed, arrived = (then - now) / dt, state.speed_factor == 0.0
+    return Target(here + offset, (there - here) / dt, now, layer, path_speed, extruding, arrived, finished)
 
 
-def _pace(path: TimedPath, state: GuideState, dt: float, wanted: float) -> float:
-    """The next pace: as near to *wanted* as the acceleration leaves room for beside the law's own."""
-    clock = state.clock
-    before, here, after = (path.distance(clock + shift) for shift in (-dt, 0.0, dt))
-    speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.pace**2
-    least = _ROOM * path.acceleration
-    up, down = max(path.acceleration - own, least), max(path.acceleration + own, least)
-    change = wanted - state.pace
-    most = speed * abs(change)
-    room = (up if change > 0.0 else down) * dt
-    return wanted if most <= room else state.pace + change * room / most
+def _speed_factor(path: TimedPath, state: GuideState, dt: float, wanted: float) -> float:
+    """The next speed factor: as near to *wanted* as the acceleration allows, less that of the law itself."""
+    now = state.path_time
+    before, here, after = (path.distance(now + shift) for shift in (-dt, 0.0, dt))
+    speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.speed_factor**2
+    reserve = _RESERVE * path.acceleration
+    up, down = max(path.acceleration - own, reserve), max(path.acceleration + own, reserve)
+    change = wanted - state.speed_factor
+    needed = speed * abs(change)
+    available = (up if change > 0.0 else down) * dt
+    return wanted if needed <= available else state.speed_factor + change * available / needed
 
 
-def _approach(path: TimedPath, state: GuideState, dt: float, wish: Wish) -> Target:
-    """Straight on to where the path goes on, with bounded acceleration."""
-    assert state.place is not None
-    distance = path.distance(state.clock)
+def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:
+    """Return the target on the straight line back to the path, with bounded acceleration."""
+    assert state.position is not None
+    distance = path.distance(state.path_time)
     piece = path.track.piece(distance)
-    goal = path.track.at(distance).position + np.array([0.0, 0.0, state.lift])
-    away = goal - state.place
-    left = float(np.sqrt(away @ away))
+    goal = path.track.at(distance).position + np.array([0.0, 0.0, state.height_offset])
+    way = goal - state.position
+    left = float(np.sqrt(way @ way))
     change = path.acceleration * dt
     stopping = float(np.sqrt(change * change + 2.0 * path.acceleration * left)) - change  # in whole steps
-    most = min(path.travel_speed, stopping) if wish is Wish.APPROACH else 0.0
-    state.speed = min(max(most, state.speed - change), state.speed + change)
-    here = state.place
-    if left <= max(_THERE, state.speed * dt):
-        state.place, state.speed, gone = (None, 0.0, goal) if wish is Wish.APPROACH else (here, 0.0, here)
+    max_speed = min(path.travel_speed, stopping) if mode is GuideMode.APPROACH else 0.0
+    state.speed = min(max(max_speed, state.speed - change), state.speed + change)
+    here = state.position
+    if left <= max(_TOLERANCE, state.speed * dt):
+        state.position, state.speed, there = (None, 0.0, goal) if mode is GuideMode.APPROACH else (here, 0.0, here)
     else:
-        gone = here + away * (state.speed * dt / left)
-        state.place = gone
+        there = here + way * (state.speed * dt / left)
+        state.position = there
     return Target(
-        here, (gone - here) / dt, distance, int(path.track.layer[piece]), 0.0, False, state.place is None, False
+        here, (there - here) / dt, distance, int(path.track.layer[piece]), 0.0, False, state.position is None, False
     )

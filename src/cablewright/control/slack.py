@@ -66,7 +66,7 @@ def slack_rates(settings: SlackSettings, taut: Taut, excess: Array, slack: NDArr
 
 
 def choose_slack_line(settings: SlackSettings, tensions: Array, current: int) -> int:
-    """Index of the line to be slack: the one with least of *tensions* (m,), N; *current* unless that is far smaller."""
+    """Index of the line to be slack: the smallest of *tensions* (m,), N; *current* unless that is far smaller."""
     smallest = int(np.argmin(tensions))
     if current < 0 or tensions[current] - tensions[smallest] > settings.switch_margin * float(tensions.mean()):
         return smallest

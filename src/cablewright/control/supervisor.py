@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.control.guide import Target, Wish
+from cablewright.control.guide import GuideMode, Target
 from cablewright.errors import InputError
 from cablewright.signals import Barrier, Condition, Encoders, Estimate, PrintState, SensorFrame
 
@@ -102,7 +102,7 @@ class Verdict(NamedTuple):
 
     state: PrintState
     reason: str
-    wish: Wish
+    guide_mode: GuideMode
     hold_winches: bool  # at once, whatever the controller commands
     valve_allowed: bool  # may be open
 
@@ -143,16 +143,16 @@ def step(
     elif state.state in (PrintState.READY, PrintState.PRINTING):
         _check_running(settings, state, inputs)
     _advance(settings, state, inputs)
-    stands = target is None or (target.pace == 0.0 and not target.velocity.any())
-    wish = _MODES.get(state.state, Wish.HOLD)
+    stands = target is None or (target.path_speed == 0.0 and not target.velocity.any())
+    mode = _MODES.get(state.state, GuideMode.HOLD)
     if state.state is PrintState.READY and not _is_settled(settings, state, now):
-        wish = Wish.HOLD
-    freeze = state.state is PrintState.FAULT or (wish is Wish.HOLD and stands)
+        mode = GuideMode.HOLD
+    hold = state.state is PrintState.FAULT or (mode is GuideMode.HOLD and stands)
     valve = state.state is not PrintState.FAULT and state.state is not PrintState.READY
-    return Verdict(state.state, state.reason, wish, freeze, valve)
+    return Verdict(state.state, state.reason, mode, hold, valve)
 
 
-_MODES = {PrintState.PRINTING: Wish.FOLLOW, PrintState.READY: Wish.APPROACH}
+_MODES = {PrintState.PRINTING: GuideMode.FOLLOW, PrintState.READY: GuideMode.APPROACH}
 
 
 def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
@@ -273,9 +273,9 @@ def _is_settled(settings: SupervisorSettings, state: SupervisorState, now: float
 def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
     """Leave a state whose condition is met."""
     now, target = inputs.now, inputs.target
-    if state.state is PrintState.READY and target is not None and target.there and _is_settled(settings, state, now):
+    if state.state is PrintState.READY and target is not None and target.arrived and _is_settled(settings, state, now):
         _enter(state, PrintState.PRINTING, now, "")
-    elif state.state is PrintState.PRINTING and target is not None and target.over:
+    elif state.state is PrintState.PRINTING and target is not None and target.finished:
         state.finished = True
         _enter(state, PrintState.IDLE, now, "finished")
     found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)

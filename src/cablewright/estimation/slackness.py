@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
-from cablewright.kernels import layout
 from cablewright.kernels.layout import Code
+from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.statics import Model
 from cablewright.signals import LineAngles
 from cablewright.solvers.one_line import hang
@@ -62,7 +62,7 @@ class SlacknessSettings:
 
     def __post_init__(self) -> None:
         """Refuse lines without weight, which do not sag, and numbers that are not positive and finite."""
-        if (self.model.packed.lines[:, layout.WEIGHT] == 0.0).any():
+        if self.model.massless:
             raise InputError("slackness: lines without weight have no shape that an angle could tell; use catenary")
         for name in ("threshold", "smoothing_time", "gate", "visible_angle", "timeout"):
             if not 0.0 < getattr(self, name) < math.inf:
@@ -124,14 +124,12 @@ def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array
     With horizontal force h the slope grows by w / h per metre, which from mid-span to the sensor gives the difference
     of slopes. The span is w^2 x^2 c cos^2 / 24 h^2 longer than its chord c, less the elastic stretch.
     """
-    lines = settings.model.packed.lines
-    weight, compliance = lines[:, layout.WEIGHT], lines[:, layout.FREE_COMPLIANCE]
+    lines = settings.model.lines
     slopes = np.maximum(np.tan(np.minimum(taut.angles + differences, 1.5)) - np.tan(taut.angles), _MIN_SLOPE)
     c = np.cos(taut.angles)
-    h = weight * (0.5 * taut.free - settings.from_platform) / slopes
-    sag = (weight * taut.free * c * c / h) ** 2 * taut.free / 24.0
-    max_tension = lines[:, layout.TENSION_MAX]
-    return np.asarray(sag - compliance * np.minimum(h / c, max_tension) * taut.lengths)
+    h = lines.weight * (0.5 * taut.free - settings.from_platform) / slopes
+    sag = (lines.weight * taut.free * c * c / h) ** 2 * taut.free / 24.0
+    return np.asarray(sag - lines.free_compliance * np.minimum(h / c, lines.tension_max) * taut.lengths)
 
 
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:
@@ -143,14 +141,15 @@ def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, differen
     first = float(parabolic_excess(settings, taut, np.full(settings.model.m, difference))[line])
     if not first > 1e-5:
         return first
-    y = np.zeros(layout.STATE)
+    weight, y = float(LineNumbers(row).weight), blank_states()
+    state = LineStates(y)
 
     def residual(log_excess: float) -> float:
         if hang(row, plane, length + math.exp(log_excess), y) != Code.OK:
             return math.nan
-        end = math.exp(y[layout.TAU])
-        rise = end * math.sin(y[layout.PHI]) + row[layout.WEIGHT] * (y[layout.FREE] - settings.from_platform)
-        return math.atan2(rise, end * math.cos(y[layout.PHI])) - float(taut.angles[line]) - difference
+        tension, phi = math.exp(state.log_tension), state.free_angle
+        rise = tension * math.sin(phi) + weight * (state.free_length - settings.from_platform)
+        return math.atan2(rise, tension * math.cos(phi)) - float(taut.angles[line]) - difference
 
     a, b = math.log(first), math.log(1.02 * first)
     fa, fb = residual(a), residual(b)

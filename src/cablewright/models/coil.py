@@ -15,7 +15,7 @@ __all__ = ["Coil", "wind"]
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 
-MOST_TURNS: Final = 200_000
+MAX_TURNS: Final = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +78,9 @@ def wind(
         raise InputError(f"width = {width:g} m: takes no turn of a cable of {diameter:g} m")
     if not core > 6.0 * radius_walk:
         raise InputError(f"radius_walk = {radius_walk:g} m: not under a sixth of the drum's radius, {core:g} m")
-    turns = int(min(np.ceil(capacity / (TURN * (core - 3.0 * radius_walk))), MOST_TURNS)) + 2
-    if turns > MOST_TURNS:
-        raise InputError(f"{capacity:g} m on a drum of {core:g} m: more than {MOST_TURNS} turns")
+    turns = int(min(np.ceil(capacity / (TURN * (core - 3.0 * radius_walk))), MAX_TURNS)) + 2
+    if turns > MAX_TURNS:
+        raise InputError(f"{capacity:g} m on a drum of {core:g} m: more than {MAX_TURNS} turns")
     index = np.arange(turns + 1)
     layer, place = np.divmod(index, per_layer)
     across = (place + 0.5) / per_layer - 0.5

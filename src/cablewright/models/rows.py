@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -23,6 +22,7 @@ class Rows:
 
     SINGLE: ClassVar[tuple[str, int]] = ("code", 0)
     """A field, and how many axes it has in one answer."""
+    __match_args__: ClassVar[tuple[str, ...]]
 
     @property
     def single(self) -> bool:
@@ -42,12 +42,12 @@ class Rows:
 
     def __getitem__(self, index: Any) -> Self:
         """One row of a batch, or a smaller batch."""
-        return type(self)(*(_taken(getattr(self, each.name), index) for each in fields(self)))  # type: ignore[arg-type]
+        return type(self)(*(_taken(getattr(self, name), index) for name in self.__match_args__))
 
     def __repr__(self) -> str:
         """Which arrays there are, and of which shape: their numbers fill screens."""
-        arrays = ((each.name, getattr(self, each.name)) for each in fields(self))  # type: ignore[arg-type]
-        return f"{type(self).__name__}({', '.join(f'{name} {array.shape}' for name, array in arrays)})"
+        arrays = (f"{name} {getattr(self, name).shape}" for name in self.__match_args__)
+        return f"{type(self).__name__}({', '.join(arrays)})"
 
 
 def scalar(values: NDArray[Any]) -> Any:

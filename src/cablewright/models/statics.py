@@ -273,15 +273,15 @@ class Equilibrium(Rows, Result):
         if self.status is Status.OVERSTRETCHED:
             over = high - self.lines.breaking_load
             worst = int(np.argmax(over))
-            name, most = self.model.robot.lines[worst].name, self.lines.breaking_load[worst]
-            return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {most:g} N"
+            name, limit = self.model.robot.lines[worst].name, self.lines.breaking_load[worst]
+            return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {limit:g} N"
         if np.isnan(low).any():
             return f"a line would have to push, {self.violation:.4g} N out of its limits"
         under, over = self.lines.tension_min - low, high - self.lines.tension_max
         worst = int(np.argmax(np.maximum(under, over)))
         name = self.model.robot.lines[worst].name
-        least, most = self.lines.tension_limits[worst]
-        side = f"under its least, {least:g} N" if under[worst] > over[worst] else f"over its most, {most:g} N"
+        minimum, maximum = self.lines.tension_limits[worst]
+        side = f"under its least, {minimum:g} N" if under[worst] > over[worst] else f"over its most, {maximum:g} N"
         return f"at best line {name} is {self.violation:.4g} N {side}"
 
     def solved_arrays(self) -> list[Array]:

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _HARMONICS: Final = 6
 _AMPLITUDE: Final = 1.5  # rad, of the first; the others fall with the root of their number
-_MOST_TURNS: Final = 2
+_MAX_TURNS: Final = 2
 _TRIES: Final = 5_000
 _PIECES: Final = 1024
 _COARSE: Final = 2  # pieces between places that crossings are looked for between
@@ -39,8 +39,8 @@ class Wanted:
     length: float  # m, once round
     area: tuple[float, float]  # m, the sides of the rectangle that holds it, along x and y
     crossings: int = 2  # with itself, at least
-    least_radius: float = 0.3  # m, of curvature
-    least_angle: float = np.pi / 9  # rad, between the two branches of a crossing
+    min_radius: float = 0.3  # m, of curvature
+    min_angle: float = np.pi / 9  # rad, between the two branches of a crossing
 
     def __post_init__(self) -> None:
         """Raise `InputError` where no curve can be so."""
@@ -51,10 +51,10 @@ class Wanted:
             raise InputError(f"length = {self.length:g} m: more than 0 and less than 10 km is wanted")
         if not 0 <= self.crossings <= 50:
             raise InputError(f"crossings = {self.crossings}: from 0 to 50 are allowed")
-        if not 0.0 <= self.least_radius < 0.5 * float(sides.min()):
-            raise InputError(f"least_radius = {self.least_radius:g} m: under half the area's shorter side is wanted")
-        if not 0.0 <= self.least_angle < 0.5 * np.pi:
-            raise InputError(f"least_angle = {self.least_angle:g} rad: from 0 to a quarter turn is wanted")
+        if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):
+            raise InputError(f"least_radius = {self.min_radius:g} m: under half the area's shorter side is wanted")
+        if not 0.0 <= self.min_angle < 0.5 * np.pi:
+            raise InputError(f"least_angle = {self.min_angle:g} rad: from 0 to a quarter turn is wanted")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class Curve:
         return np.stack([np.append(z.real, z.real[0]), np.append(z.imag, z.imag[0])], axis=1)
 
     @cached_property
-    def least_radius(self) -> float:
+    def min_radius(self) -> float:
         """The least radius of curvature, m."""
         return self.length / (2.0 * np.pi) / float(np.abs(self.direction(_shares(_PIECES), 1)).max())
 
@@ -116,14 +116,14 @@ def draw(wanted: Wanted, seed: int, number: int) -> Curve:
     rng = np.random.default_rng([seed, number])
     for _ in range(_TRIES):
         curve = _random(rng, wanted.length)
-        if curve is None or curve.least_radius < wanted.least_radius:
+        if curve is None or curve.min_radius < wanted.min_radius:
             continue
         curve = _fitted(curve, wanted.area)
-        if curve and len(curve.crossings) >= wanted.crossings and (curve.crossings[:, 2] >= wanted.least_angle).all():
+        if curve and len(curve.crossings) >= wanted.crossings and (curve.crossings[:, 2] >= wanted.min_angle).all():
             return curve
     raise InputError(
         f"none of {_TRIES} random curves of {wanted.length:g} m fits into {wanted.area[0]:g} x {wanted.area[1]:g} m "
-        f"with {wanted.crossings} crossings and radii over {wanted.least_radius:g} m; ask for less"
+        f"with {wanted.crossings} crossings and radii over {wanted.min_radius:g} m; ask for less"
     )
 
 
@@ -149,7 +149,7 @@ def _shares(count: int) -> Array:
 def _random(rng: np.random.Generator, length: float) -> Curve | None:
     """A closed curve, found by Newton steps of least change; None where they do not end."""
     falling = _AMPLITUDE / np.sqrt(np.arange(1.0, _HARMONICS + 1.0))
-    turns = int(rng.integers(0, _MOST_TURNS + 1))
+    turns = int(rng.integers(0, _MAX_TURNS + 1))
     cosine, sine = falling * rng.standard_normal((2, _HARMONICS))
     curve = Curve(length, turns, 0.0, cosine, sine)
     s = _shares(_PIECES)

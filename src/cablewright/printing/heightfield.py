@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from cablewright.errors import InputError
 from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["MOST_CELLS", "HeightField", "rebuilt"]
+__all__ = ["MAX_CELLS", "HeightField", "rebuilt"]
 
 Array = NDArray[np.float64]
 
-MOST_CELLS: Final = 25_000_000
+MAX_CELLS: Final = 25_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +35,8 @@ class HeightField:
         if not 0.0 < cell < np.inf:
             raise InputError(f"cell = {cell:g} m: more than 0 is wanted")
         counts = np.ceil(sides / cell - 1e-9)
-        if not counts.prod() <= MOST_CELLS:
-            raise InputError(f"cell = {cell:g} m: more than {MOST_CELLS} cells; a larger cell is wanted")
+        if not counts.prod() <= MAX_CELLS:
+            raise InputError(f"cell = {cell:g} m: more than {MAX_CELLS} cells; a larger cell is wanted")
         nx, ny = (int(count) for count in counts)
         return cls((float(low[0]), float(low[1])), float(cell), np.full((nx, ny), float(height)))
 

@@ -56,12 +56,12 @@ def widened(places: Array, limit: Array, corner: Array, window: float) -> tuple[
     last = len(limit)
     first = np.clip(np.searchsorted(places, low + _NEAR, side="right") - 1, 0, last - 1)
     stop = np.clip(np.searchsorted(places, high - _NEAR, side="left"), first + 1, last)
-    held = _least_over(value, first, stop, last)
+    held = _min_over(value, first, stop, last)
     at = np.minimum(corner, np.minimum(np.append(held, np.inf), np.append(np.inf, held)))
     return held, at
 
 
-def _least_over(value: Array, first: NDArray[np.int64], stop: NDArray[np.int64], count: int) -> Array:
+def _min_over(value: Array, first: NDArray[np.int64], stop: NDArray[np.int64], count: int) -> Array:
     """(count,) the least of the values whose ranges, first to stop, hold each cell; inf in none's.
 
     A range is two runs of a power of two, and a run is handed down in halves.

@@ -19,7 +19,7 @@ __all__ = ["CHORD", "Helix", "RandomCurve"]
 
 CHORD: Final = 0.02  # m: pieces that a round is cut into, at most
 _SLOW_RISE: Final = 50.0  # m gone for each that a round rises from the one below
-_MOST_PIECES: Final = 5_000_000
+_MAX_PIECES: Final = 5_000_000
 
 _Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
 _Height = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
@@ -103,8 +103,8 @@ class Helix(_Rounds):
 
 
 def _bound(pieces: int) -> None:
-    if pieces > _MOST_PIECES:
-        raise InputError(f"the path has {pieces} pieces of {CHORD} m; at most {_MOST_PIECES} are allowed: fewer layers")
+    if pieces > _MAX_PIECES:
+        raise InputError(f"the path has {pieces} pieces of {CHORD} m; at most {_MAX_PIECES} are allowed: fewer layers")
 
 
 def _toolpath(places: NDArray[np.float64], laying: NDArray[np.bool_], layer: NDArray[np.int32]) -> Toolpath:

@@ -18,7 +18,7 @@ __all__ = ["MAX_TRIANGLES", "read_stl"]
 
 MAX_TRIANGLES: Final = 2_000_000
 MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
-LEAST_SCALE: Final = 1e-9
+MIN_SCALE: Final = 1e-9
 _HEADER: Final = 84  # bytes: 80 of anything and the number of triangles
 _MAX_LINE: Final = 4096  # bytes
 _MAX_TEXT: Final = 400 * MAX_TRIANGLES  # bytes
@@ -31,8 +31,8 @@ def read_stl(path: str | Path, scale: float = 1.0) -> TriangleMesh:
     `MAX_TRIANGLES`, and for numbers that are not finite or too large.
     """
     path = Path(path)
-    if not LEAST_SCALE <= scale <= 1.0 / LEAST_SCALE:
-        raise InputError(f"mesh scale {scale:g}: a number from {LEAST_SCALE:g} to {1.0 / LEAST_SCALE:g} is wanted")
+    if not MIN_SCALE <= scale <= 1.0 / MIN_SCALE:
+        raise InputError(f"mesh scale {scale:g}: a number from {MIN_SCALE:g} to {1.0 / MIN_SCALE:g} is wanted")
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: not a regular file")

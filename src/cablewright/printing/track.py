@@ -25,7 +25,7 @@ WITHIN: Final = 0.5
 """How far along the path the nearest place is looked for, m either way."""
 
 _SAME: Final = 1e-12  # m^2: of places as near as each other that one counts which is nearest along the path
-_MOST_PAIRS: Final = 500_000  # of places and pieces that are looked at in one go
+_MAX_PAIRS: Final = 500_000  # of places and pieces that are looked at in one go
 
 
 class PathPoint(NamedTuple):
@@ -130,8 +130,8 @@ class Track:
         squared = x * x
         squared += y * y
         chosen = int(squared.argmin())
-        least = float(squared[chosen])
-        same = np.flatnonzero(squared <= least + _SAME)
+        smallest = float(squared[chosen])
+        same = np.flatnonzero(squared <= smallest + _SAME)
         if len(same) > 1:
             chosen = min(same.tolist(), key=lambda i: abs(self._reached(first + i, float(along[i])) - around))
         i, gone = first + chosen, float(along[chosen])
@@ -146,7 +146,7 @@ class Track:
         stop = np.maximum(np.clip(np.searchsorted(self.distance, around + within), 0, len(self.layer)), first + 1)
         known = np.flatnonzero(np.isfinite(points[:, :2]).all(axis=1) & np.isfinite(around))
         pairs = np.cumsum((stop - first)[known])
-        cuts = np.searchsorted(pairs, np.arange(_MOST_PAIRS, pairs[-1] if len(pairs) else 0, _MOST_PAIRS))
+        cuts = np.searchsorted(pairs, np.arange(_MAX_PAIRS, pairs[-1] if len(pairs) else 0, _MAX_PAIRS))
         for rows in np.split(known, np.unique(cuts)):
             if len(rows):
                 distance[rows], offset[rows] = self._nearest(points[rows], around[rows], first[rows], stop[rows])
@@ -165,11 +165,11 @@ class Track:
         along = np.clip(x * ux + y * uy, 0.0, self._level[piece])
         x, y = x - along * ux, y - along * uy
         squared = x * x + y * y
-        least = np.repeat(np.minimum.reduceat(squared, begin), count)
+        smallest = np.repeat(np.minimum.reduceat(squared, begin), count)
         whole = self._level[piece]
         share = np.divide(along, whole, out=np.zeros_like(along), where=whole > 0.0)
         reached = self.distance[piece] + share * (self.distance[piece + 1] - self.distance[piece])
-        away = np.where(squared <= least + _SAME, np.abs(reached - np.repeat(around, count)), np.inf)
+        away = np.where(squared <= smallest + _SAME, np.abs(reached - np.repeat(around, count)), np.inf)
         chosen = np.flatnonzero(away == np.repeat(np.minimum.reduceat(away, begin), count))
         owner = np.repeat(np.arange(len(points)), count)[chosen]
         chosen = chosen[np.unique(owner, return_index=True)[1]]

@@ -121,9 +121,9 @@ class Bracket(Description):
         if 2.0 * self.bearing.width >= uprights.height:
             why = f"must be under half the uprights' height, {uprights.height:g} m"
             raise refusal("width", why, within=("bearing",))
-        least = 0.5 * gap + 2.0 * uprights.thickness
-        if self.standoff < least:
-            raise refusal("standoff", f"must leave room for the block: at least {least:g} m")
+        min_standoff = 0.5 * gap + 2.0 * uprights.thickness
+        if self.standoff < min_standoff:
+            raise refusal("standoff", f"must leave room for the block: at least {min_standoff:g} m")
         if gap + 2.0 * uprights.thickness >= baseplate.width:
             raise refusal("gap", "with both uprights must be less than the baseplate's width", within=("uprights",))
         if uprights.height >= baseplate.height:

@@ -41,7 +41,7 @@ class Kind:
     commanded ones; "winch" is what its counts stand for, which only a calibration knows. ``path``: where it stands, by
     keys and axes (its name, where not given), or what it acts by; a line without that is told ``absent``. ``body``:
     only rigid platforms have it. ``shareable``: lines may have one value in common. ``nominal``: the value that stands
-    for the robot as its file describes it; None where the file gives it. Only values above ``least``, and in the
+    for the robot as its file describes it; None where the file gives it. Only values above ``min_value``, and in the
     ``room`` that a line leaves what has that name, have a physical meaning. ``setter``: puts a value at a path, and
     moves what goes with it.
     """
@@ -56,7 +56,7 @@ class Kind:
     body: bool = False
     shareable: bool = False
     nominal: float | None = None
-    least: float = -math.inf
+    min_value: float = -math.inf
     plain_unit: str = "1"
     room: Callable[[Line, str], Room | None] = lambda _line, _name: None
     setter: Callable[[Any, str, float], Any] | None = None
@@ -90,11 +90,11 @@ class Kind:
     @property
     def bound(self) -> str:
         """Which values have a physical meaning, as the end of a sentence."""
-        return f"must be above {self.least:g}"
+        return f"must be above {self.min_value:g}"
 
     def allows(self, value: float) -> bool:
         """Whether a ``value`` (SI) has a physical meaning."""
-        return value > self.least
+        return value > self.min_value
 
     def value(self, part: Line | Platform) -> float | None:
         """Return the value (SI) of a line or the platform; None where it has no such number."""

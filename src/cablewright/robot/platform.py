@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, Strict, model_validator
 from cablewright.errors import UnknownName
 from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.inertia import check_inertia
-from cablewright.robot.scene import MOST_SHAPES
+from cablewright.robot.scene import MAX_SHAPES
 from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
 
 __all__ = ["Box", "Load", "Platform", "PointPlatform", "Retraction", "RigidPlatform"]
@@ -55,7 +55,7 @@ class Box(Description):
         return self
 
 
-_Boxes = Annotated[tuple[Box, ...], Field(max_length=MOST_SHAPES)]
+_Boxes = Annotated[tuple[Box, ...], Field(max_length=MAX_SHAPES)]
 
 
 class PointPlatform(Description):

@@ -19,7 +19,7 @@ from cablewright.robot.scene import Scene
 __all__ = ["NEWEST_SCHEMA", "Robot"]
 
 NEWEST_SCHEMA = 1
-MOST_LINES = 64
+MAX_LINES = 64
 
 
 class Robot(Description):
@@ -34,7 +34,7 @@ class Robot(Description):
     source: str = ""
     scene: Scene
     platform: Platform
-    lines: Annotated[tuple[Line, ...], Field(max_length=MOST_LINES)]
+    lines: Annotated[tuple[Line, ...], Field(max_length=MAX_LINES)]
     bracket: Bracket | None = None
 
     @model_validator(mode="after")

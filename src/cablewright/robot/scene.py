@@ -9,9 +9,9 @@ from pydantic import Field, model_validator
 from cablewright.robot.description import Description, refusal
 from cablewright.units import Acceleration, Length, Positive, Vec3
 
-__all__ = ["MOST_SHAPES", "Beam", "Scene"]
+__all__ = ["MAX_SHAPES", "Beam", "Scene"]
 
-MOST_SHAPES = 200
+MAX_SHAPES = 200
 """Beams of a frame, or boxes of a platform, at most."""
 
 
@@ -32,7 +32,7 @@ class Scene(Description):
     gravity: Positive[Acceleration] = 9.81
     frame_min: Vec3
     frame_max: Vec3
-    beams: Annotated[tuple[Beam, ...], Field(max_length=MOST_SHAPES)] = ()
+    beams: Annotated[tuple[Beam, ...], Field(max_length=MAX_SHAPES)] = ()
 
     @model_validator(mode="after")
     def _box_has_a_volume(self) -> Self:

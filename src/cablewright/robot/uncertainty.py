@@ -14,13 +14,13 @@ from cablewright.robot.description import Description, refusal
 from cablewright.robot.faults import explain
 from cablewright.robot.parameter_values import Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
-from cablewright.robot.robot import MOST_LINES, Robot
+from cablewright.robot.robot import MAX_LINES, Robot
 from cablewright.toml_input import read_table, require_schema
 
 __all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "modulus_ranges"]
 
 NEWEST_SCHEMA: Final = 1
-MOST_ENTRIES: Final = 200
+MAX_ENTRIES: Final = 200
 
 _KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role != "winch"}
 """What may be uncertain, by name."""
@@ -39,8 +39,8 @@ class Range:
     """What is known of one uncertain number, SI: it lies between ``low`` and ``high``.
 
     With a ``deviation`` it is normal about ``nominal``, the robot file's value, with that standard deviation; None:
-    uniform between the ends. ``nominal`` may then be anywhere, also outside. No robot has it at ``least`` or below, or
-    at ``most`` or above.
+    uniform between the ends. ``nominal`` may then be anywhere, also outside. No robot has it at ``min_value`` or below,
+    or at ``max_value`` or above.
     """
 
     parameter: Parameter
@@ -48,8 +48,8 @@ class Range:
     low: float
     high: float
     deviation: float | None = None
-    least: float = field(default=-math.inf, compare=False, repr=False)
-    most: float = field(default=math.inf, compare=False, repr=False)
+    min_value: float = field(default=-math.inf, compare=False, repr=False)
+    max_value: float = field(default=math.inf, compare=False, repr=False)
 
     @property
     def middle(self) -> float:
@@ -76,7 +76,7 @@ class Uncertain(Description):
     """
 
     name: str
-    lines: Annotated[tuple[str, ...], Field(max_length=MOST_LINES)] | None = None
+    lines: Annotated[tuple[str, ...], Field(max_length=MAX_LINES)] | None = None
     shared: StrictBool = False
     factor: tuple[_Number, _Number] | None = None
     range: tuple[_Number, _Number] | None = None
@@ -148,11 +148,11 @@ class Uncertain(Description):
         if not 0.5 * (high - low) > 0.0:
             raise self._refused(way, f"too narrow: rounding leaves one number, {value:g} {parameter.unit}")
         limits = _limits(robot, parameter)
-        for least, most, why in limits:
-            if low <= least or high >= most:
+        for lower, upper, why in limits:
+            if low <= lower or high >= upper:
                 raise self._refused(way, f"{parameter.label} from {low:g} to {high:g} {parameter.unit}: {why}")
-        least, most = max(limit[0] for limit in limits), min(limit[1] for limit in limits)
-        return Range(parameter, value, low, high, deviation, least, most)
+        lower, upper = max(limit[0] for limit in limits), min(limit[1] for limit in limits)
+        return Range(parameter, value, low, high, deviation, lower, upper)
 
     def _refused(self, key: str, why: str) -> InputError:
         value = getattr(self, key)
@@ -170,7 +170,7 @@ class Uncertainty(Description):
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(max_length=100)] = ""
     coverage: Annotated[float, Strict(), Field(gt=0, le=100)] = 2.0
-    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MOST_ENTRIES)]
+    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MAX_ENTRIES)]
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
@@ -211,7 +211,7 @@ def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[R
     """Return the ranges of every line's modulus, on its own, between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
         raise InputError(f"modulus range {low:g} to {high:g}: two finite factors above 0 that rise are wanted")
-    return tuple(Range(parameter, 1.0, low, high, least=0.0) for parameter in parameters_of(robot, "modulus"))
+    return tuple(Range(parameter, 1.0, low, high, min_value=0.0) for parameter in parameters_of(robot, "modulus"))
 
 
 def _si(kind: Kind, key: str, value: Any) -> Any:
@@ -245,7 +245,7 @@ def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
     """Return what no robot's value is at or below, and at or above, and why: by itself, and by what its lines leave."""
     kind, lines = parameter.entry, (line for line in robot.lines if parameter.line in (None, line.name))
     rooms = (kind.room(line, kind.name) for line in lines)
-    return [(kind.least, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
+    return [(kind.min_value, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
 
 
 def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:

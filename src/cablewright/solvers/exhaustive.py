@@ -32,7 +32,7 @@ __all__ = ["ExhaustiveSearch", "begin", "exhaust"]
 Array = NDArray[np.float64]
 
 BLOCK = 512  # boxes judged between two looks at the clock
-LEAST = (0.02, 0.01, 0.005)
+MIN_SIZES = (0.02, 0.01, 0.005)
 """Side of a box under which it is left undecided, m, by level; then leaves are made finer and it is looked at again."""
 STARTS = 64  # boxes in which more equilibria are looked for, a level
 SHARES = 1000  # of the volume: what progress counts in
@@ -97,7 +97,7 @@ def exhaust(
     search = replace(search, poses=solutions.pose)
     while not search.finished:
         search = _level(solutions, search, deadline, save, progress)
-        if not search.finished or not len(search.undecided) or search.level + 1 == len(LEAST):
+        if not search.finished or not len(search.undecided) or search.level + 1 == len(MIN_SIZES):
             break
         more = _hunt(solutions, search.undecided)
         search = replace(
@@ -152,7 +152,7 @@ def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSear
     run(exclusion.judge_rows, exclusion.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
     left, why = block[codes == exclusion.OPEN], reasons[codes == exclusion.OPEN]
     sides = left[:, 1::2] - left[:, ::2]
-    small = sides.max(axis=1, initial=0.0) < LEAST[search.level]
+    small = sides.max(axis=1, initial=0.0) < MIN_SIZES[search.level]
     halves = _halves(left[~small], sides[~small])
     return replace(
         search,
@@ -186,10 +186,10 @@ def _again(solutions: Equilibrium, poses: Array) -> Equilibrium | None:
     return every if bool((apart < SAME_POSE).all()) else None
 
 
-def _hunt(solutions: Equilibrium, boxes: Array, most: int = STARTS) -> Equilibrium:
+def _hunt(solutions: Equilibrium, boxes: Array, count: int = STARTS) -> Equilibrium:
     """The equilibria, and what is found from the middles of some boxes with every pattern of levers, new ones last."""
     model, lengths = solutions.model, solutions.lengths[0]
-    chosen = boxes[np.linspace(0, len(boxes) - 1, min(len(boxes), most)).astype(np.int64)]
+    chosen = boxes[np.linspace(0, len(boxes) - 1, min(len(boxes), count)).astype(np.int64)]
     middles = 0.5 * (chosen[:, ::2] + chosen[:, 1::2])
     patterns = lever_patterns(model, np.random.default_rng(0))
     rows = solve_from(model, lengths, np.repeat(middles, len(patterns), axis=0), np.tile(patterns, (len(middles), 1)))

@@ -22,13 +22,13 @@ __all__ = ["atlases", "known_of", "refuse_unfit"]
 Array = NDArray[np.float64]
 
 ROOM = 1 << 16  # leaves of a line, doubled as often as it takes
-MOST_ROOM = 1 << 21
+MAX_ROOM = 1 << 21
 GRAINS = ((0.025, 0.012, 0.025, 0.006), (0.025, 0.025, 0.02, 0.012), (0.1, 0.25, 0.02, 0.012))
 """Widest and least leaf, by zone: near the tension that only just carries the dead span, up to three times it, above.
 
 In rad and log tension, widest before least."""
 FINER = 0.5  # from level to level, of the first two
-LEAST_SHARE = 0.05  # of its own weight: under this tension at its sheave a line without dead span is not looked into
+MIN_SHARE = 0.05  # of its own weight: under this tension at its sheave a line without dead span is not looked into
 BARE = 0.999  # of the dead span's weight as it is stretched: no tension at the sheave is less
 
 
@@ -44,7 +44,7 @@ def refuse_unfit(model: Model, lengths: Array) -> None:
             raise InputError(f"exhaustive: line {line.name}: its winch exit has to be lower than its lever reaches")
         if not own.free_compliance > 0.0:
             raise InputError(f"exhaustive: line {line.name}: its cable has to stretch")
-        if not length - _most_dead(own) > 0.0:
+        if not length - _max_dead(own) > 0.0:
             raise InputError(f"exhaustive: line {line.name}: {length:g} m is too short to leave its sheave in any pose")
 
 
@@ -107,7 +107,7 @@ def _seen(box: Array, exit_point: Array) -> Array:
     return np.array([np.hypot(near[0], near[1]) - more, np.hypot(far[0], far[1]) + more, low[2] - more, high[2] + more])
 
 
-def _most_dead(own: LineNumbers) -> float:
+def _max_dead(own: LineNumbers) -> float:
     """More than any taut dead span and the contact take of a line's length: a span that only goes down and one way."""
     if not own.has_dead_span:
         return float(own.dead_length + 2.0 * np.pi * own.radius)
@@ -118,20 +118,22 @@ def _most_dead(own: LineNumbers) -> float:
 def _tensions(own: LineNumbers, length: float, far: float) -> Array:
     """Ends of the zones of tension at the sheave, N: the last is more than any within *far* (m) of the exit point."""
     weight, compliance = own.weight, own.free_compliance
-    free = length - _most_dead(own)
-    least = LEAST_SHARE * weight * length
+    free = length - _max_dead(own)
+    min_tension = MIN_SHARE * weight * length
     around = own.lever + own.radius
-    zones = [least, 60.0 * least]
+    zones = [min_tension, 60.0 * min_tension]
     if own.has_dead_span:
         depth = -own.winch_height
         full = 1.04 * weight * (depth + own.lever)
         stretched = 1.0 + own.dead_compliance * weight * depth
         zones = [BARE * weight * (depth - around) / stretched, full, 3.0 * full]
-    most = max(2.0 * zones[-1], 10.0 * weight * length)
+    max_tension = max(2.0 * zones[-1], 10.0 * weight * length)
     # a span goes at least so far along its own start: its weight never turns it back
-    while (compliance * most * free + free) * (most - weight * free) / (most + weight * free) < far + around:
-        most *= 1.05
-    return np.array([*zones, most])
+    while (compliance * max_tension * free + free) * (max_tension - weight * free) / (
+        max_tension + weight * free
+    ) < far + around:
+        max_tension *= 1.05
+    return np.array([*zones, max_tension])
 
 
 def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> tuple[Array, Array]:
@@ -142,10 +144,10 @@ def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> 
     grains = GRAINS if len(zones) == 4 else GRAINS[1:]
     widest = (2.0 if own.radius > 0.0 else 1.0) * np.pi
     psi, beta = (np.pi if own.unknowns > count else 0.0 for count in (4.0, 5.0))
-    dead = _most_dead(own) if own.has_dead_span else 0.0
+    dead = _max_dead(own) if own.has_dead_span else 0.0
     first = np.array([0.0, dead, -psi, psi, -beta, beta])
     work, room = atlas_work(), ROOM
-    while room <= MOST_ROOM:
+    while room <= MAX_ROOM:
         leaves, count = np.empty((room, line_cell.LEAF)), 0
         for zone, ((low, high), grain) in enumerate(zip(pairwise(zones), grains, strict=True)):
             finer = FINER**level if zone < len(grains) - 1 else 1.0
@@ -160,18 +162,18 @@ def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> 
                 kept = np.concatenate([kept, _nearly_loose(own, length, zones[0])])
             return kept.copy(), np.array([zones[0], zones[-1]])
         room *= 2
-    raise AnswerError(f"exhaustive: a line of {length:g} m takes more than {MOST_ROOM} leaves; a smaller box may do")
+    raise AnswerError(f"exhaustive: a line of {length:g} m takes more than {MAX_ROOM} leaves; a smaller box may do")
 
 
-def _nearly_loose(own: LineNumbers, length: float, least: float) -> Array:
+def _nearly_loose(own: LineNumbers, length: float, min_tension: float) -> Array:
     """What a line can do with less tension at its sheave than is looked into: hang beside or above it, anyhow."""
     leaf = np.full((1, line_cell.LEAF), np.nan)
     weight, compliance = own.weight, own.free_compliance
-    reach = 1.001 * (length + own.radius) * (1.0 + compliance * (least + weight * length))
-    below = 1.001 * (least / weight * (1.0 + compliance * least) + own.radius)
+    reach = 1.001 * (length + own.radius) * (1.0 + compliance * (min_tension + weight * length))
+    below = 1.001 * (min_tension / weight * (1.0 + compliance * min_tension) + own.radius)
     spans = {
         line_cell.CELL_PHI: (-np.pi, np.pi),
-        line_cell.CELL_TAU: (-700.0, np.log(least)),
+        line_cell.CELL_TAU: (-700.0, np.log(min_tension)),
         line_cell.X: (-reach, reach),
     }
     spans |= {
@@ -180,7 +182,11 @@ def _nearly_loose(own: LineNumbers, length: float, least: float) -> Array:
         line_cell.CENTRE: (0.0, reach),
         line_cell.BEND: (-1.0, 1.0),
     }
-    spans |= {line_cell.H: (-least, least), line_cell.V: (-least, least), line_cell.FREE_SPAN: (0.0, length)}
+    spans |= {
+        line_cell.H: (-min_tension, min_tension),
+        line_cell.V: (-min_tension, min_tension),
+        line_cell.FREE_SPAN: (0.0, length),
+    }
     spans |= {line_cell.BY_PHI: (-np.inf, np.inf), line_cell.BY_TAU: (-np.inf, np.inf)}
     for column, ends in spans.items():
         leaf[0, column : column + 2] = ends

@@ -32,7 +32,7 @@ __all__ = [
     "hang",
     "last_fine",
     "line_index",
-    "most_excess",
+    "max_excess",
     "one_pose",
     "planes_and_arms",
     "taut_lengths",
@@ -135,15 +135,15 @@ def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
     return np.concatenate([force, np.cross(arm, force)])
 
 
-def most_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
+def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
     """How far line *i* can be let out at *pose* (1, n), m, and what ends it: a word of `slack.SlackSet`."""
     row, planes = model.packed.lines[i], planes_and_arms(model.packed.lines, pose)[0][0]
     own = LineNumbers(row)
     taut = float(taut_lengths(model.packed.lines, planes)[i])
     capacity = model.robot.lines[i].winch.capacity
-    most, ended_by = (math.inf, "nothing") if capacity is None else (capacity - taut, "capacity")
+    limit, ended_by = (math.inf, "nothing") if capacity is None else (capacity - taut, "capacity")
     if own.weight == 0.0 or math.isnan(taut):
-        return most, ended_by
+        return limit, ended_by
     y = blank_states()
     floor = min(model.robot.scene.frame_min[2] - own.exit_point[2], planes[:, 3].min())
 
@@ -155,9 +155,9 @@ def most_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
     if ends(0.0):
         return 0.0, ends(0.0)
     good, bad = 0.0, FIRST_STEP
-    while bad < most and not ends(bad):
+    while bad < limit and not ends(bad):
         good, bad = bad, bad * STEP
-    return (most, ended_by) if bad >= most else (last_fine(lambda excess: not ends(excess), good, bad), ends(bad))
+    return (limit, ended_by) if bad >= limit else (last_fine(lambda excess: not ends(excess), good, bad), ends(bad))
 
 
 def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:

@@ -29,7 +29,7 @@ AT_ONCE = 250
 """Leaves between two reports of progress."""
 STEPS = 8
 """Lengths along each edge of the box of lengths that are solved beforehand."""
-MOST_LINES = 8
+MAX_LINES = 8
 """Lines up to which all edges are."""
 SAMPLES = 2000
 """Lengths that are solved with more lines."""
@@ -160,7 +160,7 @@ def _self_stress(equilibrium: Equilibrium) -> Array:
 def _sampled(equilibrium: Equilibrium, low: Array, high: Array) -> Array:
     """Least and largest pose (2, n) for lengths on the edges of their box, where solving them leads somewhere."""
     m = len(low)
-    if m <= MOST_LINES:
+    if m <= MAX_LINES:
         corners = np.array(list(product((0.0, 1.0), repeat=m)))
         steps = (np.arange(STEPS) + 0.5) / STEPS
         edges = [np.where(np.arange(m) == i, x, corners[corners[:, i] == 0.0]) for i in range(m) for x in steps]

@@ -39,7 +39,7 @@ from cablewright.solvers.one_line import (
     hang,
     last_fine,
     line_index,
-    most_excess,
+    max_excess,
     one_pose,
     planes_and_arms,
     taut_lengths,
@@ -61,7 +61,7 @@ Array = NDArray[np.float64]
 Excess = Mapping[str, float] | Mapping[int, float] | Mapping[LineKey, float]
 """How much too long lines are, m, by line: its name, or its place in the robot's lines, from 0."""
 
-MOST_SETS = 2000  # more sets of taut lines than this are refused
+MAX_SETS = 2000  # more sets of taut lines than this are refused
 SAMPLES = 32  # excesses at which a set of taut lines is looked at
 FIRST_SAMPLE = 1e-4  # m: the smallest of them over zero
 ANGLES = 100  # excesses at which an angle is looked at
@@ -153,8 +153,8 @@ def _loosened(model: Model, slack: list[int]) -> Model:
     """The model whose *slack* lines may have any tension up to their highest."""
     lines = []
     for i, line in enumerate(model.robot.lines):
-        least, most = model.tension_limits or line.tension_limits
-        lines.append(line.model_copy(update={"tension_limits": (0.0 if i in slack else least, most)}))
+        low, high = model.tension_limits or line.tension_limits
+        lines.append(line.model_copy(update={"tension_limits": (0.0 if i in slack else low, high)}))
     return Model(model.robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
 
 
@@ -188,7 +188,7 @@ def _judge(
     violations: Array,
 ) -> None:
     """Judge the whole machine where the taut lines hold it, in place: slack lines too have limits, and stiffness."""
-    packed, most = model.packed, model.lines.tension_max
+    packed, max_tensions = model.packed, model.lines.tension_max
     work = inverse_workspace(packed)
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
         if np.isnan(states[j]).any():
@@ -196,7 +196,7 @@ def _judge(
         codes[j] = judge(packed, states[j], planes[j])
         if codes[j] != Code.OK:
             continue
-        over = [extremes(packed.lines[i], states[j, i])[1] - most[i] for i in slack]
+        over = [extremes(packed.lines[i], states[j, i])[1] - max_tensions[i] for i in slack]
         if max(over, default=0.0) > 0.0:
             codes[j], violations[j] = Code.INFEASIBLE, max(over)
         elif packed.freedoms == 6:
@@ -237,10 +237,8 @@ def slack_sets(model: Model, pose: ArrayLike) -> tuple[SlackSet, ...]:
     """
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
-    if count > MOST_SETS:
-        raise InputError(
-            f"{count} sets of {model.n} of {model.m} lines are too many; at most {MOST_SETS} are looked at"
-        )
+    if count > MAX_SETS:
+        raise InputError(f"{count} sets of {model.n} of {model.m} lines are too many; at most {MAX_SETS} are looked at")
     at, _ = one_pose(model, pose)
     found = []
     for slack in combinations(range(model.m), model.m - model.n):
@@ -260,17 +258,17 @@ def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:
     def fine(excess: float) -> bool:
         return bool(solved(np.array([excess])).ok[0])
 
-    most, ended_by = min((most_excess(model, pose, i) for i in slack), key=lambda end: end[0])
-    if not most > 0.0:
+    limit, ended_by = min((max_excess(model, pose, i) for i in slack), key=lambda end: end[0])
+    if not limit > 0.0:
         return None
-    top = min(most, 1e3)
+    top = min(limit, 1e3)
     samples = np.append(0.0, np.geomspace(min(FIRST_SAMPLE, 0.5 * top), top, SAMPLES))
     good = solved(samples).ok
     if not good.any():
         return None
     first = int(np.argmax(good))
     last = first + int(np.argmin(np.append(good[first:], False))) - 1
-    low, high = samples[first], most
+    low, high = samples[first], limit
     if first > 0:
         low = last_fine(fine, samples[first], samples[first - 1])
     if last < SAMPLES:
@@ -297,10 +295,10 @@ def tangent_angle(equilibrium: Equilibrium, line: LineKey, distance: float) -> A
     return np.where((weight == 0.0) & (equilibrium.tensions[..., i] == 0.0), np.nan, angle)
 
 
-def _check_distance(model: Model, i: int, distance: float, most: float) -> None:
-    if not 0.0 <= distance <= most:
+def _check_distance(model: Model, i: int, distance: float, limit: float) -> None:
+    if not 0.0 <= distance <= limit:
         name = model.robot.lines[i].name
-        raise InputError(f"distance = {distance:g} m: 0 to {most:g} m along line {name!r} is wanted")
+        raise InputError(f"distance = {distance:g} m: 0 to {limit:g} m along line {name!r} is wanted")
 
 
 def _angle(states: LineStates, weight: Array | float, distance: float) -> Array:
@@ -337,12 +335,12 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
         raise InputError(f"angle = {angle}: a finite number is wanted, rad")
     at, _ = one_pose(model, pose)
     row, plane, name = model.packed.lines[i], planes[i], model.robot.lines[i].name
-    most, _ended_by = most_excess(model, at, i)
+    limit, _ended_by = max_excess(model, at, i)
 
     def beyond(excess: float) -> float:
         return _hung_angle(row, plane, taut, distance, excess) - angle
 
-    excess = np.append(0.0, np.geomspace(1e-6, max(most, 2e-6), ANGLES))
+    excess = np.append(0.0, np.geomspace(1e-6, max(limit, 2e-6), ANGLES))
     found = np.array([beyond(each) for each in excess])
     last = int(np.argmin(np.append(np.diff(found) > 0.0, False)))
     if not found[0] <= 0.0 <= found[last]:

@@ -83,9 +83,9 @@ class Quadratic:
             raise InputError(f"objective: a diagonal hessian must be positive; got {H.min():g}")
         if H.ndim == 2:
             H = 0.5 * (H + H.T)
-            least, most = np.linalg.eigvalsh(H)[[0, -1]]
-            if least < -1e-12 * max(most, 0.0) or most < 0.0:
-                raise InputError(f"objective: the hessian must have no negative eigenvalue; it has {least:g}")
+            smallest, largest = np.linalg.eigvalsh(H)[[0, -1]]
+            if smallest < -1e-12 * max(largest, 0.0) or largest < 0.0:
+                raise InputError(f"objective: the hessian must have no negative eigenvalue; it has {smallest:g}")
         return Quadratic(H, g)
 
     def _times(self, tensions: Array) -> Array:

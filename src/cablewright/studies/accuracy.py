@@ -30,7 +30,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Shape = Literal["helix", "path", "plane", "workspace"]
 
-MOST_PLACES = 5_000_000
+MAX_PLACES = 5_000_000
 HELIX_STEP = 0.1  # m
 
 
@@ -104,8 +104,8 @@ def _require_height(robot: Robot, what: str, height: float) -> None:
 
 def _counted(number: float) -> int:
     """*number* of places, rounded up. Raises `InputError` for too many."""
-    if not number <= MOST_PLACES:
-        raise InputError(f"{number:.3g} places; at most {MOST_PLACES} are allowed: take a larger step")
+    if not number <= MAX_PLACES:
+        raise InputError(f"{number:.3g} places; at most {MAX_PLACES} are allowed: take a larger step")
     return max(2, int(np.ceil(number)))
 
 

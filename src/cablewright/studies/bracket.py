@@ -36,7 +36,7 @@ SIZES = (
 BLOCK = 8192  # poses between two reports of progress
 _LOOKED_AT = 48  # poses that tell where parts are stressed most
 _KEPT = 16  # poses of which the fine mesh decides
-_MOST_POSES = 2_000_000
+_MAX_POSES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +87,8 @@ def highest(
     own = bracket_of(model.robot) if bracket is None else bracket
     report, places = progress or silent, np.atleast_2d(np.asarray(poses, dtype=np.float64))
     lengths = None if retraction is None else np.broadcast_to(np.asarray(retraction, dtype=np.float64), len(places))
-    if len(places) > _MOST_POSES:
-        raise InputError(f"{len(places)} poses; at most {_MOST_POSES} are allowed: take a larger step")
+    if len(places) > _MAX_POSES:
+        raise InputError(f"{len(places)} poses; at most {_MAX_POSES} are allowed: take a larger step")
 
     def loads(rows: NDArray[np.int64]) -> tuple[Loads, Loads]:
         return loads_at(model, places[rows], retraction=None if lengths is None else lengths[rows])

@@ -19,7 +19,7 @@ from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 __all__ = ["search_all"]
 
 FIELDS = ("box", "open", "undecided", "reasons", "poses", "level", "judged")
-MOST_BYTES = 1 << 30
+MAX_BYTES = 1 << 30
 
 
 def search_all(
@@ -59,8 +59,8 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
     """What *file* holds of the search; None if there is no such file or it is about another question."""
     if not file.exists():
         return None
-    if file.stat().st_size > MOST_BYTES:
-        raise InputError(f"{file}: more than {MOST_BYTES} bytes; no search has as many")
+    if file.stat().st_size > MAX_BYTES:
+        raise InputError(f"{file}: more than {MAX_BYTES} bytes; no search has as many")
     try:
         with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
             if str(stored["question"]) != question:

@@ -27,7 +27,7 @@ from cablewright.signals import Estimate, SensorFrame
 
 __all__ = ["OBSERVERS", "Observer", "filter_settings", "observer_settings", "surveyed_walls", "with_drum_mass"]
 
-_LEAST_WALL: Final = 3.0  # m: a shorter face is a window or a corner
+_MIN_WALL: Final = 3.0  # m: a shorter face is a window or a corner
 _SAME: Final = 1e-6  # m, by which two faces may be off one line
 _RADII: Final = (0.8, 1.5)  # of the bare drum's radius: what a wound one may have
 _WIDE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
@@ -142,7 +142,7 @@ def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
         else:
             name = face.name.split(",")[0]
             found.append((RoomWall(name, (nx, ny), distance), length))
-    return RoomMap(tuple(wall for wall, length in found if length >= _LEAST_WALL))
+    return RoomMap(tuple(wall for wall, length in found if length >= _MIN_WALL))
 
 
 def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel:

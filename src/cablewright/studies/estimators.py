@@ -121,7 +121,7 @@ def _with_radii(told: Any, radii: Array) -> Any:
     """The settings of an observer, or of the filter over it, that begins with *radii* (m,), m."""
     if isinstance(told, FilterSettings):
         return replace(told, chain=_with_radii(told.chain, radii))
-    inside = np.clip(radii, told.radius.least, told.radius.most)
+    inside = np.clip(radii, told.radius.min_radius, told.radius.max_radius)
     return replace(told, radius=replace(told.radius, nominal=tuple(inside.tolist())))
 
 

@@ -12,7 +12,7 @@ __all__ = ["FaultCount", "count_faults"]
 FaultCount = dict[tuple[str, str], tuple[float, float, int]]
 """By source and sentence: since and until when, s, and in how many steps."""
 
-_MOST: Final = 1000
+_MAX_FAULTS: Final = 1000
 
 
 def count_faults(counted: FaultCount, faults: Iterable[Fault], now: float) -> None:
@@ -22,5 +22,5 @@ def count_faults(counted: FaultCount, faults: Iterable[Fault], now: float) -> No
         if key in counted:
             since, _, steps = counted[key]
             counted[key] = since, now, steps + 1
-        elif len(counted) < _MOST:
+        elif len(counted) < _MAX_FAULTS:
             counted[key] = fault.since, now, 1

@@ -126,9 +126,9 @@ class JobInterference(Distances):
     def layers(self) -> tuple[NDArray[np.int32], Array]:
         """The layers (L,), rising, and the smallest distance from the part while each was printed (L,), m."""
         numbers, of = np.unique(self.samples.layer, return_inverse=True)
-        least = np.full(len(numbers), np.inf)
-        np.fmin.at(least, of, self.margins[:, PART])
-        return numbers, least
+        smallest = np.full(len(numbers), np.inf)
+        np.fmin.at(smallest, of, self.margins[:, PART])
+        return numbers, smallest
 
 
 def interference(
@@ -228,7 +228,7 @@ class _Worst:
     bound: float = 0.0
     contacts: Nearest = field(default_factory=Nearest)
     closest: Interference | None = None
-    least: float = np.inf
+    smallest: float = np.inf
 
     def take(self, found: Interference, first: int) -> None:
         """Add a block whose first row is sample *first*."""
@@ -237,8 +237,8 @@ class _Worst:
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
         self.contacts = Nearest(*map(partial(_nearer, first=first), self.contacts, found.contacts))
         worst = found.nearest()
-        if worst is not None and worst.margin < self.least:
-            self.least, self.closest = worst.margin, found[worst.row]
+        if worst is not None and worst.margin < self.smallest:
+            self.smallest, self.closest = worst.margin, found[worst.row]
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:

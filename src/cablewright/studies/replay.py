@@ -37,7 +37,7 @@ _STILL: Final = 3e-3  # m in the last second: what moves less is static ...
 _WHILE: Final = 0.75  # s that have to be known of that second
 _TURNS: Final = 3  # of each horizontal lidar, before errors count
 _TRACE: Final = 0.1  # s between points of a picture
-_MOST_TRACE: Final = 100_000
+_MAX_TRACE: Final = 100_000
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class _ErrorCollector:
             if math.isnan(found.begin):
                 found.begin = now
             self._compare(now, estimate, entry.truth)
-        if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MOST_TRACE:
+        if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MAX_TRACE:
             self._traced = now
             self._draw(now, estimate, entry.truth, taut)
 

@@ -7,12 +7,12 @@ import json
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,24 +23,25 @@ from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.errors import InputError, UnknownName
 from cablewright.file_output import write_whole
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress, silent
-from cablewright.results import plain
+from cablewright.results import Figure, Pictured, plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
 
-__all__ = ["COUNTS", "INERTIAS", "Asked", "Combination", "Trade", "best_of", "trade"]
+__all__ = ["COUNTS", "INERTIAS", "Combination", "Trade", "TradeSettings", "best_of", "trade"]
 
 
 COUNTS = ("volume", "nodes")
 INERTIAS = ("given", "box")
-MOST = 10_000  # combinations
-MOST_BYTES = 1 << 26
+MAX_COMBINATIONS = 10_000  # combinations
+MAX_BYTES = 1 << 26
 WRITTEN_EVERY = 10.0  # s
 
 
 @dataclass(frozen=True)
-class Asked:
+class TradeSettings:
     """What is asked of each combination. Raises `InputError` for what no workspace is asked for.
 
     ``count``: how volumes are found, by `workspace` or by `count_nodes`. ``boundary_grid``, ``geometric``, ``holding``:
@@ -83,6 +84,10 @@ class Asked:
         return {name: getattr(self, name) for name in names}
 
 
+JSON_NAMES = {"geometric": "counts_geometric", "holding": "tensions", "clearance": "sheave_clearance"}
+"""Settings that JSON has by the names of the command's options."""
+
+
 @dataclass(frozen=True)
 class Combination:
     """What one set of values gives. Frequencies, Hz, are the lowest at places of the boundary; None without any."""
@@ -104,20 +109,78 @@ class Combination:
     exits: tuple[str, str] | None  # the lines whose exits these are
 
 
-@dataclass(frozen=True, eq=False)
-class Trade:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trade(Pictured):
     """All combinations, the last change's values varying fastest."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok; empty: no place is inside; not-converged: a volume's error is over the tolerance."),
+        Figure("robot", "", "Name of the robot.", "model.robot.name"),
+        Figure("cable", "", "Cable law of the modes.", "model.fidelity.cable"),
+        Figure("sheave", "", "Sheave law; none where sheaves are as built.", "model.fidelity.sheave"),
+        *(
+            Figure(JSON_NAMES.get(each.name, each.name), "", "As set.", f"settings.{each.name}")
+            for each in fields(TradeSettings)
+        ),
+        Figure("varied", "", "Name, unit and values of what varies.", "variations"),
+        Figure("combinations", "", "Volume, frequencies and collisions of each combination.", "records"),
+        Figure("not_dominated", "", "Combinations that no other betters in both.", lambda of: np.flatnonzero(of.best)),
+    )
+    HEADLINES: ClassVar = ("status", "robot", "not_dominated")
 
     model: Model
     varied: Mapping[Change, tuple[float, ...]]
-    asked: Asked
+    settings: TradeSettings
     combinations: tuple[Combination, ...]
+
+    def __len__(self) -> int:
+        """How many combinations there are."""
+        return len(self.combinations)
+
+    @property
+    def status(self) -> str:
+        """ok, empty or not-converged."""
+        if not any(each.volume for each in self.combinations):
+            return "empty"
+        return "ok" if all(each.converged for each in self.combinations if each.volume) else "not-converged"
+
+    @property
+    def verdict(self) -> str:
+        """What is wrong, in a sentence; empty where nothing is."""
+        sentences = {"ok": "", "empty": "no combination has a place in the box that is inside"}
+        wide = "some volumes have a larger error than what was asked for, even on the finest lattice"
+        return sentences.get(self.status, wide)
+
+    @property
+    def variations(self) -> list[dict[str, Any]]:
+        """What varies, as JSON has it."""
+        return [{"name": each.name, "unit": each.unit, "values": values} for each, values in self.varied.items()]
+
+    @property
+    def records(self) -> list[dict[str, Any]]:
+        """The combinations as JSON has them."""
+        return [self._record(k, each) for k, each in enumerate(self.combinations)]
+
+    def _record(self, k: int, each: Combination) -> dict[str, Any]:
+        frequency = ("n", "unheld", "least", "median", "greatest", "dominant", "shares", "worst_pose")
+        return {
+            "parameters": {change.name: value for change, value in zip(self.varied, each.values, strict=True)},
+            **{key: getattr(each, key) for key in ("volume", "volume_error", "fraction", "converged")},
+            "lowest_frequency": {key: getattr(each, key) for key in frequency},
+            "sheaves": {
+                "distance": each.exit_distance,
+                "lines": each.exits,
+                "margin": self.margins[k],
+                "collide": not self.clear[k],
+            },
+            "not_dominated": self.best[k],
+        }
 
     @cached_property
     def margins(self) -> NDArray[np.float64]:
         """How far apart the nearest exits are beyond the clearance (C,), m; infinite for a single line."""
         far = [math.inf if each.exit_distance is None else each.exit_distance for each in self.combinations]
-        return np.round(np.array(far) - self.asked.clearance, 12) + 0.0  # no rounding that looks like a collision
+        return np.round(np.array(far) - self.settings.clearance, 12) + 0.0  # no rounding that looks like a collision
 
     @property
     def clear(self) -> NDArray[np.bool_]:
@@ -150,21 +213,28 @@ def best_of(volumes: Sequence[float], frequencies: Sequence[float], allowed: NDA
 
 
 def trade(
-    model: Model,
-    varied: Mapping[Change, Sequence[float]],
-    asked: Asked | None = None,
+    robot: Robot | Model,
+    varied: Mapping[Change, Sequence[float]] | Mapping[str, Sequence[float]],
+    settings: TradeSettings | None = None,
     *,
     file: Path | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> Trade:
-    """Volume and lowest frequencies of *model*'s robot for all combinations of the values of its changes (SI).
+    """Volume and lowest frequencies of *robot* for all combinations of the values (SI) of what is *varied*, by name.
 
-    Frequencies are those of *model*, with all its fidelity has; volumes are asked of straight lines unless the
-    criterion is ``static``. *file* has the combinations that are done, also when interrupted; the same sweep goes on
-    with them. Raises `InputError`, for a value that the robot cannot have before anything is computed.
+    Frequencies are those of the laws asked for (*cable*: ``elastic``, or ``catenary`` for ``static``); volumes are
+    asked of straight lines unless the criterion is ``static``. *file* has the combinations that are done, also when
+    interrupted; the same sweep goes on with them. Raises `InputError`, for a value that the robot cannot have before
+    anything is computed.
     """
-    asked = asked or Asked()
-    ranges = {change: tuple(float(value) for value in values) for change, values in varied.items()}
+    asked = settings or TradeSettings()
+    default = CableLaw.CATENARY if asked.criterion == "static" else CableLaw.ELASTIC
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
+    named = {Change(each) if isinstance(each, str) else each: values for each, values in varied.items()}
+    ranges = {change: tuple(float(value) for value in values) for change, values in named.items()}
     robots = _robots(model.robot, ranges, asked)
     question = _question(model, ranges, asked)
     done = _Done(file, question)
@@ -181,13 +251,15 @@ def trade(
     return Trade(model, ranges, asked, tuple(done.known[values] for values in robots))
 
 
-def _robots(robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: Asked) -> dict[tuple[float, ...], Robot]:
+def _robots(
+    robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: TradeSettings
+) -> dict[tuple[float, ...], Robot]:
     """The robot of each combination. Raises `InputError`."""
     count = math.prod(len(values) for values in ranges.values())
     if not ranges or not count:
         raise InputError("nothing varies: at least one parameter with a value is wanted")
-    if count > MOST:
-        raise InputError(f"{count} combinations: at most {MOST} are allowed")
+    if count > MAX_COMBINATIONS:
+        raise InputError(f"{count} combinations: at most {MAX_COMBINATIONS} are allowed")
     names = [part for change in ranges for part in change.parts]
     twice = [part[0] for part in names if names.count(part) > 1]
     if twice:
@@ -199,14 +271,14 @@ def _robots(robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: Ask
         made = changed(robot, dict(zip(ranges, values, strict=True)))
         if asked.inertia == "box":
             if asked.retraction is not None:
-                assert not isinstance(asked.retraction, RetractionLaw)  # `Asked` refuses it
+                assert not isinstance(asked.retraction, RetractionLaw)  # `TradeSettings` refuses it
                 made = made.retracted(asked.retraction)
             made = with_box_inertia(made)
         robots[values] = made
     return robots
 
 
-def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combination:
+def _combination(model: Model, values: tuple[float, ...], asked: TradeSettings) -> Combination:
     lines = model if asked.criterion == "static" else straight(model)
     if asked.count == "nodes":
         nodes = count_nodes(lines, asked.criterion, grid=asked.grid, **asked.of_workspace)
@@ -244,7 +316,7 @@ def _combination(model: Model, values: tuple[float, ...], asked: Asked) -> Combi
     )
 
 
-def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], asked: Asked) -> str:
+def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], asked: TradeSettings) -> str:
     """What the sweep is of, as a hash: the robot, the physics, the values, what is asked, and the version."""
     parts: dict[str, Any] = {
         "version": version("cablewright"),
@@ -281,8 +353,8 @@ class _Done:
         """Read what the file has of the same sweep. Raises `InputError` if it is something else than a sweep."""
         if self.file is None or not self.file.exists():
             return
-        if self.file.stat().st_size > MOST_BYTES:
-            raise InputError(f"{self.file}: more than {MOST_BYTES} bytes; no sweep has as many")
+        if self.file.stat().st_size > MAX_BYTES:
+            raise InputError(f"{self.file}: more than {MAX_BYTES} bytes; no sweep has as many")
         try:
             stored = _STORED.validate_json(self.file.read_bytes())
         except (OSError, ValidationError):

@@ -21,7 +21,7 @@ def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytes
     first = found["curves"][0]
     again = draw(Wanted(28.0, (3.6, 8.0)), 3, first["number"])
     assert len(again.crossings) == first["crossings"] >= 2
-    assert again.least_radius == first["least_radius"] >= 0.3
+    assert again.min_radius == first["least_radius"] >= 0.3
     assert sheet.read_bytes().startswith(b"\x89PNG")
 
 

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from cablewright.analyses.modes import FREEDOMS, modes_at
+from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.workspace.boundary_modes import boundary_modes
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -56,7 +56,7 @@ def test_modes_prints_what_the_analysis_finds(cli, cable: str, option: tuple[str
     assert found.keys() == KEYS
     assert found["status"] == "ok"
     assert found["counts_geometric"] == (option == ())
-    solved = modes_at(Model(load("jung2020"), Fidelity.of(cable)), [0.2, 0.1, 0.9], geometric=option == ())
+    solved = modes(Model(load("jung2020"), Fidelity.of(cable)), [0.2, 0.1, 0.9], geometric=option == ())
     assert found["frequencies"] == solved.frequencies.tolist()
     assert found["dominant"] == [FREEDOMS[k] for k in solved.dominant]
     assert found["participation"] == solved.participation.T.tolist()  # a row for each mode

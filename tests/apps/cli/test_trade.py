@@ -12,7 +12,7 @@ from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load
 from cablewright.robot.design_variables import Change
-from cablewright.studies.trade import Asked
+from cablewright.studies.trade import TradeSettings
 from cablewright.studies.trade import trade as sweep
 
 KEYS = {
@@ -54,7 +54,7 @@ def test_trade_prints_what_the_study_finds(cli) -> None:
     answer = cli("trade", "jung2020", *VARY, *QUICK, "--json")
     assert answer.code == 0
     found = answer.json
-    asked = Asked("closed-form", count="nodes", grid=15, boundary_grid=9)
+    asked = TradeSettings("closed-form", count="nodes", grid=15, boundary_grid=9)
     varied = {Change("exit-distance"): (0.05, 0.1, 0.15), Change("width-top-x"): (0.04, 0.1)}
     own = sweep(Model(load("jung2020"), Fidelity.of("elastic")), varied, asked)
     assert found.keys() == KEYS

@@ -7,7 +7,7 @@ import struct
 
 import pytest
 
-from cablewright.analyses.workspace.retraction import best_retraction
+from cablewright.analyses.workspace.retraction import retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -233,7 +233,7 @@ def test_retraction_is_that_of_the_analysis(cli, tmp_path) -> None:
     answer = cli("retraction", "jung2020", *QUICK, "--plot", tmp_path / "r.png", "--json")
     assert answer.code == 0
     found = answer.json
-    own = best_retraction(JUNG, steps=3, heights=10, tolerance=0.02)
+    own = retraction(JUNG, steps=3, heights=10, tolerance=0.02)
     assert found.keys() == RETRACTION
     assert found["areas"] == own.areas.tolist()
     assert found["law"]["slope"] == own.law.slope

@@ -15,14 +15,10 @@ from cablewright.analyses.accuracy.nozzle_error import accuracy
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.analyses.sheave_ratio import SheaveRule
-from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
-from cablewright.analyses.workspace.criterion import box_of
-from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
 from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
-from cablewright.apps.report import boundary
 from cablewright.apps.report.accuracy import write, write_place
 from cablewright.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
@@ -351,34 +347,6 @@ def test_stretches_hold_all_values():
     assert (middle <= high).all()
     assert low[0] == pytest.approx((at**2).min())
     assert high[-1] == pytest.approx((at**2).max())
-
-
-def test_boundary_is_closed_and_meets_the_ends():
-    reach = boundary_limits(count_nodes(load("house-printer"), "static", step=2.5))
-    faces = boundary.faces(reach)
-    outer = faces.reshape(-1, 3)
-    assert np.isfinite(outer).all()
-    assert outer.min(axis=0) == pytest.approx(reach.points.min(axis=0), abs=0.7)
-    assert outer.max(axis=0) == pytest.approx(reach.points.max(axis=0), abs=0.7)
-    edges: dict[tuple, int] = {}
-    for face in np.round(faces, 6):
-        for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
-            key = tuple(sorted((tuple(a), tuple(b))))
-            edges[key] = edges.get(key, 0) + 1
-    open_edges = [key for key, times in edges.items() if times % 2 and key[0] != key[1]]
-    assert not open_edges
-
-
-def test_boundary_of_a_fine_grid_is_coarsened():
-    axis = np.linspace(-1.0, 1.0, 101)
-    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
-    nodes = count_nodes(load("house-printer"), "static", step=7.5)
-    criterion = dataclasses.replace(nodes.criterion, box=box_of(load("house-printer"), [-1, 1, -1, 1, -1, 1]))
-    nodes = dataclasses.replace(nodes, criterion=criterion, inside=x * x + y * y + z * z < 0.64)
-    ball = BoundaryLimits(nodes, np.empty((0, 3)), np.empty(0, dtype=np.int64), ("frame",))
-    faces = boundary.faces(ball)
-    assert len(faces) < 8000
-    assert np.linalg.norm(faces.reshape(-1, 3), axis=1) == pytest.approx(0.8, abs=0.06)
 
 
 def test_no_workspace_no_picture():

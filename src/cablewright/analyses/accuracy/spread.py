@@ -315,7 +315,10 @@ def _sigmas(problem: SpreadProblem) -> Array:
             columns.append(each.low + QUANTILES * (each.high - each.low))
         else:
             normal = NormalDist(each.nominal, each.deviation)
-            below, above = normal.cdf(each.least), normal.cdf(each.most)  # drawn again where there is no such number
+            below, above = (
+                normal.cdf(each.min_value),
+                normal.cdf(each.max_value),
+            )  # drawn again where there is no such number
             columns.append(np.array([normal.inv_cdf(below + u * (above - below)) for u in QUANTILES]))
     return np.asarray(problem.departures(np.column_stack(columns)).std(axis=0))
 
@@ -330,7 +333,7 @@ def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
             continue
         column[:] = rng.normal(each.nominal, each.deviation, samples)
         for _ in range(100):
-            wrong = ~((column > each.least) & (column < each.most))
+            wrong = ~((column > each.min_value) & (column < each.max_value))
             if not wrong.any():
                 break
             column[wrong] = rng.normal(each.nominal, each.deviation, int(wrong.sum()))

@@ -41,8 +41,8 @@ class BestTensions:
     @property
     def gain(self) -> float:
         """Share by which the deviation falls: 0 none, 1 all."""
-        least = self.least_norm_max_deviation
-        return 1.0 - self.max_deviation / least if least > 0.0 else 0.0
+        reference = self.least_norm_max_deviation
+        return 1.0 - self.max_deviation / reference if reference > 0.0 else 0.0
 
 
 def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) -> BestTensions:
@@ -59,8 +59,8 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
     start = held.checked()
     directions = _free_directions(start)
     grid = np.array(list(product(np.linspace(-1.0, 1.0, GRID[redundant]), repeat=redundant)))
-    least = float(method(_problem(start, ranges)).max_deviation[0])
-    best, chosen = least, start
+    reference = float(method(_problem(start, ranges)).max_deviation[0])
+    best, chosen = reference, start
     centre, width, tried = np.zeros(redundant), _widest(model), 1
     for number in range(ROUNDS):
         wanted = start.tensions + (centre + width * grid) @ directions
@@ -76,7 +76,7 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
         reached = (found.tensions - start.tensions) @ directions.T  # limits may have turned back what was asked
         centre = (chosen.tensions[0] - start.tensions[0]) @ directions.T
         width = float(np.abs(reached - centre).max()) if number == 0 else SHRINK * width
-    return BestTensions(chosen.tensions[0], chosen.lengths[0], best, least, tried)
+    return BestTensions(chosen.tensions[0], chosen.lengths[0], best, reference, tried)
 
 
 def _problem(held: Equilibrium, ranges: tuple[Range, ...]) -> SpreadProblem:

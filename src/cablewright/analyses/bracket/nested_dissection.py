@@ -13,8 +13,8 @@ __all__ = ["dissected"]
 
 Index = NDArray[np.int64]
 
-_LEAST = 200  # unknowns that are not parted any more
-_MOST = 0.8  # of the unknowns on one side, at most
+_MIN_UNKNOWNS = 200  # unknowns that are not parted any more
+_MAX_SHARE = 0.8  # of the unknowns on one side, at most
 
 
 def dissected(places: Index, corners: NDArray[np.bool_]) -> Index:
@@ -29,7 +29,7 @@ def dissected(places: Index, corners: NDArray[np.bool_]) -> Index:
 
 def _part(some: Index, places: Index, corners: NDArray[np.bool_], parts: list[Index]) -> None:
     """Append *some* unknowns in their order."""
-    found = _best_plane(some, places, corners) if len(some) > _LEAST else None
+    found = _best_plane(some, places, corners) if len(some) > _MIN_UNKNOWNS else None
     if found is None:
         parts.append(some)
         return
@@ -49,7 +49,7 @@ def _best_plane(some: Index, places: Index, corners: NDArray[np.bool_]) -> tuple
         ordered = np.sort(own)
         below, upto = np.searchsorted(ordered, planes, "left"), np.searchsorted(ordered, planes, "right")
         larger = np.maximum(below, len(some) - upto) / len(some)
-        cost = np.where(larger < _MOST, (upto - below) * (1.0 + 2.0 * np.maximum(larger - 0.5, 0.0)), np.inf)
+        cost = np.where(larger < _MAX_SHARE, (upto - below) * (1.0 + 2.0 * np.maximum(larger - 0.5, 0.0)), np.inf)
         if len(planes) and np.isfinite(cost.min()) and (best is None or cost.min() < best[0]):
             best = (float(cost.min()), axis, int(planes[cost.argmin()]))
     return None if best is None else best[1:]

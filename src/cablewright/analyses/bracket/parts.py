@@ -291,9 +291,9 @@ def _pad(spacing: float, clamped: float, edge: float) -> list[float]:
     return [0.5 * spacing + away for away in (-half - edge, -half, half, half + edge)]
 
 
-def _both(marks: list[float], most: float) -> list[float]:
+def _both(marks: list[float], limit: float) -> list[float]:
     """Marks on both sides of the middle, as far as the plate goes."""
-    return [side * mark for mark in marks if 0.0 <= mark <= most + _SLACK for side in (-1.0, 1.0)]
+    return [side * mark for mark in marks if 0.0 <= mark <= limit + _SLACK for side in (-1.0, 1.0)]
 
 
 def _plate(name: str, solid: HexMesh, judged: Callable[[Array, float], Mask], axis: int, thickness: float) -> Plate:

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from cablewright.analyses.workspace.criterion import BLOCK, Criterion
+from cablewright.analyses.workspace.marching import surface_between
 from cablewright.analyses.workspace.workspace import NodeCount
 from cablewright.errors import InputError
+from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = ["CLOSE", "BoundaryLimits", "EndingLimit", "boundary_limits"]
 
@@ -20,6 +23,7 @@ Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 
 CLOSE = 1e-3  # m: to which the boundary is found
+MOST_NODES = 32  # along one side, of a surface: finer than that no picture shows
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,26 @@ class BoundaryLimits:
         counts = np.bincount(self.ended_by, minlength=len(self.limits))
         order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
         return tuple(self._ending(limit) for limit in order)
+
+    def surface(self) -> TriangleMesh:
+        """The boundary as a closed mesh, m, to look at: of every k-th node where there are many.
+
+        Between two nodes it passes where their distances from the plane through the points around them say.
+        """
+        kept = [np.unique(np.append(np.arange(0, n, -(-n // MOST_NODES)), n - 1)) for n in self.nodes.inside.shape]
+        axes = [axis[rows] for axis, rows in zip(self.nodes.axes, kept, strict=True)]
+        return surface_between(axes, self.nodes.inside[np.ix_(*kept)], self._distances()[np.ix_(*kept)])
+
+    def _distances(self) -> Array:
+        """About how far each node is from the boundary, m, (X, Y, Z)."""
+        inside, low = self.nodes.inside, self.nodes.box.low
+        step = (self.nodes.box.high - low) / (np.array(inside.shape) - 1)
+        steepness = np.zeros(inside.shape)  # sum of 1/t^2, t the distances along x, y, z: of a plane, 1/distance^2
+        for ends in _pairs(self.nodes):
+            away = np.linalg.norm(self.points[: len(ends)] - ends, axis=1)
+            np.add.at(steepness, tuple(np.rint((ends - low) / step).astype(int).T), 1.0 / np.maximum(away, CLOSE) ** 2)
+        far = distance_transform_edt(inside, step) + distance_transform_edt(~inside, step)
+        return np.where(steepness > 0.0, 1.0 / np.sqrt(np.maximum(steepness, 1e-300)), far)
 
     def _ending(self, limit: int) -> EndingLimit:
         own = self.points[self.ended_by == limit]

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Unpack
+from functools import cached_property
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.modes import FREEDOMS, Modes, modes_at
-from cablewright.analyses.workspace.criterion import Criterion, Options
+from cablewright.analyses.modes import FREEDOMS, Modes, modes
+from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
+from cablewright.results import Figure, Pictured
+from cablewright.robot import Robot
 
 __all__ = ["GRID", "HOLDING", "Boundary", "boundary_modes", "straight"]
 
@@ -26,17 +29,69 @@ HOLDING = ("least", "middle")
 """Which tensions hold the platform where many would: those of least norm, or nearest to the middle of the limits."""
 
 
-@dataclass(frozen=True, eq=False)
-class Boundary:
+@dataclass(frozen=True, eq=False, repr=False)
+class Boundary(Pictured):
     """Modes at the outermost nodes of a workspace: with K orientations K rows for each node, one orientation at a time.
 
     Rows that do not balance are NaN. Frequencies of properties are NaN where no row balances.
     """
 
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok; unheld: no place can be held; empty: no place is inside."),
+        *(each for each in criterion_figures("nodes.criterion") if each.key != "cable"),
+        Figure("cable", "", "Cable law of the modes.", "modes.equilibrium.model.fidelity.cable"),
+        *(
+            each.of_part("worst_modes")
+            for each in Modes.FIGURES
+            if each.key not in ("status", "robot", "cable", "sheave")
+        ),
+        Figure("boundary", "Hz", "Lowest frequencies along the boundary, and where the worst is.", "along"),
+    )
+    HEADLINES: ClassVar = ("status", "robot", "criterion")
+
     nodes: NodeCount
     places: Array  # (N / K, 3) m, of the nozzle or the platform's origin, as the criterion has it
     holding: str
     modes: Modes  # of N rows
+
+    @property
+    def status(self) -> str:
+        """ok, unheld or empty."""
+        return "ok" if self.worst is not None else "unheld" if len(self.places) else "empty"
+
+    @property
+    def has_modes(self) -> bool:
+        """Whether any place can be held."""
+        return self.status == "ok"
+
+    @property
+    def verdict(self) -> str:
+        """Why there are no modes, in a sentence; empty where there are."""
+        sentences = {"ok": "", "empty": "no node of the grid is inside"}
+        return sentences.get(self.status, "no node of the boundary can be held")
+
+    @cached_property
+    def worst_modes(self) -> Modes | None:
+        """The modes at the row with the lowest of all frequencies; None where there are no modes."""
+        return None if self.worst is None else modes(self.modes.equilibrium[self.worst], geometric=self.modes.geometric)
+
+    @property
+    def along(self) -> dict[str, Any]:
+        """Frequencies along the boundary as JSON has them."""
+        least, median, greatest = self.spread
+        return {
+            "grid": self.nodes.inside.shape[0],
+            "n": len(self.lowest),
+            "unheld": int((~self.known).sum()),
+            "out_of_limits": self.beyond,
+            "tensions": self.holding,
+            "least": least,
+            "median": median,
+            "greatest": greatest,
+            "dominant": self.dominant,
+            "shares": self.shares,
+            "worst_pose": None if self.worst is None else self.modes.equilibrium.pose[self.worst],
+        }
 
     @property
     def lowest(self) -> Array:
@@ -81,7 +136,7 @@ class Boundary:
 
 
 def boundary_modes(
-    model: Model,
+    robot: Robot | Model,
     criterion: str = "exact",
     *,
     grid: int = GRID,
@@ -93,11 +148,13 @@ def boundary_modes(
     """Modes along the boundary of a workspace: at the nodes of a grid that are inside and have a neighbour that is not.
 
     The nodes are those of `count_nodes`, *grid* along each side of the box, counted with straight lines unless the
-    *criterion* is ``static``; a node on a side of the box is on the boundary. Modes are those of *model* with all that
-    its fidelity has. *holding* chooses the tensions there: ``least``, those of least norm, or ``middle``, those nearest
+    *criterion* is ``static``; a node on a side of the box is on the boundary. Modes are those of *robot* with all that
+    its laws have. *holding* chooses the tensions there: ``least``, those of least norm, or ``middle``, those nearest
     to the middle of the limits (default: ``middle`` for the closed forms, whose own they are; else ``least``).
     *geometric*: see `modes`. *options*: see `workspace`. Raises `InputError`.
     """
+    laws: dict[str, Any] = {key: options.pop(key, None) for key in ("cable", "sheave", "tension_limits")}  # type: ignore[misc]
+    model = Model.of(robot, **laws)
     if holding is None:
         holding = "middle" if criterion.endswith("closed-form") else "least"
     if holding not in HOLDING:
@@ -134,7 +191,7 @@ def outermost(nodes: NodeCount) -> Array:
 def _modes_at(criterion: Criterion, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
     poses = criterion.all_poses(places)
     preferred = _middle(model) if holding == "middle" else None
-    return modes_at(model, poses, geometric=geometric, retraction=criterion.lengths(poses), preferred=preferred)
+    return modes(model, poses, geometric=geometric, retraction=criterion.lengths(poses), preferred=preferred)
 
 
 def _middle(model: Model) -> Array:

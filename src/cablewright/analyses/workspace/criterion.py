@@ -13,15 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.analyses.feasibility import broken_limits
 from cablewright.analyses.workspace.refinement import SearchBox
 from cablewright.errors import InputError, UnknownName
-from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
+from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, distribute, wrench_closure
 
-__all__ = ["CONTINUOUS", "CRITERIA", "POINTS", "Criterion", "Options", "RetractionLaw", "box_of"]
+__all__ = ["CONTINUOUS", "CRITERIA", "POINTS", "Criterion", "Options", "RetractionLaw", "box_of", "criterion_figures"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -38,6 +39,9 @@ HALF_TURN = math.pi * (1.0 + 1e-9)
 class Options(TypedDict, total=False):
     """Keyword arguments of `Criterion.of`, which `count_nodes` and `boundary_modes` pass on."""
 
+    cable: CableLaw | str | None
+    sheave: SheaveLaw | str | None
+    tension_limits: tuple[float, float] | None
     box: ArrayLike | None
     point: str
     wrench: ArrayLike | None
@@ -85,6 +89,9 @@ class Criterion:
         robot: Robot | Model,
         name: str = "exact",
         *,
+        cable: CableLaw | str | None = None,
+        sheave: SheaveLaw | str | None = None,
+        tension_limits: tuple[float, float] | None = None,
         box: ArrayLike | None = None,
         point: str = "nozzle",
         wrench: ArrayLike | None = None,
@@ -98,7 +105,8 @@ class Criterion:
             raise UnknownName("criterion", name, CRITERIA)
         if point not in POINTS:
             raise UnknownName("point", point, POINTS)
-        model = robot if isinstance(robot, Model) else Model(robot, _plainest(name))
+        default = CableLaw.CATENARY if name == "static" else CableLaw.RIGID
+        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} is of straight lines; use rigid or elastic, or static")
         if wrench is not None:
@@ -115,6 +123,21 @@ class Criterion:
         made = cls(model, name, where, point, turns, retraction, wrenches, float(arm))
         made._check_retraction()
         return made
+
+    @property
+    def length(self) -> float | None:
+        """The one retraction length, m; None where there is none, or a law."""
+        return None if isinstance(self.retraction, RetractionLaw) else self.retraction
+
+    @property
+    def law(self) -> RetractionLaw | None:
+        """The law of retraction; None where there is none."""
+        return self.retraction if isinstance(self.retraction, RetractionLaw) else None
+
+    @property
+    def turns(self) -> Array | None:
+        """The orientations of a body; None of a point."""
+        return self.orientations if self.model.n == 6 else None
 
     @property
     def continuous(self) -> bool:
@@ -224,11 +247,6 @@ def box_of(robot: Robot, ends: ArrayLike | None) -> SearchBox:
     return SearchBox(low, high)
 
 
-def _plainest(name: str) -> Fidelity:
-    """The fidelity that a robot is looked at with if none is given: sag for ``static``, rigid lines for all else."""
-    return Fidelity() if name == "static" else Fidelity.of("rigid")
-
-
 def _turns(model: Model, orientations: ArrayLike | None) -> Array:
     """Rotation vectors (K, 3), rad. Raises `InputError`."""
     if orientations is None:
@@ -244,3 +262,18 @@ def _turns(model: Model, orientations: ArrayLike | None) -> Array:
             "at most pi (180 degrees) either way is allowed"
         )
     return turns
+
+
+def criterion_figures(path: str) -> tuple[Figure, ...]:
+    """What JSON has of the criterion that stands at *path* of a result."""
+    return (
+        Figure("robot", "", "Name of the robot.", f"{path}.model.robot.name"),
+        Figure("criterion", "", "What has to hold at a place.", f"{path}.name"),
+        Figure("cable", "", "Cable law.", f"{path}.model.fidelity.cable"),
+        Figure("sheave", "", "Sheave law; none where sheaves are as built.", f"{path}.model.fidelity.sheave"),
+        Figure("point", "", "What is at a place: the nozzle or the platform's origin.", f"{path}.point"),
+        Figure("orientations", "rad", "Rotation vectors under each of which it holds.", f"{path}.turns"),
+        Figure("retraction", "m", "Retraction length.", f"{path}.length"),
+        Figure("retraction_law", "", "Law of the retraction length by height.", f"{path}.law"),
+        Figure("wrench_box", "N, N m", "Lowest and highest wrench that is balanced.", f"{path}.wrench_box"),
+    )

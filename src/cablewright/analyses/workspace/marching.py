@@ -6,14 +6,18 @@ diagonals of their common faces and a symmetric function has a symmetric surface
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import permutations
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BITS", "CORNERS", "FACES", "PARITY", "crossings", "index_of", "key_of"]
+from cablewright.triangle_mesh import TriangleMesh
 
+__all__ = ["BITS", "CORNERS", "FACES", "PARITY", "crossings", "index_of", "key_of", "surface_between"]
+
+Array = NDArray[np.float64]
 Keys = NDArray[np.int64]
 
 BITS: Final = 18
@@ -103,3 +107,21 @@ def crossings(cells: Keys, inside: NDArray[np.bool_]) -> tuple[Keys, Keys, Keys,
     keys, first, numbers = np.unique(all_edges.ravel(), return_index=True, return_inverse=True)
     inner, outer = (np.concatenate(ends).ravel()[first] for ends in (within, without))
     return keys, inner, outer, numbers.reshape(-1, 3)
+
+
+def surface_between(axes: Sequence[Array], inside: NDArray[np.bool_], distances: Array) -> TriangleMesh:
+    """The closed surface about the nodes of a whole grid that are *inside* (X, Y, Z), at *distances* from it, m.
+
+    *axes*: coordinates of the nodes, m. Where nodes on the sides of the grid are inside, the surface lies on the side.
+    """
+    held, beside = np.pad(inside, 1), np.pad(inside, 1, mode="edge")
+    cells = np.indices([n - 1 for n in held.shape]).reshape(3, -1).T
+    flags = held[tuple(np.moveaxis(cells[:, None] + _BITS_OF, -1, 0))]
+    mixed = flags.any(axis=1) & ~flags.all(axis=1)
+    _, within, without, triangles = crossings(key_of(cells[mixed]), flags[mixed])
+    inner, outer = tuple(index_of(within).T), tuple(index_of(without).T)
+    far = np.pad(distances, 1, mode="edge")
+    share = np.where(beside[outer], 0.5, far[inner] / (far[inner] + far[outer]))[:, None]
+    padded = [np.pad(axis, 1, mode="edge") for axis in axes]
+    begin, end = (np.stack([axis[at] for axis, at in zip(padded, ends, strict=True)], 1) for ends in (inner, outer))
+    return TriangleMesh(begin + share * (end - begin), triangles)

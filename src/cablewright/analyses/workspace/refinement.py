@@ -25,8 +25,8 @@ Margin = Callable[[Array, str], Array]  # (N,) of places (N, 3), m, and the name
 FIRST = 16  # cells of the first lattice along the longest side of the box
 FEWEST = 4  # along any side
 FINEST = 8  # halvings of the first lattice
-MOST_PLACES = 20_000_000
-MOST_PLACES_THIN = 2_000_000  # while the error is over half of the volume: it may have no thickness
+MAX_PLACES = 20_000_000
+MAX_PLACES_THIN = 2_000_000  # while the error is over half of the volume: it may have no thickness
 PROBES = (4096, 400_000)  # fewest and most random places
 PROBES_FOR_NOTHING = 50_000  # where the first lattice has found nothing
 UNSEEN = 3.0  # expected number of finds at which nothing is found in one of 20 runs
@@ -43,6 +43,11 @@ class SearchBox:
 
     low: Array  # (3,)
     high: Array  # (3,)
+
+    @property
+    def corners(self) -> tuple[Array, Array]:
+        """The lowest and the highest corner, m."""
+        return self.low, self.high
 
     @property
     def volume(self) -> float:
@@ -77,8 +82,8 @@ def refine(
     """Refine until the error is at most *tolerance* of the volume, or to *finest* cells along the longest side.
 
     The error is that of the surface, see `_surface_error`, and what random places (*seed*) may have missed. Refinement
-    ends early, not converged, where a next lattice would take too many places, or would not help: MOST_PLACES,
-    MOST_PLACES_THIN, and an error that random places cannot make smaller.
+    ends early, not converged, where a next lattice would take too many places, or would not help: MAX_PLACES,
+    MAX_PLACES_THIN, and an error that random places cannot make smaller.
     """
     lattice = _Lattice(margin, box, _first(box, finest), seed)
     volumes = [lattice.surface().volume]
@@ -94,8 +99,8 @@ def refine(
         else:
             converged = off + unseen <= goal or (len(volumes) > 2 and not mesh.vertices.size)
             thin = off + unseen > 0.5 * mesh.volume
-            too_many = lattice.places + 4 * (lattice.places - before) > (MOST_PLACES_THIN if thin else MOST_PLACES)
-            hopeless = len(volumes) > 2 and 10.0 * off < lattice.least_unseen > goal
+            too_many = lattice.places + 4 * (lattice.places - before) > (MAX_PLACES_THIN if thin else MAX_PLACES)
+            hopeless = len(volumes) > 2 and 10.0 * off < lattice.min_unseen > goal
             ended = converged or too_many or hopeless or lattice.level >= FINEST
         if ended:
             return Refined(mesh, off + unseen, unseen, lattice.places, _three(lattice.cells), converged)
@@ -248,7 +253,7 @@ class _Lattice:
         self.tracked = np.arange(len(self.probes))
 
     @property
-    def least_unseen(self) -> float:
+    def min_unseen(self) -> float:
         """What `unseen` cannot fall below, however fine the lattice, m^3."""
         return UNSEEN / len(self.probes) * self.box.volume
 
@@ -267,7 +272,7 @@ class _Lattice:
         cells = self._probe_cells(self.tracked)
         at = np.searchsorted(self.all_cells, cells)
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
-        return self.least_unseen * (1.0 + (against + 2.0 * float(np.sqrt(against))) / UNSEEN)
+        return self.min_unseen * (1.0 + (against + 2.0 * float(np.sqrt(against))) / UNSEEN)
 
     def surface(self) -> TriangleMesh:
         """The closed surface on this lattice."""

@@ -5,19 +5,22 @@ Jung 2020, Eqs. 13 to 15: the area of each level slice is made largest over the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import RetractionLaw, box_of
+from cablewright.analyses.workspace.criterion import RetractionLaw, box_of, criterion_figures
 from cablewright.analyses.workspace.workspace import Workspace, workspace
 from cablewright.errors import AnswerError, InputError
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
+from cablewright.results import Figure, Pictured
+from cablewright.robot import Robot
 
-__all__ = ["Retracting", "best_retraction"]
+__all__ = ["Retraction", "retraction"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -25,9 +28,27 @@ STEPS = (3, 200)
 HEIGHTS = (4, 1000)
 
 
-@dataclass(frozen=True, eq=False)
-class Retracting:
+@dataclass(frozen=True, eq=False, repr=False)
+class Retraction(Pictured):
     """Slices of Z heights at L lengths, and the law that follows from them. Heights are those of slices' middles."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok; a robot or a workspace that allows no law is refused.", lambda _found: "ok"),
+        *(each for each in criterion_figures("held.criterion") if each.key in ("robot", "criterion", "cable", "point")),
+        Figure("box", "m", "Where places were looked for: lowest and highest corner.", "held.box.corners"),
+        Figure("lengths", "m", "Retraction lengths that were tried."),
+        Figure("heights", "m", "Heights of the middles of the slices."),
+        Figure("areas", "m^2", "Area of each slice at each length."),
+        Figure("volumes", "m^3", "Volume of the workspace at each constant length."),
+        Figure("best_lengths", "m", "Length at which each slice is largest.", "best"),
+        Figure("best_areas", "m^2", "Area of each slice at its best length."),
+        Figure("best_volume", "m^3", "Volume with the best length in each slice."),
+        Figure("law", "", "The line through the best lengths, and the heights it was fitted to.", "fitted_law"),
+        Figure("law_volume", "m^3", "Volume with the law in force.", "held.volume"),
+        Figure("law_volume_error", "m^3", "Estimated error of that.", "held.volume_error"),
+        Figure("law_share", "1", "That volume as a share of the best.", "share"),
+    )
+    HEADLINES: ClassVar = ("robot", "criterion", "best_volume", "law_volume")
 
     lengths: Array  # (L,) m, rising
     heights: Array  # (Z,) m, of the point whose workspace it is
@@ -38,6 +59,11 @@ class Retracting:
     fitted: Flags  # (Z,) which slices the law was fitted to
     law: RetractionLaw
     held: Workspace  # the workspace with the law in force
+
+    @property
+    def fitted_law(self) -> dict[str, object]:
+        """The law, and the heights (m) of the slices that it was fitted to."""
+        return asdict(self.law) | {"fitted_heights": self.heights[self.fitted]}
 
     @property
     def slice_height(self) -> float:
@@ -55,37 +81,44 @@ class Retracting:
         return self.held.volume / self.best_volume
 
 
-def best_retraction(
-    model: Model,
+def retraction(
+    robot: Robot | Model,
     criterion: str = "exact",
     *,
-    least: float | None = None,
-    most: float | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+    min_length: float | None = None,
+    max_length: float | None = None,
     steps: int = 9,
     heights: int = 40,
     box: ArrayLike | None = None,
     point: str = "nozzle",
     tolerance: float = 2e-3,
     progress: Progress | None = None,
-) -> Retracting:
-    """Slices of the workspace of *model* at *steps* lengths from *least* to *most*, m, the robot's own if None.
+) -> Retraction:
+    """Slices of the workspace of *robot* at *steps* lengths from *min_length* to *max_length*, m, or the robot's own.
 
     Between the lengths the area of a slice is taken as a parabola through the best one and its neighbours. The law is
     the line through the best lengths, least squares over the slices whose best is not at an end of the range; over all
-    that have an area where fewer than two are so. Its clamps are *least* and *most*, its height that of *point*.
-    Raises `InputError`, and `AnswerError` where fewer than two heights can be reached at all.
+    that have an area where fewer than two are so. Its clamps are these two, its height that of *point*.
+    *cable*, *sheave* and *tension_limits* are as for `workspace`. Raises `InputError`, and `AnswerError` where fewer
+    than two heights can be reached at all.
     """
-    retraction = model.robot.retraction
-    if retraction is None:
+    default = CableLaw.CATENARY if criterion == "static" else CableLaw.RIGID
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
+    range_of = model.robot.retraction
+    if range_of is None:
         raise InputError(f"robot {model.robot.name!r} has no retraction: its platform has one length")
-    least, most = (retraction.least if least is None else least), (retraction.most if most is None else most)
-    if not least < most:
-        raise InputError(f"retraction from {least:g} to {most:g} m: rising lengths are wanted")
+    min_length = range_of.least if min_length is None else min_length
+    max_length = range_of.most if max_length is None else max_length
+    if not min_length < max_length:
+        raise InputError(f"retraction from {min_length:g} to {max_length:g} m: rising lengths are wanted")
     for what, value, (low, high) in (("steps", steps, STEPS), ("heights", heights, HEIGHTS)):
         if not low <= value <= high:
             raise InputError(f"{what} = {value}: {low} to {high} are allowed")
-    lengths = np.linspace(least, most, steps)
-    for end in (least, most):
+    lengths = np.linspace(min_length, max_length, steps)
+    for end in (min_length, max_length):
         model.robot.retraction_to(end)
     where = box_of(model.robot, box)
     edges = np.linspace(where.low[2], where.high[2], heights + 1)
@@ -98,10 +131,10 @@ def best_retraction(
         if progress:
             progress("lengths", k + 1, steps)
     best, best_areas = _peaks(lengths, areas)
-    law, fitted = _fit(middles, best, best_areas, (least, most))
+    law, fitted = _fit(middles, best, best_areas, (min_length, max_length))
     law = replace(law, of=point)
     held = workspace(model, criterion, retraction=law, **given)
-    return Retracting(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)
+    return Retraction(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)
 
 
 def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Unpack
+from typing import ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw
+from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw, criterion_figures
 from cablewright.analyses.workspace.refinement import SearchBox, refine
 from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
+from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
 from cablewright.triangle_mesh import TriangleMesh
 
@@ -22,15 +24,43 @@ Array = NDArray[np.float64]
 
 NODES = (3, 400)  # fewest and most along a side
 GRID = 41  # nodes along a side
-MOST_NODES = 20_000_000
+SECTIONS = 21  # heights of which a workspace tells the area
+MAX_NODES = 20_000_000
 TOLERANCE = 2e-3
 TOLERANCES = (1e-5, 0.5)
 NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on the floor
 
 
-@dataclass(frozen=True, eq=False)
-class Workspace:
+COUNTED = (
+    Figure("box", "m", "Where places were looked for: lowest and highest corner.", "box.corners"),
+    Figure("volume", "m^3", "Volume of the workspace."),
+    Figure("volume_error", "m^3", "Estimated error of the volume."),
+    Figure("fraction", "1", "Share of the box that is inside."),
+    Figure("nodes", "", "How many places were tried."),
+)
+VERDICTS = {
+    "ok": "found",
+    "empty": "no place in the box was found inside",
+    "not-converged": "the volume's error stays over the tolerance: give a larger --tolerance, or a smaller --box "
+    "around it; a workspace without thickness, as a planar robot's, has no volume",
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Workspace(Pictured):
     """Where a criterion holds in a box, as a closed surface."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok, empty, or not-converged: the error is over the tolerance."),
+        *criterion_figures("criterion"),
+        Figure("count", "", "How the volume is found.", lambda _found: "volume"),
+        *COUNTED,
+        Figure("unseen", "m^3", "Part of the error: what is so small that random places may have missed it."),
+        Figure("cells", "", "Cells of the finest lattice along the sides of the box."),
+        Figure("surface_area", "m^2", "Area of the boundary.", "mesh.area"),
+        Figure("slices", "m, m^2", "Areas of level sections by height.", "sections"),
+    )
+    HEADLINES: ClassVar = ("robot", "criterion", "volume", "volume_error", "status")
 
     criterion: Criterion
     mesh: TriangleMesh  # m
@@ -41,9 +71,25 @@ class Workspace:
     converged: bool  # whether the error is at most the tolerance
 
     @property
+    def status(self) -> str:
+        """ok, empty or not-converged."""
+        return "empty" if not self.volume else "ok" if self.converged else "not-converged"
+
+    @property
+    def verdict(self) -> str:
+        """The status in a sentence."""
+        return VERDICTS[self.status]
+
+    @property
     def box(self) -> SearchBox:
         """Where places were looked for."""
         return self.criterion.box
+
+    @property
+    def sections(self) -> dict[str, Array]:
+        """Heights (k,), m, from the floor of the box to its top, and the areas (k,), m^2, of the sections there."""
+        heights = np.linspace(self.box.low[2], self.box.high[2], SECTIONS)
+        return {"heights": heights, "areas": self.slices(heights)}
 
     @property
     def volume(self) -> float:
@@ -64,12 +110,37 @@ class Workspace:
         return np.where(inside, areas, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class NodeCount:
+@dataclass(frozen=True, eq=False, repr=False)
+class NodeCount(Result):
     """Which nodes of a grid over a box are inside."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok, or empty."),
+        *criterion_figures("criterion"),
+        Figure("count", "", "How the volume is found.", lambda _found: "nodes"),
+        *COUNTED,
+        Figure("counted", "", "How many nodes are inside."),
+        Figure("slices", "m, m^2", "Areas of the layers of nodes by height.", "sections"),
+    )
+    HEADLINES: ClassVar = ("robot", "criterion", "volume", "nodes", "counted")
 
     criterion: Criterion
     inside: NDArray[np.bool_]  # (X, Y, Z)
+
+    @property
+    def status(self) -> str:
+        """Ok or empty."""
+        return "ok" if self.counted else "empty"
+
+    @property
+    def verdict(self) -> str:
+        """The status in a sentence."""
+        return VERDICTS[self.status]
+
+    @property
+    def sections(self) -> dict[str, Array]:
+        """Heights (Z,), m, of the layers of nodes, and their areas (Z,), m^2."""
+        return {"heights": self.axes[2], "areas": self.slices()}
 
     @property
     def box(self) -> SearchBox:
@@ -135,6 +206,9 @@ def workspace(
     robot: Robot | Model,
     criterion: str = "exact",
     *,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
     tolerance: float | None = None,
     grid: int | None = None,
     box: ArrayLike | None = None,
@@ -155,7 +229,8 @@ def workspace(
     ``wrench-closure``: tensions without limit balance any wrench. ``static``: the inverse problem has a solution with
     all that the model's fidelity has, such as sag, and it is within every limit of the hardware at rest.
 
-    A `Robot` is given sagging, elastic lines for ``static`` and rigid ones for all else; a `Model` is taken as it is.
+    *cable* is by default ``catenary`` for ``static`` and ``rigid`` for all else; *sheave* simplifies the sheaves as
+    built; *tension_limits*, N, replace the lines' own.
     A place is that of the nozzle or, with *point* ``origin``, of the platform's origin. *orientations* (K, 3) are
     rotation vectors of at most pi, rad (default: unrotated): a place counts if the criterion holds for each, the
     total-orientation workspace; nothing counts if there is none. *retraction* is the platform's length, m, or a law.
@@ -164,6 +239,12 @@ def workspace(
     nodes along the longest side. Where it cannot be reached with some 20 million places, the result has not converged.
     Parts, holes and walls thinner than a sixteenth of the longest side can be missed; random places (*seed*) look for
     them, and their share is in the error. Raises `InputError`.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> cw.workspace(cw.load("jung2020-table1"), tolerance=0.02)
+    Workspace(robot='jung2020-table1', criterion='exact', volume=3.195 m^3, volume_error=0.04 m^3, status='ok')
     """
     if tolerance is not None and grid is not None:
         raise InputError("grid and tolerance: give one of them")
@@ -171,8 +252,8 @@ def workspace(
         raise InputError(f"tolerance {tolerance:g}: {TOLERANCES[0]:g} to {TOLERANCES[1]:g} of the volume is allowed")
     if seed < 0:
         raise InputError(f"seed {seed}: 0 or more is wanted")
-    options = Options(box=box, point=point, wrench=wrench, wrench_box=wrench_box, arm=arm)
-    options |= {"orientations": orientations, "retraction": retraction}
+    options = Options(cable=cable, sheave=sheave, tension_limits=tension_limits, box=box, point=point, wrench=wrench)
+    options |= {"wrench_box": wrench_box, "arm": arm, "orientations": orientations, "retraction": retraction}
     asked = Criterion.of(robot, criterion, **options)
 
     def margin(places: Array, stage: str) -> Array:
@@ -217,8 +298,8 @@ def _counts(box: SearchBox, step: float) -> tuple[int, int, int]:
     if not 0.0 < step <= shortest:
         raise InputError(f"step {step:g} m: more than 0 and at most {shortest:g} m, a side of the box, is allowed")
     x, y, z = (int(np.ceil(side / step - 1e-9)) + 1 for side in box.high - box.low)
-    if x * y * z > MOST_NODES:
-        raise InputError(f"step {step:g} m: {x * y * z} nodes; at most {MOST_NODES} are allowed")
+    if x * y * z > MAX_NODES:
+        raise InputError(f"step {step:g} m: {x * y * z} nodes; at most {MAX_NODES} are allowed")
     return x, y, z
 
 

@@ -19,7 +19,7 @@ DOUBT = 0.05
 """Share of the spread by which first order may be off before it is said."""
 
 FINEST = 1e-9  # m: below it the solver speaks
-MOST = 8
+MAX_SHOWN = 8
 """Uncertain numbers that are listed."""
 
 
@@ -33,10 +33,10 @@ def print_place(found: AccuracyAtPose, report: str | None) -> None:
     place = ", ".join(f"{x:g}" for x in at.wanted[0])
     typer.echo(f"{at.robot.name} at {place}: nominal error {_mm(at.nominal_error[0])} mm")
     typer.echo(f"largest error {_mm(spread.max_error[0])} mm, {_mm(at.difference[0])} mm more than nominal, where")
-    for each, value in list(zip(at.ranges, spread.worst_values[0], strict=True))[:MOST]:
+    for each, value in list(zip(at.ranges, spread.worst_values[0], strict=True))[:MAX_SHOWN]:
         typer.echo(f"  {each.parameter.label:<40} {value:.6g} {_unit(each.parameter.unit)}".rstrip())
-    if len(at.ranges) > MOST:
-        typer.echo(f"  and {len(at.ranges) - MOST} more; all with --json")
+    if len(at.ranges) > MAX_SHOWN:
+        typer.echo(f"  and {len(at.ranges) - MAX_SHOWN} more; all with --json")
     if at.robot.n == 6:
         typer.echo(f"turned {at.nominal_turn[0] * 1e3:.3g} mrad nominally, {spread.max_turn[0] * 1e3:.3g} mrad at most")
     typer.echo(f"largest deviation from the nominal point {_mm(spread.max_deviation[0])} mm")
@@ -98,7 +98,7 @@ def _print_contributions(found: Accuracy) -> None:
         return
     sizes = np.nanmax(np.linalg.norm(found.spread.effects, axis=1), axis=0)
     typer.echo("each number's own effect, half its range:")
-    for k in np.argsort(-sizes, kind="stable")[:MOST]:
+    for k in np.argsort(-sizes, kind="stable")[:MAX_SHOWN]:
         typer.echo(f"  {found.ranges[k].parameter.label:<40} {_mm(sizes[k]):>8} mm")
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["curves"]
 
-_MOST = 1000
+_MAX_COUNT = 1000
 _SHOWN = 20
 
 
@@ -25,7 +25,7 @@ def curves(
     count: Annotated[int, typer.Option("--count", metavar="N", help="How many are drawn.")] = 200,
     seed: Annotated[int, typer.Option("--seed", metavar="S", help="Same seed, same curves.")] = 0,
     crossings: Annotated[int, typer.Option("--crossings", metavar="N", help="With itself, at least.")] = 2,
-    least_radius: Annotated[float, typer.Option("--least-radius", metavar="R", help="Of curvature, m.")] = 0.3,
+    min_radius: Annotated[float, typer.Option("--least-radius", metavar="R", help="Of curvature, m.")] = 0.3,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> int:
@@ -36,11 +36,11 @@ def curves(
     sides = numbers(area, "--area") or []
     if len(sides) != 2:
         raise InputError(f"--area = {area!r}: two numbers are wanted, X,Y in m")
-    if not 1 <= count <= _MOST:
-        raise InputError(f"--count = {count}: from 1 to {_MOST} are allowed")
+    if not 1 <= count <= _MAX_COUNT:
+        raise InputError(f"--count = {count}: from 1 to {_MAX_COUNT} are allowed")
     if seed < 0:
         raise InputError(f"--seed = {seed}: 0 or more is wanted")
-    wanted = Wanted(length, (sides[0], sides[1]), crossings, least_radius)
+    wanted = Wanted(length, (sides[0], sides[1]), crossings, min_radius)
     with progress() as show:
         found = draw_many(wanted, seed, count, show)
     order = ranked(found, wanted.area)
@@ -61,7 +61,7 @@ def _row(number: int, curve: Curve, distance: float) -> dict[str, Any]:
         "number": number,
         "length": curve.length,
         "crossings": len(curve.crossings),
-        "least_radius": curve.least_radius,
+        "least_radius": curve.min_radius,
         "least_angle": float(curve.crossings[:, 2].min()) if len(curve.crossings) else None,
         "mean_distance": distance,
     }

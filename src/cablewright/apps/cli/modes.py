@@ -28,14 +28,12 @@ from cablewright.apps.cli.options import (
     retracting,
     turns,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
-from cablewright.apps.cli.workspace import of_criterion
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.analyses.modes import Modes
     from cablewright.analyses.workspace.boundary_modes import Boundary
-    from cablewright.models.statics import Equilibrium, Model
 
 __all__ = ["modes"]
 
@@ -69,24 +67,24 @@ def modes(
     as_json: AsJson = False,
 ) -> int:
     """The natural frequencies of the platform on its lines, with the stiffness that they come from."""
+    from cablewright.analyses.modes import modes as vibrate
     from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes
-    from cablewright.models.fidelity import Fidelity
-    from cablewright.models.statics import Model
 
     check_plot(plot)
     if (at is None) != boundary:
         raise InputError("modes: either --at X,Y,Z or --boundary is wanted")
-    model = Model(described(robot, load, wrench), Fidelity.of(cable, sheave), limits(tension_limits))
-    given = {"--criterion": criterion, "--grid": grid, "--tensions": tensions, "--box": box, "--point": point}
-    given |= {"--orientations": orientations, "--retraction-law": law}
+    machine = described(robot, load, wrench)
+    laws: dict[str, Any] = {"cable": cable, "sheave": sheave, "tension_limits": limits(tension_limits)}
     if at is not None:
-        for option, value in given.items():
+        given = {"--criterion": criterion, "--grid": grid, "--tensions": tensions, "--box": box, "--point": point}
+        for option, value in (given | {"--orientations": orientations, "--retraction-law": law}).items():
             if value is not None:
                 raise InputError(f"{option}: only with --boundary")
-        return _at(model, at, retraction, geometric, plot, as_json)
+        pose = numbers(at, "--at", free=True) or []
+        return _show(vibrate(machine, pose, geometric=geometric, retraction=retraction, **laws), plot, as_json)
     with progress() as show:
         found = boundary_modes(
-            model,
+            machine,
             criterion or "exact",
             grid=GRID if grid is None else grid,
             geometric=geometric,
@@ -96,163 +94,60 @@ def modes(
             orientations=turns(orientations),
             retraction=retracting(retraction, law, point or "nozzle"),
             progress=show,
+            **laws,
         )
-    return _tell_boundary(found, plot, as_json)
+    return _show(found, plot, as_json)
 
 
-def _at(model: Model, at: str, retraction: float | None, geometric: bool, plot: Path | None, as_json: bool) -> int:
-    """Modes at one pose."""
-    from cablewright.analyses.modes import modes as vibrate
-    from cablewright.errors import Status
-    from cablewright.models.inertia import mass_matrix
-    from cablewright.models.stiffness import balanced
-    from cablewright.solvers.inverse import solve_inverse
+def _show(found: Modes | Boundary, plot: Path | None, as_json: bool) -> int:
+    """Draw and print; a no goes to stderr and gives exit code 1."""
+    from cablewright.analyses.modes import Modes
 
-    held = solve_inverse(model, numbers(at, "--at", free=True) or [], retraction=retraction)
-    mass_matrix(model.robot, held.pose)  # a body of unknown inertia is bad input, whatever the pose
-    found = vibrate(held, geometric=geometric) if balanced(held) else None
-    if plot is not None and found is not None:
-        _draw(found, plot)
+    drawn = plot if found.has_modes else None
+    if drawn is not None:
+        found.plot(drawn)
     if as_json:
-        written = None if plot is None or found is None else str(plot)
-        print_json(_values(held, found, geometric) | {"plot": written})
-    else:
-        _print_modes(held, found)
-    if held.status is not Status.OK:
-        tell(f"cablewright: {held.sentence()}")
-    return 0 if held.status is Status.OK else NO
-
-
-def _tell_boundary(found: Boundary, plot: Path | None, as_json: bool) -> int:
-    """What is along the boundary, and the modes at the worst place of it."""
-    from cablewright.analyses.modes import modes as vibrate
-
-    status = "ok" if found.worst is not None else "unheld" if len(found.places) else "empty"
-    geometric = found.modes.geometric
-    held = None if found.worst is None else found.modes.equilibrium[found.worst]
-    worst = None if held is None else vibrate(held, geometric=geometric)
-    if plot is not None and held is not None:
-        from cablewright.apps.pictures.boundary import boundary_picture
-
-        write_picture(plot, boundary_picture, found)
-    if as_json:
-        fidelity = found.modes.equilibrium.model.fidelity  # of the modes: the question has straight lines
-        values = {"status": status} | of_criterion(found.nodes.criterion) | {"cable": fidelity.cable.value}
-        values |= dict.fromkeys((*_OF_POSE, *_OF_MODES)) if held is None else _values(held, worst, geometric)
-        values |= {"status": status, "boundary": _boundary_values(found)}
-        print_json(values | {"plot": None if plot is None or held is None else str(plot)})
+        print_json(found.to_dict() | {"plot": None if drawn is None else str(drawn)})
+    elif isinstance(found, Modes):
+        _print_modes(found)
     else:
         _print_boundary(found)
-        if held is not None:
-            typer.echo("lowest of all:")
-            _print_modes(held, worst)
-    if status != "ok":
-        nothing = "no node of the grid is inside" if status == "empty" else "no node of the boundary can be held"
-        tell(f"cablewright: {nothing}")
-    return 0 if status == "ok" else NO
-
-
-def _boundary_values(found: Boundary) -> dict[str, Any]:
-    """Frequencies along a boundary for the JSON; null where there are none."""
-    least, median, greatest = found.spread
-    return {
-        "grid": found.nodes.inside.shape[0],
-        "n": len(found.lowest),
-        "unheld": int((~found.known).sum()),
-        "out_of_limits": found.beyond,
-        "tensions": found.holding,
-        "least": least,
-        "median": median,
-        "greatest": greatest,
-        "dominant": found.dominant,
-        "shares": found.shares,
-        "worst_pose": None if found.worst is None else found.modes.equilibrium.pose[found.worst],
-    }
+    if found.verdict:
+        tell(f"cablewright: {found.verdict}")
+    return NO if found.verdict else 0
 
 
 def _print_boundary(found: Boundary) -> None:
     criterion = found.nodes.criterion
-    least, median, greatest = found.spread
+    lowest, median, highest = found.spread
     counted = "" if found.modes.geometric else ", without geometric stiffness"
     typer.echo(f"{criterion.model.robot.name}: {criterion.name}, boundary of the workspace of the {criterion.point}")
     typer.echo(f"nodes     {len(found.places)} of {found.nodes.nodes}, the outermost of {found.nodes.counted} inside")
     if found.worst is None:
         return
-    typer.echo(f"lowest    {least:.4g} to {greatest:.4g} Hz, median {median:.4g} Hz{counted}")
+    typer.echo(f"lowest    {lowest:.4g} to {highest:.4g} Hz, median {median:.4g} Hz{counted}")
     shares = sorted(found.shares.items(), key=lambda item: -item[1])
     typer.echo("mostly    " + ", ".join(f"{name} at {100.0 * share:.0f} %" for name, share in shares))
     if not found.known.all():
         typer.echo(f"unheld    {int((~found.known).sum())} of {len(found.lowest)}: not counted")
     if found.beyond:
         typer.echo(f"beyond    {found.beyond} are held, but not within the limits of tension or not stably: counted")
+    if found.worst_modes is not None:
+        typer.echo("lowest of all:")
+        _print_modes(found.worst_modes)
 
 
-def _draw(found: Modes, file: Path) -> None:
-    from cablewright.apps.pictures.modes import modes_picture
-
-    write_picture(file, modes_picture, found)
-
-
-def _values(held: Equilibrium, found: Modes | None, geometric: bool) -> dict[str, Any]:
-    """The figures of the JSON; null where the pose does not balance. Matrices of modes have a row for each mode."""
-    values: dict[str, Any] = {
-        "status": held.status.word,
-        "robot": held.model.robot.name,
-        "cable": held.model.fidelity.cable.value,
-        "sheave": None if held.model.fidelity.sheave is None else held.model.fidelity.sheave.value,
-        "pose": held.pose,
-        "lengths": held.lengths,
-        "tensions": held.tensions,
-        "counts_geometric": geometric,
-    }
-    if found is None:
-        return values | dict.fromkeys(_OF_MODES)
-    parts, names = found.stiffness, _names(held)
-    figures = (
-        found.frequencies,
-        [names[k] for k in found.dominant],
-        found.participation.T,
-        found.shapes.T,
-        parts.total,
-        parts.elastic,
-        parts.geometric,
-        parts.axial,
-        found.line_frequencies,
-        found.asymmetry,
-    )
-    return values | dict(zip(_OF_MODES, figures, strict=True))
-
-
-_OF_POSE = ("pose", "lengths", "tensions", "counts_geometric")
-_OF_MODES = (
-    "frequencies",
-    "dominant",
-    "participation",
-    "shapes",
-    "stiffness",
-    "elastic",
-    "geometric",
-    "axial_stiffness",
-    "line_frequencies",
-    "asymmetry",
-)
-"""What the JSON has of modes, in the order in which `_values` lists them."""
-
-
-def _names(held: Equilibrium) -> tuple[str, ...]:
-    from cablewright.analyses.modes import FREEDOMS
-
-    return FREEDOMS[: held.model.n]
-
-
-def _print_modes(held: Equilibrium, found: Modes | None) -> None:
+def _print_modes(found: Modes) -> None:
     """The modes for people: one a line, with the share of each freedom, then the lines."""
     import numpy as np
 
-    names = _names(held)
+    from cablewright.analyses.modes import FREEDOMS
+
+    held = found.equilibrium
+    names = FREEDOMS[: held.model.n]
     typer.echo(f"{held.model.robot.name}: {held.status.word}")
     typer.echo("pose      " + "  ".join(f"{x:.6f}" for x in held.pose) + ("  m" if len(names) == 3 else "  m, rad"))
-    if found is None:
+    if not found.has_modes:
         return
     counted = "" if found.geometric else ", without geometric stiffness"
     freedoms = "".join(f"{name:>6}" for name in names)

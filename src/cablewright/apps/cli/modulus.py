@@ -182,7 +182,7 @@ def _print(found: TensileResult, plot: Path | None) -> None:
     from cablewright.units import AREA, FORCE
 
     low, high = found.band
-    (least, most), (slowest, steepest) = found.branch_factors, found.tangent_factors
+    (softest, stiffest), (slowest, steepest) = found.branch_factors, found.tangent_factors
     typer.echo(
         f"modulus        {found.modulus / 1e9:.4g} GPa, from {100 * low:g} to {100 * high:g} % of the breaking load, "
         "last loading"
@@ -193,7 +193,7 @@ def _print(found: TensileResult, plot: Path | None) -> None:
     typer.echo(f"unloadings     {_listed(found.unloading, 1e-9)} GPa")
     typer.echo(f"hysteresis     {_listed(found.hysteresis, 100.0, '.1f')} % of the work of loading")
     typer.echo(f"permanent set  {_listed(found.permanent_set, 1e3, '.3f')} mm from one loading to the next")
-    typer.echo(f"branches       {least:.3f} to {most:.3f} times the modulus")
+    typer.echo(f"branches       {softest:.3f} to {stiffest:.3f} times the modulus")
     typer.echo(f"tangents       {slowest:.3f} to {steepest:.3f} times the modulus")
     factors = "{:.2f},{:.2f}".format(*found.modulus_range)
     typer.echo("\nfor the robot file, [cable]:")

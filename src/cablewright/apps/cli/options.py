@@ -171,8 +171,8 @@ def retracting(length: float | None, law: str | None, point: str) -> float | Ret
     if len(values) not in (2, 4):
         raise InputError(f"--retraction-law = {law!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps")
     slope, intercept, *clamps = values
-    least, most = clamps or (None, None)
-    return RetractionLaw(slope, intercept, least, most, point)
+    low, high = clamps or (None, None)
+    return RetractionLaw(slope, intercept, low, high, point)
 
 
 def slack_excess(robot: Robot, text: str) -> dict[str, float]:

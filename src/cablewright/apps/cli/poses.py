@@ -14,8 +14,8 @@ from cablewright.file_output import write_whole
 
 __all__ = ["poses"]
 
-MOST_CANDIDATES = 20_000
-MOST_POSES = 500
+MAX_CANDIDATES = 20_000
+MAX_POSES = 500
 
 
 def poses(
@@ -41,9 +41,9 @@ def poses(
     from cablewright.calibration.problem import Measured
     from cablewright.robot import load
 
-    for option, value, most in (("--count", count, MOST_POSES), ("--candidates", candidates, MOST_CANDIDATES)):
-        if not 1 <= value <= most:
-            raise InputError(f"{option} = {value}: from 1 to {most} are wanted")
+    for option, value, limit in (("--count", count, MAX_POSES), ("--candidates", candidates, MAX_CANDIDATES)):
+        if not 1 <= value <= limit:
+            raise InputError(f"{option} = {value}: from 1 to {limit} are wanted")
     if seed < 0:
         raise InputError(f"--seed = {seed}: must not be negative")
     if not 0.0 < sigma < 1.0:

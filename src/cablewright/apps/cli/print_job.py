@@ -108,10 +108,12 @@ def _print(values: dict[str, Any]) -> None:
 
     def line(prefix: str) -> str:
         mean, variance = values[f"{prefix}mean_path_error"], values[f"{prefix}path_error_variance"]
-        most = values[f"{prefix}max_path_error"]
+        max_error = values[f"{prefix}max_path_error"]
         if mean is None:
             return "not known"
-        return f"mean {centi * mean:.3f} cm, variance {centi**2 * variance:.4f} cm^2, at most {centi * most:.2f} cm"
+        return (
+            f"mean {centi * mean:.3f} cm, variance {centi**2 * variance:.4f} cm^2, at most {centi * max_error:.2f} cm"
+        )
 
     typer.echo(f"{values['robot']}: {values['status']}, {values['layers']} layers, {values['distance']:.2f} m")
     typer.echo(f"path error, true  {line('')}")

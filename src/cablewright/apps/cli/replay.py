@@ -214,5 +214,5 @@ def _lines(values: dict[str, Any]) -> dict[str, str]:
 
 
 def _millimetres(each: dict[str, Any]) -> str:
-    rms, p95, most = (1e3 * each[key] for key in ("rms", "p95", "most"))
-    return f"rms {rms:.1f} mm, 95 % {p95:.1f} mm, at most {most:.1f} mm"
+    rms, p95, largest = (1e3 * each[key] for key in ("rms", "p95", "most"))
+    return f"rms {rms:.1f} mm, 95 % {p95:.1f} mm, at most {largest:.1f} mm"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -23,19 +21,23 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, write_picture
+from cablewright.apps.cli.output import limits, numbers, print_json, progress
 from cablewright.errors import AnswerError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace.retraction import Retracting
+    from cablewright.analyses.workspace.retraction import Retraction
 
 __all__ = ["retraction"]
 
 
 def retraction(
     robot: RobotName,
-    least: Annotated[float | None, typer.Option("--from", metavar="L", help="Shortest length, m; the robot's.")] = None,
-    most: Annotated[float | None, typer.Option("--to", metavar="L", help="Longest length, m; the robot's.")] = None,
+    min_length: Annotated[
+        float | None, typer.Option("--from", metavar="L", help="Shortest length, m; the robot's.")
+    ] = None,
+    max_length: Annotated[
+        float | None, typer.Option("--to", metavar="L", help="Longest length, m; the robot's.")
+    ] = None,
     steps: Annotated[int, typer.Option("--steps", metavar="N", help="Lengths tried.")] = 9,
     heights: Annotated[int, typer.Option("--heights", metavar="N", help="Slices of the box.")] = 40,
     criterion: Criterion = "exact",
@@ -53,71 +55,29 @@ def retraction(
     as_json: AsJson = False,
 ) -> int:
     """The best retraction length at each height, the line through it, and the workspace with that law in force."""
-    from cablewright.analyses.workspace.retraction import best_retraction
-    from cablewright.models.fidelity import Fidelity
-    from cablewright.models.statics import Model
+    from cablewright.analyses.workspace.retraction import retraction as best
 
     check_plot(plot)
-    machine = described(robot, load, wrench)
-    fidelity = Fidelity.of(cable or ("catenary" if criterion == "static" else "rigid"), sheave)
-    model = Model(machine, fidelity, limits(tension_limits))
-    given: dict[str, Any] = {
-        "least": least,
-        "most": most,
-        "steps": steps,
-        "heights": heights,
-        "tolerance": tolerance,
-        "point": point,
-    }
+    given: dict[str, Any] = {"cable": cable, "sheave": sheave, "tension_limits": limits(tension_limits)}
+    given |= {"min_length": min_length, "max_length": max_length, "steps": steps, "heights": heights}
+    given |= {"tolerance": tolerance, "point": point}
     try:
         with progress() as show:
-            found = best_retraction(model, criterion, box=numbers(box, "--box"), progress=show, **given)
+            found = best(described(robot, load, wrench), criterion, box=numbers(box, "--box"), progress=show, **given)
     except AnswerError as reason:
         if as_json:
             print_json({"status": "refused", "reason": str(reason)})
         raise
     if plot is not None:
-        _draw(found, plot)
+        found.plot(plot)
     if as_json:
-        _print_json(found, plot)
+        print_json(found.to_dict() | {"plot": None if plot is None else str(plot)})
     else:
         _print(found)
     return 0
 
 
-def _draw(found: Retracting, file: Path) -> None:
-    from cablewright.apps.pictures.retraction import retraction_picture
-
-    write_picture(file, retraction_picture, found)
-
-
-def _print_json(found: Retracting, plot: Path | None) -> None:
-    criterion = found.held.criterion
-    print_json(
-        {
-            "status": "ok",
-            "robot": criterion.model.robot.name,
-            "criterion": criterion.name,
-            "cable": criterion.model.fidelity.cable.value,
-            "point": criterion.point,
-            "box": [found.held.box.low, found.held.box.high],
-            "lengths": found.lengths,
-            "heights": found.heights,
-            "areas": found.areas,
-            "volumes": found.volumes,
-            "best_lengths": found.best,
-            "best_areas": found.best_areas,
-            "best_volume": found.best_volume,
-            "law": asdict(found.law) | {"fitted_heights": found.heights[found.fitted]},
-            "law_volume": found.held.volume,
-            "law_volume_error": found.held.volume_error,
-            "law_share": found.share,
-            "plot": None if plot is None else str(plot),
-        }
-    )
-
-
-def _print(found: Retracting) -> None:
+def _print(found: Retraction) -> None:
     """For people: the volumes, the law, and the best length by height."""
     criterion, law = found.held.criterion, found.law
     typer.echo(f"{criterion.model.robot.name}: {criterion.name}, heights of the {criterion.point}")

@@ -32,17 +32,17 @@ from cablewright.apps.cli.options import (
     retracting,
     turns,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.robot.design_variables import Change
-    from cablewright.studies.trade import Asked, Combination, Trade
+    from cablewright.studies.trade import Combination, Trade
 
 __all__ = ["trade"]
 
 NO = 1
-MOST = 10_000  # values of one parameter
+MAX_VALUES = 10_000  # values of one parameter
 
 Varied = Annotated[
     list[str],
@@ -101,18 +101,16 @@ def trade(
     as_json: AsJson = False,
 ) -> int:
     """Workspace against lowest natural frequency along its boundary, while numbers of the robot vary."""
-    from cablewright.models.fidelity import Fidelity
-    from cablewright.models.statics import Model
     from cablewright.studies.store import folder_name
-    from cablewright.studies.trade import Asked
+    from cablewright.studies.trade import TradeSettings
     from cablewright.studies.trade import trade as sweep
 
     check_plot(plot)
     varied = _varied(vary)
-    fidelity = Fidelity.of(cable or ("catenary" if criterion == "static" else "elastic"), sheave)
-    model = Model(described(robot, load, wrench), fidelity, limits(tension_limits))
+    machine = described(robot, load, wrench)
+    laws: dict[str, Any] = {"cable": cable, "sheave": sheave, "tension_limits": limits(tension_limits)}
     ends, rotated = numbers(box, "--box"), turns(orientations)
-    asked = Asked(
+    asked = TradeSettings(
         criterion=criterion,
         count=count,
         grid=grid,
@@ -128,21 +126,23 @@ def trade(
         clearance=clearance,
         inertia=inertia,
     )
-    file = out or Path("runs") / f"{folder_name('trade', model.robot.name)}.json"
+    file = out or Path("runs") / f"{folder_name('trade', machine.name)}.json"
     try:
         with progress() as show:
-            found = sweep(model, varied, asked, file=file, progress=show)
+            found = sweep(machine, varied, asked, file=file, progress=show, **laws)
     except KeyboardInterrupt:
         tell(f"{file} has what is done: the same command goes on")
         raise
-    drawn = None if _status(found) == "empty" else plot
+    drawn = None if found.status == "empty" else plot
     if drawn is not None:
-        _draw(found, drawn)
+        found.plot(drawn)
     if as_json:
-        print_json(_values(found) | {"file": str(file), "plot": None if drawn is None else str(drawn)})
+        print_json(found.to_dict() | {"file": str(file), "plot": None if drawn is None else str(drawn)})
     else:
         _print(found)
-    return _verdict(found)
+    if found.verdict:
+        tell(f"cablewright: {found.verdict}")
+    return NO if found.verdict else 0
 
 
 def _varied(given: list[str]) -> dict[Change, tuple[float, ...]]:
@@ -172,72 +172,14 @@ def _spaced(text: str, values: str) -> tuple[float, ...]:
         raise InputError(f"--vary = {text!r}: NAME=FROM:TO:N is wanted, two numbers and how many values") from None
     if not (np.isfinite([low, high]).all() and low < high):
         raise InputError(f"--vary = {text!r}: finite numbers, FROM below TO, are wanted")
-    if not 2 <= n <= MOST:
-        raise InputError(f"--vary = {text!r}: 2 to {MOST} values are allowed")
+    if not 2 <= n <= MAX_VALUES:
+        raise InputError(f"--vary = {text!r}: 2 to {MAX_VALUES} values are allowed")
     return tuple(np.linspace(low, high, n).tolist())
-
-
-def _draw(found: Trade, file: Path) -> None:
-    from cablewright.apps.pictures.trade import trade_picture
-
-    write_picture(file, trade_picture, found)
-
-
-def _values(found: Trade) -> dict[str, Any]:
-    """The figures of the JSON."""
-    fidelity, asked = found.model.fidelity, found.asked
-    return {
-        "status": _status(found),
-        "robot": found.model.robot.name,
-        "cable": fidelity.cable.value,
-        "sheave": None if fidelity.sheave is None else fidelity.sheave.value,
-        **_asked(asked),
-        "varied": [{"name": each.name, "unit": each.unit, "values": values} for each, values in found.varied.items()],
-        "combinations": [_record(found, k) for k in range(len(found.combinations))],
-        "not_dominated": [k for k, is_best in enumerate(found.best) if is_best],
-    }
-
-
-def _asked(asked: Asked) -> dict[str, Any]:
-    """What was asked, under the names of the options."""
-    from dataclasses import asdict
-
-    names = {"geometric": "counts_geometric", "holding": "tensions", "clearance": "sheave_clearance"}
-    return {names.get(key, key): value for key, value in asdict(asked).items()}
-
-
-def _record(found: Trade, k: int) -> dict[str, Any]:
-    """One combination."""
-    each = found.combinations[k]
-    return {
-        "parameters": {change.name: value for change, value in zip(found.varied, each.values, strict=True)},
-        "volume": each.volume,
-        "volume_error": each.volume_error,
-        "fraction": each.fraction,
-        "converged": each.converged,
-        "lowest_frequency": {
-            "n": each.n,
-            "unheld": each.unheld,
-            "least": each.least,
-            "median": each.median,
-            "greatest": each.greatest,
-            "dominant": each.dominant,
-            "shares": each.shares,
-            "worst_pose": each.worst_pose,
-        },
-        "sheaves": {
-            "distance": each.exit_distance,
-            "lines": each.exits,
-            "margin": found.margins[k],
-            "collide": bool(~found.clear[k]),
-        },
-        "not_dominated": bool(found.best[k]),
-    }
 
 
 def _print(found: Trade) -> None:
     """For people: a combination a line."""
-    asked = found.asked
+    asked = found.settings
     counted = "" if asked.geometric else ", without geometric stiffness"
     typer.echo(f"{found.model.robot.name}: {asked.criterion}; lowest frequency along the boundary{counted}")
     heads = [f"{change.name} {change.unit}".removesuffix(" 1") for change in found.varied]
@@ -253,25 +195,7 @@ def _print(found: Trade) -> None:
 def _line(each: Combination) -> str:
     """What a combination gives, as a part of its line."""
     frequencies = (each.least, each.median, each.greatest)
-    least, median, greatest = ("-" if value is None else f"{value:.3g}" for value in frequencies)
+    lowest, median, greatest = ("-" if value is None else f"{value:.3g}" for value in frequencies)
     distance = "-" if each.exit_distance is None else f"{each.exit_distance:.4g}"
     volume = f"{each.volume:>8.4g} {100.0 * each.fraction:>8.2f}"
-    return f"{volume} {least:>8} {median:>7} {greatest:>7}  {each.dominant or '-':<6} {distance:>8}"
-
-
-def _status(found: Trade) -> str:
-    if not any(each.volume for each in found.combinations):
-        return "empty"
-    return "ok" if all(each.converged for each in found.combinations if each.volume) else "not-converged"
-
-
-def _verdict(found: Trade) -> int:
-    sentences = {
-        "empty": "no combination has a place in the box that is inside",
-        "not-converged": "some volumes have a larger error than what was asked for, even on the finest lattice",
-    }
-    status = _status(found)
-    if status == "ok":
-        return 0
-    tell(f"cablewright: {sentences[status]}")
-    return NO
+    return f"{volume} {lowest:>8} {median:>7} {greatest:>7}  {each.dominant or '-':<6} {distance:>8}"

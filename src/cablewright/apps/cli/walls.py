@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["walls"]
 
 _PARALLEL = math.radians(10.0)  # walls that differ by less leave the place along them open
-_MOST_ROOM = 4 << 20
+_MAX_ROOM = 4 << 20
 
 
 def walls(
@@ -160,7 +160,7 @@ def _room(file: Path) -> RoomMap:
     from cablewright.toml_input import read_bytes
 
     try:
-        found = json.loads(read_bytes(file, _MOST_ROOM, "survey"))
+        found = json.loads(read_bytes(file, _MAX_ROOM, "survey"))
     except (ValueError, RecursionError):
         raise InputError(f"{file}: not JSON; what `cablewright survey FILE --json` printed is wanted") from None
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,19 +31,17 @@ from cablewright.apps.cli.options import (
     retracting,
     turns,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell
 from cablewright.errors import InputError, UnknownName
 from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace import criterion as criteria
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace
 
-__all__ = ["of_criterion", "workspace"]
+__all__ = ["workspace"]
 
 NO = 1
 COUNTS = ("volume", "nodes")
-SLICES = 21  # heights that are told
 
 
 def workspace(
@@ -79,15 +76,16 @@ def workspace(
 ) -> int:
     """Where the robot can be: volume, boundary and slices of its workspace by a criterion."""
     from cablewright.analyses.workspace import workspace as volumes
-    from cablewright.models.fidelity import Fidelity
-    from cablewright.models.statics import Model
 
     _check_files(count, mesh, plot)
     if tolerance is not None and count == "nodes":
         raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
     machine = described(robot, load, wrench)
-    fidelity = Fidelity.of(cable or ("catenary" if criterion == "static" else "rigid"), sheave)
     given: dict[str, Any] = {
+        "cable": cable,
+        "sheave": sheave,
+        "tension_limits": limits(tension_limits),
+        "grid": grid,
         "box": numbers(box, "--box"),
         "point": point,
         "wrench_box": _wrench_box(wrench_box, machine.n),
@@ -95,14 +93,21 @@ def workspace(
         "orientations": turns(orientations),
         "retraction": retracting(retraction, law, point),
     }
-    model = Model(machine, fidelity, limits(tension_limits))
+    found: Workspace | NodeCount
+    written: dict[str, str | None] = {}
     with progress() as show:
         if count == "nodes":
-            return _tell_nodes(volumes.count_nodes(model, criterion, grid=grid, **given, progress=show), as_json)
-        more: dict[str, Any] = {"tolerance": tolerance, "grid": grid, "seed": seed}
-        found = volumes.workspace(model, criterion, **more, **given, progress=show)
-    written = _write(found, mesh, plot)
-    return _tell_volume(found, written, as_json)
+            found = volumes.count_nodes(machine, criterion, **given, progress=show)
+        else:
+            found = volumes.workspace(machine, criterion, tolerance=tolerance, seed=seed, **given, progress=show)
+            written = _write(found, mesh, plot)
+    if as_json:
+        print_json(found.to_dict() | written)
+    else:
+        _print(found, written)
+    if found.status != "ok":
+        tell(f"cablewright: {found.verdict}")
+    return 0 if found.status == "ok" else NO
 
 
 def _check_files(count: str, mesh: Path | None, plot: Path | None) -> None:
@@ -136,97 +141,28 @@ def _write(found: Workspace, mesh: Path | None, plot: Path | None) -> dict[str, 
         write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
         written["mesh"] = str(mesh)
     if plot is not None:
-        from cablewright.apps.pictures.volume import volume_picture
-
-        write_picture(plot, volume_picture, found)
+        found.plot(plot)
         written["plot"] = str(plot)
     return written
 
 
-def of_criterion(criterion: criteria.Criterion) -> dict[str, Any]:
-    """The criterion in the JSON of every command that finds a workspace."""
-    from cablewright.analyses.workspace.criterion import RetractionLaw
+def _print(found: Workspace | NodeCount, written: dict[str, str | None]) -> None:
+    """The figures for people."""
+    from cablewright.analyses.workspace.workspace import Workspace
 
-    law, fidelity = criterion.retraction, criterion.model.fidelity
-    return {
-        "robot": criterion.model.robot.name,
-        "criterion": criterion.name,
-        "cable": fidelity.cable.value,
-        "sheave": None if fidelity.sheave is None else fidelity.sheave.value,
-        "point": criterion.point,
-        "orientations": criterion.orientations if criterion.model.n == 6 else None,
-        "retraction": None if isinstance(law, RetractionLaw) else law,
-        "retraction_law": asdict(law) if isinstance(law, RetractionLaw) else None,
-        "wrench_box": None if criterion.wrench_box is None else [side.tolist() for side in criterion.wrench_box],
-    }
-
-
-def _figures(found: Workspace | NodeCount) -> dict[str, Any]:
-    """What both ways of counting have in the JSON."""
-    return {
-        "box": [found.box.low, found.box.high],
-        "volume": found.volume,
-        "volume_error": found.volume_error,
-        "fraction": found.fraction,
-        "nodes": found.nodes,
-    }
-
-
-def _tell_nodes(found: NodeCount, as_json: bool) -> int:
-    status = "ok" if found.counted else "empty"
-    heights, areas = found.axes[2], found.slices()
-    if as_json:
-        values = {"status": status} | of_criterion(found.criterion) | {"count": "nodes"} | _figures(found)
-        print_json(values | {"counted": found.counted, "slices": {"heights": heights, "areas": areas}})
-    else:
-        _print_head(found)
-        typer.echo(f"nodes     {found.counted} of {found.nodes}, each an equal part of the box")
-        _print_slices(heights[:: max(1, len(heights) // 10)], areas[:: max(1, len(heights) // 10)])
-    return _verdict(status)
-
-
-def _tell_volume(found: Workspace, written: dict[str, str | None], as_json: bool) -> int:
-    import numpy as np
-
-    status = "empty" if not found.volume else "ok" if found.converged else "not-converged"
-    heights = np.linspace(found.box.low[2], found.box.high[2], SLICES)
-    areas = found.slices(heights)
-    if as_json:
-        values = {"status": status} | of_criterion(found.criterion) | {"count": "volume"} | _figures(found)
-        values |= {"unseen": found.unseen, "cells": found.cells, "surface_area": found.mesh.area}
-        print_json(values | {"slices": {"heights": heights, "areas": areas}} | written)
-    else:
-        _print_head(found)
-        typer.echo(
-            f"places    {found.nodes} tried, {found.cells[0]} x {found.cells[1]} x {found.cells[2]} cells at last"
-        )
-        _print_slices(heights[::2], areas[::2])
-        for what, file in written.items():
-            if file is not None:
-                typer.echo(f"{what:<9} {file}")
-    return _verdict(status)
-
-
-def _print_head(found: Workspace | NodeCount) -> None:
-    criterion = found.criterion
+    criterion, sections = found.criterion, found.sections
     typer.echo(f"{criterion.model.robot.name}: {criterion.name}, place of the {criterion.point}")
     typer.echo(f"volume    {found.volume:.4g} m^3, give or take {found.volume_error:.2g}")
     typer.echo(f"share     {100.0 * found.fraction:.2f} % of the box of {found.box.volume:.4g} m^3")
-
-
-def _print_slices(heights: Any, areas: Any) -> None:
+    if isinstance(found, Workspace):
+        x, y, z = found.cells
+        typer.echo(f"places    {found.nodes} tried, {x} x {y} x {z} cells at last")
+    else:
+        typer.echo(f"nodes     {found.counted} of {found.nodes}, each an equal part of the box")
+    every = max(1, len(sections["heights"]) // 10)
     typer.echo(f"{'height m':>9} {'area m^2':>10}")
-    for height, area in zip(heights, areas, strict=True):
+    for height, area in zip(sections["heights"][::every], sections["areas"][::every], strict=True):
         typer.echo(f"{height:>9.3f} {area:>10.4f}")
-
-
-def _verdict(status: str) -> int:
-    sentences = {
-        "empty": "no place in the box was found inside",
-        "not-converged": "the volume's error stays over the tolerance: give a larger --tolerance, or a smaller --box "
-        "around it; a workspace without thickness, as a planar robot's, has no volume",
-    }
-    if status == "ok":
-        return 0
-    tell(f"cablewright: {sentences[status]}")
-    return NO
+    for what, file in written.items():
+        if file is not None:
+            typer.echo(f"{what:<9} {file}")

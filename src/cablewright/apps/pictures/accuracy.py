@@ -27,11 +27,11 @@ __all__ = ["along", "contributions", "displaced_by", "effects", "plane"]
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_MOST_PIECES: Final = 4000
-_MOST_BINS: Final = 240
+_MAX_PIECES: Final = 4000
+_MAX_BINS: Final = 240
 _MANY_TURNS: Final = 15
-_MOST_NODES: Final = 60  # along one side of a surface
-_MOST_BARS: Final = 20
+_MAX_NODES: Final = 60  # along one side of a surface
+_MAX_BARS: Final = 20
 _DISPLACED: Final = 0.12  # of the size of the path: about how far the displaced one is drawn from it
 _SMALL: Final = 0.25  # of the frame: a smaller path is drawn without it
 _LEVEL: Final = 0.02  # of its length: a path whose height varies less is drawn over its distance
@@ -43,7 +43,7 @@ def along(study: Study) -> Figure:
     errors = found.spread.max_error * 1e3
     drawn = style.figure(10.6, 5.2)
     grid = drawn.add_gridspec(1, 2, width_ratios=(1.05, 1.0))
-    kept = _worst_of_each(errors, _MOST_PIECES)
+    kept = _worst_of_each(errors, _MAX_PIECES)
     path, offset = study.places.positions[kept], found.worst_offset[kept]
     times = displaced_by(study)
     moved = path + times * offset
@@ -125,10 +125,10 @@ def _components(axes: Axes, study: Study) -> None:
 def _bins(study: Study) -> int:
     """Return in how many stretches to gather values: of a helix with many turns each is one, so that it looks even."""
     if study.places.shape != "helix":
-        return _MOST_BINS
+        return _MAX_BINS
     away = study.places.positions[:, :2] - study.places.positions[:, :2].mean(axis=0)
     turns = float(np.ptp(np.unwrap(np.arctan2(away[:, 1], away[:, 0])))) / (2.0 * math.pi)
-    return min(int(turns), _MOST_BINS) if turns >= _MANY_TURNS else _MOST_BINS
+    return min(int(turns), _MAX_BINS) if turns >= _MANY_TURNS else _MAX_BINS
 
 
 def _binned(at: Array, values: Array, bins: int) -> tuple[Array, Array, Array, Array]:
@@ -148,11 +148,11 @@ def _binned(at: Array, values: Array, bins: int) -> tuple[Array, Array, Array, A
     return places, found.low, found.middle, found.high
 
 
-def _worst_of_each(errors: Array, most: int) -> Indices:
+def _worst_of_each(errors: Array, limit: int) -> Indices:
     """Return rows in order: of each run of neighbours that with the largest error, and both ends."""
-    if len(errors) <= most:
+    if len(errors) <= limit:
         return np.arange(len(errors))
-    edges = np.linspace(0, len(errors), most - 1).astype(np.intp)
+    edges = np.linspace(0, len(errors), limit - 1).astype(np.intp)
     known = np.where(np.isfinite(errors), errors, -1.0)
     worst = [low + int(known[low:high].argmax()) for low, high in pairwise(edges)]
     return np.unique([0, *worst, len(errors) - 1])
@@ -194,7 +194,7 @@ def plane(study: Study) -> Figure:
 
 def _surfaces(drawn: Figure, where: SubplotSpec, x: Array, y: Array, both: list[Array]) -> None:
     """Draw two surfaces over a grid, the lower one first; heights are to a scale of their own."""
-    kept = [np.unique(np.append(np.arange(0, len(a), -(-len(a) // _MOST_NODES)), len(a) - 1)) for a in (x, y)]
+    kept = [np.unique(np.append(np.arange(0, len(a), -(-len(a) // _MAX_NODES)), len(a) - 1)) for a in (x, y)]
     values = [one[np.ix_(*kept)] for one in both]
     known = np.concatenate([one[np.isfinite(one)] for one in values])
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
@@ -221,7 +221,7 @@ def effects(accuracy: Accuracy) -> tuple[Array, Array]:
 def contributions(accuracy: Accuracy) -> Figure:
     """Draw how far each uncertain number alone moves the nozzle, most first, with the vertical part within."""
     sizes, vertical = (part * 1e3 for part in effects(accuracy))
-    order = np.argsort(-sizes, kind="stable")[:_MOST_BARS]
+    order = np.argsort(-sizes, kind="stable")[:_MAX_BARS]
     drawn = style.figure(8.4, 1.3 + 0.27 * len(order))
     axes = drawn.add_subplot(xlabel="displacement of the nozzle by half the number's range in mm")
     rows = np.arange(len(order))

@@ -55,8 +55,8 @@ def _frame(drawn: Figure, where: SubplotSpec, found: Boundary) -> Any:
 
 
 def _title(found: Boundary) -> str:
-    criterion, (least, median, greatest) = found.nodes.criterion, found.spread
+    criterion, (lowest, median, greatest) = found.nodes.criterion, found.spread
     name = style.label(criterion.model.robot.name)
-    told = f"{name}, boundary by {criterion.name}: {least:.3g} to {greatest:.3g} Hz, "
+    told = f"{name}, boundary by {criterion.name}: {lowest:.3g} to {greatest:.3g} Hz, "
     told += f"median {median:.3g} Hz" + ("" if found.modes.geometric else ", without geometric stiffness")
-    return told.replace("-", "\N{MINUS SIGN}") if least < 0.0 else told
+    return told.replace("-", "\N{MINUS SIGN}") if lowest < 0.0 else told

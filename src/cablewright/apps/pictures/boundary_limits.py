@@ -15,9 +15,8 @@ from scipy.spatial import cKDTree
 
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 from cablewright.apps import style
-from cablewright.apps.report import boundary
 from cablewright.apps.report.quantities import quantity
-from cablewright.apps.space_axes import add_faces, bar, draw_frame, point, scale_of, space
+from cablewright.apps.space_axes import add_surface, bar, draw_frame, point, scale_of, space
 from cablewright.studies.accuracy import Study
 
 __all__ = ["extremes", "workspace"]
@@ -28,7 +27,8 @@ _Where = Literal["outside lower left", "outside lower right"]
 
 _LIMIT_COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, "#cc79a7", "#56b4e9", "#f0e442")
 _MARKERS: Final = "osD^v<>Pp"
-_MOST_LIMITS: Final = 8  # that a legend has room for
+_BETWEEN: Final = 8  # places whose errors colour a point of the boundary
+_MAX_LIMITS: Final = 8  # that a legend has room for
 
 
 def extremes(errors: Array) -> tuple[int, int] | None:
@@ -52,9 +52,9 @@ def workspace(study: Study) -> Figure | None:
     colours = bar(drawn, [axes, section], scale_of(errors[known]), "largest error in mm")
     draw_frame(axes, robot)
     places = study.places.positions
-    corners = boundary.faces(found)
-    nearest = cKDTree(places[known]).query(corners.mean(axis=1))[1]
-    add_faces(axes, corners, _shaded(colours, errors[known][nearest], corners), zorder=3)
+    mesh = found.surface()
+    shown = _near(places[known], errors[known], mesh.corners.mean(axis=1))
+    add_surface(axes, mesh, np.asarray(colours.to_rgba(shown))[:, :3], darkest=0.7)
     _mark(axes, places, errors)
     axes.set_title("boundary of the workspace")
     _section(section, study, found, colours)
@@ -72,14 +72,10 @@ def workspace(study: Study) -> Figure | None:
     return drawn
 
 
-def _shaded(colours: ScalarMappable, errors: Array, corners: Array) -> Array:
-    """Return colours (F, 4) of faces, the more turned away from the light the darker."""
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    light = 0.8 + 0.2 * np.abs(normals @ np.array([0.2, -0.55, 0.81]))
-    rgba = np.array(colours.to_rgba(errors))
-    rgba[:, :3] *= light[:, None]
-    return rgba
+def _near(places: Array, errors: Array, wanted: Array) -> Array:
+    """Errors at *wanted* (F, 3), m, between those of the nearest *places*: the nearer one is, the more it counts."""
+    away, rows = cKDTree(places).query(wanted, range(1, min(_BETWEEN, len(places)) + 1))
+    return np.asarray(np.average(errors[rows], axis=1, weights=1.0 / np.maximum(away, 1e-9) ** 2))
 
 
 def _mark(axes: Any, places: Array, errors: Array) -> None:
@@ -124,7 +120,7 @@ def _ends(axes: Axes, found: BoundaryLimits, near: NDArray[np.bool_]) -> None:
     """Draw the boundary points that are *near*, by limit, the most frequent limit first."""
     counts = np.bincount(found.ended_by[near], minlength=len(found.limits))
     order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
-    for place, limit in enumerate(order[:_MOST_LIMITS]):
+    for place, limit in enumerate(order[:_MAX_LIMITS]):
         own = found.points[near & (found.ended_by == limit)]
         axes.plot(
             own[:, 0],

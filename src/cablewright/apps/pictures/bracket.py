@@ -32,8 +32,8 @@ def bracket_picture(found: Comparison) -> Figure:
     drawn = style.figure(10.6, 6.0)
     grid = drawn.add_gridspec(1, 2)
     designs = ((found.universal_joint, "universal joint"), (found.conventional, "second rotation blocked"))
-    most = max(design.max_von_mises for design, _ in designs) / 1e6
-    colours = ScalarMappable(Normalize(0.0, most), style.stress_colours())
+    largest = max(design.max_von_mises for design, _ in designs) / 1e6
+    colours = ScalarMappable(Normalize(0.0, largest), style.stress_colours())
     shown = [_design(drawn, grid[0, k], design, name, colours) for k, (design, name) in enumerate(designs)]
     bar = drawn.colorbar(colours, ax=shown, extend="max", shrink=0.8, aspect=30, pad=0.02)
     bar.set_label("von Mises stress in MPa; more only at sharp edges and contacts")

@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.INK)
 _MARKS: Final = "osD^vP"
-_MOST_NAMED: Final = 12
+_MAX_NAMED: Final = 12
 _SHARE: Final = 0.08  # of the frame's longest side: how large the largest ellipse is drawn, at least
 _CLOSE: Final = 0.08  # of the same: points nearer to each other share a label
-_MOST_CELLS: Final = 60
+_MAX_CELLS: Final = 60
 
 
 def residuals_picture(found: Calibration) -> Figure:
@@ -34,7 +34,7 @@ def residuals_picture(found: Calibration) -> Figure:
     used = found.used
     for i, line in enumerate(found.problem.robot.lines):
         marker, colour = _MARKS[i // len(_COLOURS) % len(_MARKS)], _COLOURS[i % len(_COLOURS)]
-        name = style.label(line.name) if i < _MOST_NAMED else None
+        name = style.label(line.name) if i < _MAX_NAMED else None
         count = used[:, i]
         axes.plot(pose[count], found.residuals[count, i] * size, marker, color=colour, ms=3.5, label=name)
     if np.isfinite(found.encoder_sigma):
@@ -120,7 +120,7 @@ def _round(value: float) -> float:
 def correlation_picture(found: Calibration) -> Figure | None:
     """Draw the correlations of the unknowns; None where there are none, or too many to see."""
     known = np.flatnonzero(np.isfinite(found.sigma) & (found.sigma > 0.0))
-    if not 2 <= len(known) <= _MOST_CELLS:
+    if not 2 <= len(known) <= _MAX_CELLS:
         return None
     sigma = found.sigma[known]
     correlation = found.covariance[np.ix_(known, known)] / np.outer(sigma, sigma)

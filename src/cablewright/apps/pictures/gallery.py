@@ -17,6 +17,11 @@ __all__ = ["PICTURES", "draw"]
 PICTURES: Final = {
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
+    "Modes": ("modes", "modes_picture"),
+    "Boundary": ("boundary", "boundary_picture"),
+    "Retraction": ("retraction", "retraction_picture"),
+    "Trade": ("trade", "trade_picture"),
+    "Workspace": ("volume", "volume_picture"),
 }
 """The module of `apps.pictures` and the function in it that draw a result, by the name of its class."""
 

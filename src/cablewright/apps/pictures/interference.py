@@ -23,7 +23,7 @@ __all__ = ["interference_picture"]
 
 Array = NDArray[np.float64]
 
-_MOST_PIECES: Final = 6000
+_MAX_PIECES: Final = 6000
 _SIDES: Final = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
@@ -82,7 +82,7 @@ def _room(robot: Robot, part: Obstacle, curves: list[Array]) -> tuple[Array, Arr
 def _add_part(axes: Any, part: Obstacle) -> None:
     """Draw a thinned part: strands as lines along them, a mesh as faces."""
     count = len(part.order)
-    kept = part.solid.pieces[np.linspace(0, count - 1, min(count, _MOST_PIECES)).astype(int)] if count else []
+    kept = part.solid.pieces[np.linspace(0, count - 1, min(count, _MAX_PIECES)).astype(int)] if count else []
     if not len(kept):
         return
     pieces = np.array(kept)
@@ -102,9 +102,9 @@ def _box(lowest: Any, highest: Any, pose: Array) -> Array:
 
 def _layers(axes: Any, found: JobInterference) -> None:
     """Draw the smallest distance from the part in each layer, and over the whole job from the other things."""
-    numbers, least = found.layers()
-    shown = np.isfinite(least) & (numbers >= 0)
-    axes.plot(numbers[shown], least[shown] * 1e3, color=style.ORANGE, label="from the part")
+    numbers, nearest = found.layers()
+    shown = np.isfinite(nearest) & (numbers >= 0)
+    axes.plot(numbers[shown], nearest[shown] * 1e3, color=style.ORANGE, label="from the part")
     axes.axhline(found.clearance * 1e3, color=style.RED, linewidth=1.0, label="too near below")
     if found.first_layer is not None:
         axes.axvline(found.first_layer, color=style.INK, linestyle=":", label=f"first: layer {found.first_layer}")

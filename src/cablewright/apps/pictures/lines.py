@@ -16,11 +16,11 @@ from cablewright.apps.report.digest import Digest, band
 from cablewright.apps.report.quantities import quantity
 from cablewright.robot import Line
 
-__all__ = ["MOST_LINES", "Use", "limits", "tensions", "uses"]
+__all__ = ["MAX_LINES", "Use", "limits", "tensions", "uses"]
 
 Array = NDArray[np.float64]
 
-MOST_LINES: Final = 8
+MAX_LINES: Final = 8
 """Lines that one picture shows; of more, those nearest to their limits."""
 
 _USED: Final = {
@@ -52,7 +52,7 @@ def tensions(digest: Digest) -> Figure | None:
     check = digest.check
     if np.isnan(check.statics.tensions).all():
         return None
-    lines = digest.nearest_lines(MOST_LINES)
+    lines = digest.nearest_lines(MAX_LINES)
     columns = 1 if len(lines) == 1 else 2
     rows = -(-len(lines) // columns)
     drawn = style.figure(9.0, 0.7 + 1.9 * rows)
@@ -130,7 +130,7 @@ def limits(digest: Digest) -> Figure | None:
     known = uses(digest)
     if not known:
         return None
-    lines = digest.nearest_lines(MOST_LINES)
+    lines = digest.nearest_lines(MAX_LINES)
     columns = min(2, len(known))
     rows = -(-len(known) // columns)
     drawn = style.figure(9.0, rows * (1.15 + 0.24 * len(lines)))
@@ -146,11 +146,11 @@ def _draw_use(axes: Axes, use: Use, lines: list[int], names: list[str]) -> None:
     """Draw the ranges of one quantity: allowed pale with its ends marked, used blue, or orange if it goes outside."""
     places = np.arange(len(lines))
     low, high, allowed = use.low[lines], use.high[lines], use.allowed[lines]
-    for place, (least, most) in zip(places, allowed, strict=True):
-        if math.isfinite(most):
-            begin = least if math.isfinite(least) else 0.0
-            axes.barh(place, most - begin, left=begin, height=0.62, color="#e9edf1", zorder=1)
-        for end in (least, most):
+    for place, (lower, upper) in zip(places, allowed, strict=True):
+        if math.isfinite(upper):
+            begin = lower if math.isfinite(lower) else 0.0
+            axes.barh(place, upper - begin, left=begin, height=0.62, color="#e9edf1", zorder=1)
+        for end in (lower, upper):
             if math.isfinite(end):
                 axes.plot([end, end], [place - 0.36, place + 0.36], color=style.INK, linewidth=2, zorder=3)
     outside = (low < allowed[:, 0]) | (high > allowed[:, 1])

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 _ROOM: Final = 0.45  # of the platform's largest side: what is shown around it
 _ZOOM: Final = 0.78  # leaves room for the labels of tall boxes too
-_LEAST: Final = 0.1  # of the frame's largest side: a point's and a small body's room
+_MIN_ROOM: Final = 0.1  # of the frame's largest side: a point's and a small body's room
 _SWING: Final = 0.3  # of the picture's largest side: the largest motion drawn
 
 
@@ -101,5 +101,5 @@ def _room(found: Modes, points: Array) -> tuple[Array, Array]:
     scene: Any = found.equilibrium.model.robot.scene
     frame = float(np.max(np.subtract(scene.frame_max, scene.frame_min)))
     low, high = points.min(axis=0), points.max(axis=0)
-    around = _ROOM * max(float((high - low).max()), _LEAST * frame)
+    around = _ROOM * max(float((high - low).max()), _MIN_ROOM * frame)
     return low - around, high + around

@@ -20,14 +20,14 @@ from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.robot import Robot
 
-__all__ = ["MOST_NAMES", "ErrorScale", "box_edges", "error_scale", "plan", "side_view"]
+__all__ = ["MAX_NAMES", "ErrorScale", "box_edges", "error_scale", "plan", "side_view"]
 
 Array = NDArray[np.float64]
 
-_MOST_PLAN: Final = 30_000
-_MOST_SIDE: Final = 40_000
+_MAX_PLAN: Final = 30_000
+_MAX_SIDE: Final = 40_000
 _SIDE_SPAN: Final = 4  # samples
-MOST_NAMES: Final = 12
+MAX_NAMES: Final = 12
 """Lines whose names, and whose way to the worst place, a picture has room for."""
 _OUTLIERS: Final = 0.002  # of the samples at each end, if they would take much of the scale
 
@@ -64,7 +64,7 @@ def plan(digest: Digest) -> Figure:
     axes.add_patch(
         Rectangle(low[:2], high[0] - low[0], high[1] - low[1], fill=False, edgecolor=style.GREY, linewidth=1.4)
     )
-    pieces = worst_of_each_place(samples, digest.extruding, digest.check.error_uncompensated, _MOST_PLAN)
+    pieces = worst_of_each_place(samples, digest.extruding, digest.check.error_uncompensated, _MAX_PLAN)
     flat = samples.positions[:, :2]
     exits = np.array([line.exit_point for line in robot.lines])
     extent = max(float(np.ptp([*exits[:, :2], low[:2], high[:2]], axis=0).max()), 1e-3)
@@ -85,7 +85,7 @@ def side_view(digest: Digest) -> Figure:
     axes = drawn.add_subplot(aspect="equal")
     axes.set_axis_off()
     _draw_box(axes, camera, robot)
-    pieces = coarse_corners(samples, digest.extruding, _MOST_SIDE, _SIDE_SPAN)
+    pieces = coarse_corners(samples, digest.extruding, _MAX_SIDE, _SIDE_SPAN)
     flat = camera.project(samples.positions)
     depth = camera.depth(samples.positions[pieces.end])
     nearest_last = np.argsort(-depth, kind="stable")
@@ -94,11 +94,11 @@ def side_view(digest: Digest) -> Figure:
     exits = camera.project(np.array([line.exit_point for line in robot.lines]))
     if digest.worst is not None:
         tied = camera.project(digest.line_ends)
-        for i in digest.nearest_lines(MOST_NAMES):
+        for i in digest.nearest_lines(MAX_NAMES):
             axes.plot(*zip(exits[i], tied[i], strict=True), color=style.INK, linewidth=0.8, alpha=0.75)
     _mark_worst(axes, flat, digest)
     axes.plot(*exits.T, "o", color=style.INK, markersize=4.5)
-    if robot.m <= MOST_NAMES:
+    if robot.m <= MAX_NAMES:
         for line, end in zip(robot.lines, exits, strict=True):
             _text(axes, end, (0, 7), style.label(line.name), "center")
     axes.margins(0.06)
@@ -206,7 +206,7 @@ def _mark_worst(axes: Axes, flat: Array, digest: Digest) -> None:
 def _plan_exits(axes: Axes, robot: Robot, exits: Array) -> None:
     """Draw the exit points; those above each other share one label."""
     axes.plot(*exits[:, :2].T, "s", color=style.INK, markersize=5, zorder=4)
-    if robot.m > MOST_NAMES:
+    if robot.m > MAX_NAMES:
         return
     names: dict[tuple[float, float], list[str]] = {}
     for line in robot.lines:

@@ -29,7 +29,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_MOST_LAYERS: Final = 4  # whose errors are drawn place by place
+_MAX_LAYERS: Final = 4  # whose errors are drawn place by place
 _CORE: Final = 0.002  # of the steps at each end may be beyond a colour scale
 _COLOURS: Final = {
     PrintState.IDLE: style.GREY,
@@ -74,8 +74,8 @@ def path_picture(found: PrintRecord) -> Figure | None:
         bundle = _coloured(each, found.rows[place][:, :2], 1e3 * values, largest)
         worst = found.true.worst if place == "true_position" else found.estimated.worst
         if worst is not None:
-            most = f"{1e3 * worst.value:+.1f}".replace("-", "\N{MINUS SIGN}")
-            title += f"; largest, in the ring: {most} mm"
+            largest_error = f"{1e3 * worst.value:+.1f}".replace("-", "\N{MINUS SIGN}")
+            title += f"; largest, in the ring: {largest_error} mm"
             each.plot(*worst.place, "o", markersize=11, markerfacecolor="none", markeredgecolor=style.INK, zorder=5)
         each.set(title=title, xlabel="x in m", aspect="equal")
         each.margins(0.07)
@@ -128,7 +128,7 @@ def errors_picture(found: PrintRecord) -> Figure | None:
 
 def _along(axes: Axes, found: PrintRecord, column: str, printed: NDArray[np.int64]) -> None:
     begins = found.track.visits.begin
-    chosen = printed[np.unique(np.linspace(0, len(printed) - 1, _MOST_LAYERS).round().astype(int))]
+    chosen = printed[np.unique(np.linspace(0, len(printed) - 1, _MAX_LAYERS).round().astype(int))]
     visit = np.searchsorted(begins, found.rows["distance"], side="right") - 1
     colours = style.error_colours()(np.linspace(0.0, 1.0, len(chosen)))
     for each, colour in zip(chosen, colours, strict=True):
@@ -138,7 +138,7 @@ def _along(axes: Axes, found: PrintRecord, column: str, printed: NDArray[np.int6
         axes.plot(along, 1e3 * found.drawn[column][rows], color=colour, linewidth=0.9, label=label)
     axes.axhline(0.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel="m along the layer's path", ylabel="beside the path in mm", title=_whose(found))
-    axes.legend(loc="upper right", ncols=_MOST_LAYERS)
+    axes.legend(loc="upper right", ncols=_MAX_LAYERS)
     axes.margins(x=0.01, y=0.2)
 
 
@@ -251,9 +251,9 @@ def states_picture(found: PrintRecord) -> Figure | None:
     size, unit = clock(found.duration)
     drawn = style.figure(9.6, 2.4 + 0.3 * len(states))
     axes, way = drawn.subplots(2, 1, sharex=True, height_ratios=(0.3 * len(states) + 0.3, 1.6))
-    least = found.duration / size / 800.0  # what is shorter would not be seen
+    shortest = found.duration / size / 800.0  # what is shorter would not be seen
     for row, state in enumerate(reversed(states)):
-        bars = [(s.begin / size, max((s.end - s.begin) / size, least)) for s in found.spans if s.state is state]
+        bars = [(s.begin / size, max((s.end - s.begin) / size, shortest)) for s in found.spans if s.state is state]
         axes.broken_barh(bars, (row - 0.38, 0.76), color=_COLOURS[state])
     axes.set_yticks(range(len(states)), [str(state) for state in reversed(states)])
     axes.grid(visible=False, axis="y")
@@ -271,10 +271,10 @@ def steps_picture(times: Array) -> Figure:
     told = 1e3 * times[np.isfinite(times) & (times > 0.0)]
     edges = np.geomspace(max(1e-3, told.min()), 1.001 * told.max(), 80)
     axes.stairs(*np.histogram(told, edges), color=style.BLUE, fill=True)
-    half, most = np.percentile(told, (50.0, 99.0)).tolist()
-    for at in (half, most):
+    half, p99 = np.percentile(told, (50.0, 99.0)).tolist()
+    for at in (half, p99):
         axes.axvline(at, color=style.INK, linewidth=0.9, linestyle=(0, (4, 2)))
-    title = f"how long a step took: half of them up to {half:.2g} ms, 99 of 100 up to {most:.2g} ms"
+    title = f"how long a step took: half of them up to {half:.2g} ms, 99 of 100 up to {p99:.2g} ms"
     axes.set(xscale="log", yscale="log", xlabel="ms", ylabel="steps", title=title)
     axes.yaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_major_formatter("{x:g}")

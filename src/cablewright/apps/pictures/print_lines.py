@@ -18,7 +18,7 @@ __all__ = ["angles_picture", "coiling_picture", "ringing_picture", "tensions_pic
 
 Array = NDArray[np.float64]
 
-_MOST: Final = 12  # lines that a picture has room for
+_MAX_LINES: Final = 12  # lines that a picture has room for
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)
 
 
@@ -72,7 +72,7 @@ def tensions_picture(found: PrintRecord) -> Figure | None:
     true, believed = found.rows["tensions"][rows], found.drawn["believed"][rows]
     if not (np.isfinite(true).any() or np.isfinite(believed).any()):
         return None
-    count = min(found.rows.m, _MOST)
+    count = min(found.rows.m, _MAX_LINES)
     across = 2 if count > 1 else 1
     drawn = style.figure(9.6, 1.0 + 1.6 * -(-count // across))
     axes = drawn.subplots(-(-count // across), across, sharex=True, sharey=True, squeeze=False).ravel()
@@ -96,7 +96,7 @@ def tensions_picture(found: PrintRecord) -> Figure | None:
 
 def coiling_picture(found: PrintRecord) -> Figure | None:
     """Radius at which cable leaves each winch drum, against the length paid out."""
-    known = [i for i, each in enumerate(found.spools) if np.isfinite(each.radii).any()][:_MOST]
+    known = [i for i, each in enumerate(found.spools) if np.isfinite(each.radii).any()][:_MAX_LINES]
     if not known:
         return None
     across = 2 if len(known) > 1 else 1

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 _VIEWS: Final = {"xy": "from above", "xz": "from the front", "yz": "from the side"}
 _NEAR: Final = 1.5  # of the region's radius: a wanted place farther off would shrink the region to a dot
-_MOST_DOTS: Final = 3000
+_MAX_DOTS: Final = 3000
 _FEW: Final = 400  # triangles, whose edges can be told apart
 _SLENDER: Final = 12.0  # from which one scale for both axes leaves a line
 
@@ -101,7 +101,7 @@ def _cut(corners: Array, times: int) -> Array:
 
 
 def _some(points: Array) -> Array:
-    return points[:: max(1, -(-len(points) // _MOST_DOTS))]
+    return points[:: max(1, -(-len(points) // _MAX_DOTS))]
 
 
 def _shadow(axes: Axes, outline: Array, dots: Array, wanted: Array | None) -> bool:

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 _MAGNIFIED: Final = 100.0  # how much larger than the room the ellipses are drawn
 _SIGMAS: Final = 2.4477  # of an ellipse that holds 95 %
-_MOST_BARS: Final = 40
+_MAX_BARS: Final = 40
 
 
 def survey_picture(found: Survey) -> Figure:
@@ -97,7 +97,7 @@ def _ellipse(covariance: Array) -> Array:
 def _draw_residuals(axes: Axes, found: Survey) -> None:
     """Draw how far each marker is off, the worst first, with what is expected."""
     rows = [row for row in found.residuals if not np.isnan(row.residual)]
-    rows = sorted(rows, key=lambda row: row.residual, reverse=True)[:_MOST_BARS]
+    rows = sorted(rows, key=lambda row: row.residual, reverse=True)[:_MAX_BARS]
     axes.set_title("residuals")
     if not rows:
         axes.text(0.5, 0.5, "no marker is checked\nby another one", ha="center", va="center", transform=axes.transAxes)

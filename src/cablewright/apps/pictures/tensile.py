@@ -14,7 +14,7 @@ from cablewright.calibration.tensile.modulus import PAPER_SPREAD, TensileResult,
 
 __all__ = ["tensile_picture"]
 
-_MOST_POINTS: Final = 20_000  # of a curve: more cannot be told apart in the picture
+_MAX_POINTS: Final = 20_000  # of a curve: more cannot be told apart in the picture
 
 
 def tensile_picture(test: TensileTest, result: TensileResult) -> Figure:
@@ -77,7 +77,7 @@ def _curve(
     linewidth: float = 1.6,
     alpha: float = 1.0,
 ) -> None:
-    step = -(-len(force) // _MOST_POINTS)
+    step = -(-len(force) // _MAX_POINTS)
     shown = elongation[::step] * 1e3, force[::step] / 1e3
     axes.plot(*shown, color=color, linewidth=linewidth, alpha=alpha, label=label)
 

@@ -74,15 +74,15 @@ def _by_first(axes: Axes, found: Trade, first: Array, wanted: Array, groups: lis
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
 
 
-def _against(axes: Axes, found: Trade, volumes: Array, least: Array, groups: list[Array]) -> None:
+def _against(axes: Axes, found: Trade, volumes: Array, lowest: Array, groups: list[Array]) -> None:
     """Draw the least frequency over the volume, the best joined."""
     for k, rows in enumerate(groups):
-        axes.plot(volumes[rows], least[rows], "o", color=_colour(k, groups), markersize=4)
-    axes.plot(volumes[~found.clear], least[~found.clear], zorder=5, **_HIDDEN)
+        axes.plot(volumes[rows], lowest[rows], "o", color=_colour(k, groups), markersize=4)
+    axes.plot(volumes[~found.clear], lowest[~found.clear], zorder=5, **_HIDDEN)
     best = np.flatnonzero(found.best)
     best = best[np.argsort(volumes[best], kind="stable")]
-    axes.plot(volumes[best], least[best], "-", color=style.INK, linewidth=1.0, zorder=1.5)
-    axes.plot(volumes[best], least[best], color=style.INK, linestyle="none", zorder=4, **_RING)
+    axes.plot(volumes[best], lowest[best], "-", color=style.INK, linewidth=1.0, zorder=1.5)
+    axes.plot(volumes[best], lowest[best], color=style.INK, linestyle="none", zorder=4, **_RING)
     axes.set(xlabel="volume in m³", ylabel="least of the lowest frequencies in Hz", title="one against the other")
 
 
@@ -100,7 +100,7 @@ def _legend(drawn: Figure, found: Trade, values: Array, groups: list[Array]) -> 
         handles.append(Line2D([], [], color=style.INK, linewidth=1.0, label="not dominated", **_RING))
     if not found.clear.all():
         handles.append(
-            Line2D([], [], label=f"exits nearer than {found.asked.clearance:g} m: sheaves collide", **_HIDDEN)
+            Line2D([], [], label=f"exits nearer than {found.settings.clearance:g} m: sheaves collide", **_HIDDEN)
         )
     drawn.legend(handles=handles, loc="outside lower center", ncols=4)
 
@@ -115,6 +115,6 @@ def _valued(change: Change, value: float) -> str:
 
 
 def _title(found: Trade) -> str:
-    asked = found.asked
+    asked = found.settings
     told = f"{style.label(found.model.robot.name)}, {asked.criterion}"
     return told + ("" if asked.geometric else ", frequencies without geometric stiffness")

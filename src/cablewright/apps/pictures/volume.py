@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import Workspace
 from cablewright.apps import style
-from cablewright.apps.space_axes import add_faces, draw_frame, space, towards_eye
+from cablewright.apps.space_axes import add_surface, draw_frame, space
 
 __all__ = ["volume_picture"]
 
 Array = NDArray[np.float64]
 
-_LIGHT: Final = np.array([0.2, -0.55, 0.81])
 _HEIGHTS: Final = 201  # of which the largest slice is shown
 _MARGIN: Final = 0.05  # of the longest side
 _PALE: Final = np.array([0.60, 0.80, 0.93])
@@ -62,18 +61,12 @@ def _title(found: Workspace) -> str:
 
 def _surface(drawn: Figure, where: Any, found: Workspace) -> None:
     """Draw the surface in the frame, what is far from the eye first."""
-    robot, mesh = found.criterion.model.robot, found.mesh
+    robot = found.criterion.model.robot
     exits = np.array([line.exit_point for line in robot.lines])
     ends = np.vstack([robot.scene.frame_min, robot.scene.frame_max, exits, found.box.low, found.box.high])
     axes, _ = space(drawn, where, ends.min(axis=0), ends.max(axis=0), "m")
     draw_frame(axes, robot)
-    corners = mesh.vertices[mesh.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    seen = normals @ towards_eye() > 0.0
-    shade = 0.5 + 0.5 * np.clip(normals[seen] @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
-    colours = np.column_stack([shade[:, None] * _PALE, np.ones(len(shade))])
-    add_faces(axes, corners[seen], colours, zorder=3)
+    add_surface(axes, found.mesh, _PALE, darkest=0.5)
     axes.set_title("boundary, with frame and exit points")
 
 

@@ -14,7 +14,7 @@ from cablewright.estimation.lidar.wall_lines import WallLine
 
 __all__ = ["walls_picture"]
 
-_MOST_POINTS: Final = 20_000
+_MAX_POINTS: Final = 20_000
 _LABEL_AT: Final = (0.5, 0.3, 0.6, 0.4, 0.7)  # along the wall: a window's number is not on its wall's
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED)
 
@@ -23,7 +23,7 @@ def walls_picture(points: Points, lines: Sequence[WallLine]) -> Figure:
     """Draw a scan and its walls, numbered as the table has them. Call within `style.drawing`."""
     drawn = style.figure(7.4, 6.4)
     axes = drawn.subplots()
-    shown = points.xy[:: 1 + len(points) // _MOST_POINTS]
+    shown = points.xy[:: 1 + len(points) // _MAX_POINTS]
     axes.plot(*shown.T, ".", color=style.GREY, markersize=3, label=f"{len(points)} points that count")
     for i, line in enumerate(lines):
         colour = _COLOURS[i % len(_COLOURS)]

@@ -115,19 +115,19 @@ def _study_verdict(study: Study) -> Html:
     if not _answered(found):
         return _verdict("Nothing can be said", f"At none of {count(len(found.codes))} places is there an answer.", "no")
     nominal, deviation = float(np.nanmax(found.nominal_error)), float(np.nanmax(spread.max_deviation))
-    most, least = float(np.nanmax(spread.max_error)), float(np.nanmin(spread.max_error))
+    largest, smallest = float(np.nanmax(spread.max_error)), float(np.nanmin(spread.max_error))
     where = COMPENSATIONS[found.compensation].words
     told = (
         f"{_SHAPES[study.places.shape].capitalize()}, {where}, {found.robot.name} prints "
-        f"{_up_to(nominal)} off with the numbers of its file, and {quantity(least, 'm')} to "
-        f"{quantity(most, 'm')} off at the worst while {_numbers(found)}. "
+        f"{_up_to(nominal)} off with the numbers of its file, and {quantity(smallest, 'm')} to "
+        f"{quantity(largest, 'm')} off at the worst while {_numbers(found)}. "
     )
     if found.compensation == "full":
         told += f"No better model is left: the deviation that they cause, up to {quantity(deviation, 'm')}, remains."
     else:
         rest = quantity(deviation, "m")
         told += f"Full compensation would remove the first; about {rest} would remain until they are known better."
-    return _verdict(f"Up to {quantity(most, 'm')} off", told)
+    return _verdict(f"Up to {quantity(largest, 'm')} off", told)
 
 
 def _size(size: float) -> str:
@@ -237,20 +237,22 @@ def _place_verdict(accuracy: Accuracy, tables: Mapping[str, Any]) -> Html:
     where = tell.plain(accuracy.wanted_nozzle[0])
     if not _answered(accuracy):
         return _verdict("Nothing can be said", f"At {where} m there is no answer.", "no")
-    most = tell.number(tables, "max_error")
+    largest = tell.number(tables, "max_error")
     told = (
         f"At {where} m, {COMPENSATIONS[accuracy.compensation].words}, {accuracy.robot.name} is "
         f"{_size(tell.number(tables, 'nominal_error'))} off with the numbers of its file, and up to "
-        f"{quantity(most, 'm')} off while {_numbers(accuracy)}."
+        f"{quantity(largest, 'm')} off while {_numbers(accuracy)}."
     )
     left = next((row for row in tables.get("remains", ()) if row["compensation"] == "full"), None)
     if left is not None and accuracy.compensation != "full":
         rest = tell.number(left, "max_error")
-        if rest < most:
-            told += f" Full compensation removes {tell.share(1.0 - rest / most)} of that; {quantity(rest, 'm')} remain."
+        if rest < largest:
+            told += (
+                f" Full compensation removes {tell.share(1.0 - rest / largest)} of that; {quantity(rest, 'm')} remain."
+            )
         else:
             told += f" Full compensation gains nothing here: {quantity(rest, 'm')} would remain."
-    return _verdict(f"Up to {quantity(most, 'm')} off", told)
+    return _verdict(f"Up to {quantity(largest, 'm')} off", told)
 
 
 def _place_figures(accuracy: Accuracy, tables: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:

@@ -10,8 +10,8 @@ import numpy as np
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
 from cablewright.apps.pictures.error import error_by_height
-from cablewright.apps.pictures.lines import MOST_LINES, limits, tensions
-from cablewright.apps.pictures.path import MOST_NAMES, plan, side_view
+from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
+from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
 from cablewright.apps.report.digest import Digest, extreme, median
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
@@ -122,7 +122,7 @@ def _path(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         "From above, moves that lay material. Grey: the frame; squares: where the lines leave their mountings. Where "
         "layers lie on each other, the largest error is drawn.",
     )
-    some = f"{MOST_NAMES} of the {m}" if m > MOST_NAMES else "the"
+    some = f"{MAX_NAMES} of the {m}" if m > MAX_NAMES else "the"
     yield picture(
         pictures["path-3d"],
         "The extruded path seen from a corner, with the frame and the lines",
@@ -159,9 +159,7 @@ def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:
 
 
 def _winches(digest: Digest, pictures: Pictures) -> Iterator[Html]:
-    some = (
-        f" The {MOST_LINES} lines with tensions nearest to their limits." if digest.check.robot.m > MOST_LINES else ""
-    )
+    some = f" The {MAX_LINES} lines with tensions nearest to their limits." if digest.check.robot.m > MAX_LINES else ""
     if "limits" in pictures:
         yield picture(
             pictures["limits"],
@@ -175,4 +173,4 @@ def _winches(digest: Digest, pictures: Pictures) -> Iterator[Html]:
 
 def _some(m: int) -> str:
     """Say that a picture leaves lines out, where it does."""
-    return f" Of {m} lines, the {MOST_LINES} with tensions nearest to their limits are drawn." if m > MOST_LINES else ""
+    return f" Of {m} lines, the {MAX_LINES} with tensions nearest to their limits are drawn." if m > MAX_LINES else ""

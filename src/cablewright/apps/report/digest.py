@@ -19,9 +19,9 @@ __all__ = ["Band", "Digest", "Heights", "extreme", "median"]
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_MOST_STRETCHES: Final = 300
+_MAX_STRETCHES: Final = 300
 _FEWEST_STRETCHES: Final = 20
-_MOST_HEIGHTS: Final = 400
+_MAX_HEIGHTS: Final = 400
 _HEIGHT_GRAIN: Final = 1e-4  # m: heights nearer than this are one
 
 
@@ -55,15 +55,15 @@ class Digest:
     @cached_property
     def by_layer(self) -> bool:
         """Whether `stretches` are the layers, one each."""
-        return _FEWEST_STRETCHES <= len(self.layers) <= _MOST_STRETCHES
+        return _FEWEST_STRETCHES <= len(self.layers) <= _MAX_STRETCHES
 
     @cached_property
     def stretches(self) -> Indices:
         """First sample of each stretch of the print: of each layer, of groups of layers, or of equal parts."""
         total, first = len(self.check.samples), self.layers.first
         if len(first) < _FEWEST_STRETCHES:
-            return np.unique(np.linspace(0, total, _MOST_STRETCHES + 1)[:-1].astype(np.intp))
-        step = -(-len(first) // _MOST_STRETCHES)
+            return np.unique(np.linspace(0, total, _MAX_STRETCHES + 1)[:-1].astype(np.intp))
+        step = -(-len(first) // _MAX_STRETCHES)
         return np.asarray(np.union1d([0], first[::step]), dtype=np.intp)
 
     @cached_property
@@ -99,20 +99,20 @@ class Digest:
         grain = _HEIGHT_GRAIN
         keys = np.round(z / grain)
         levels, inverse = np.unique(keys, return_inverse=True)
-        if len(levels) > _MOST_HEIGHTS:
-            grain = float(np.ptp(z)) / (_MOST_HEIGHTS // 2)
+        if len(levels) > _MAX_HEIGHTS:
+            grain = float(np.ptp(z)) / (_MAX_HEIGHTS // 2)
             levels, inverse = np.unique(np.round(z / grain), return_inverse=True)
         order = np.argsort(inverse, kind="stable")
         starts = np.searchsorted(inverse[order], np.arange(len(levels)))
         return Heights(levels * grain, self.extruding[order], starts)
 
-    def nearest_lines(self, most: int) -> list[int]:
-        """Return ``most`` lines in the robot's order: those whose tension comes nearest to its limits, or beyond."""
+    def nearest_lines(self, count: int) -> list[int]:
+        """Return ``count`` lines in the robot's order: those whose tension comes nearest to its limits, or beyond."""
         limit = np.array([line.tension_limits for line in self.check.robot.lines])
         lowest = np.fmin.reduce(self.check.statics.lines.lowest_tension, axis=0)
         highest = np.fmax.reduce(self.check.statics.lines.highest_tension, axis=0)
         room = np.fmin(lowest - limit[:, 0], limit[:, 1] - highest) / np.ptp(limit, axis=1)
-        return sorted(int(i) for i in np.argsort(room, kind="stable")[:most])
+        return sorted(int(i) for i in np.argsort(room, kind="stable")[:count])
 
     def unsolved(self) -> Iterator[tuple[int, int]]:
         """Yield each status code but 0 and how many samples have it, the commonest first."""

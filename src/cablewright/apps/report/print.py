@@ -133,9 +133,9 @@ def _verdict(found: PrintRecord) -> Html:
         told = f"{layers}; where the platform was is not known."
     else:
         whose = "" if found.has_truth else ", as the estimation saw it"
-        most, rms = quantity(best.error.size, "m"), quantity(_rms(best.error.mean, best.error.variance), "m")
+        error, rms = quantity(best.error.size, "m"), quantity(_rms(best.error.mean, best.error.variance), "m")
         told = (
-            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the platform was {most} beside its path "
+            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the platform was {error} beside its path "
             f"at most, {rms} rms{whose}."
         )
     kind = "yes" if whole else "no"

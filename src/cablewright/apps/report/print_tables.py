@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
-_MOST_FAULTS: Final = 40
+_MAX_FAULTS: Final = 40
 _OF_THE_PAPER: Final = "merlet2023"
 
 
@@ -173,9 +173,9 @@ def faults_table(found: PrintRecord) -> Html:
     """What the estimation noticed and what the machine said."""
     rows = [
         (source, sentence, f"{since:.1f} to {until:.1f} s", count(steps))
-        for (source, sentence), (since, until, steps) in list(found.faults.items())[:_MOST_FAULTS]
+        for (source, sentence), (since, until, steps) in list(found.faults.items())[:_MAX_FAULTS]
     ]
-    rows += [("machine", text, "", count(steps)) for text, steps in found.notices.most_common(_MOST_FAULTS)]
+    rows += [("machine", text, "", count(steps)) for text, steps in found.notices.most_common(_MAX_FAULTS)]
     if not rows:
         return element("p", "Nothing that the estimation or the machine would have noticed.")
     return table(("source", "what", "when", "steps"), rows, numbers=(3,))

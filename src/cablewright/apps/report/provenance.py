@@ -12,7 +12,7 @@ from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Line, RigidPlatform, Robot
 
-_MOST_HEIGHTS = 6
+_MAX_HEIGHTS = 6
 
 __all__ = ["assumptions", "inputs_table", "list_of"]
 
@@ -95,9 +95,7 @@ def _schedule(schedule: tuple[ScheduleStep, ...]) -> str:
         if height.retraction is not None:
             parts.append(f"retraction {height.retraction:g} m")
         told.append(" ".join(parts))
-    shown = (
-        told if len(told) <= _MOST_HEIGHTS else [*told[: _MOST_HEIGHTS - 1], f"{len(told) - _MOST_HEIGHTS + 1} more"]
-    )
+    shown = told if len(told) <= _MAX_HEIGHTS else [*told[: _MAX_HEIGHTS - 1], f"{len(told) - _MAX_HEIGHTS + 1} more"]
     return "; ".join(shown)
 
 

@@ -24,10 +24,10 @@ class Pieces:
         return len(self.end)
 
 
-def worst_of_each_place(samples: Samples, known: Indices, error: NDArray[np.float64], most: int) -> Pieces:
+def worst_of_each_place(samples: Samples, known: Indices, error: NDArray[np.float64], limit: int) -> Pieces:
     """Return one segment for each place of the plan, the one with the largest error, by rising error.
 
-    ``known`` are the samples whose segments may be shown. A place is a square as small as ``most`` allows, and a
+    ``known`` are the samples whose segments may be shown. A place is a square as small as ``limit`` allows, and a
     segment is where its middle is.
     """
     if len(known) == 0:
@@ -41,27 +41,27 @@ def worst_of_each_place(samples: Samples, known: Indices, error: NDArray[np.floa
         keys = ((plan - corner) * (cells / extent)).astype(np.int64) @ np.array([1, 2 * cells])
         first = np.unique(keys, return_index=True)[1]
         chosen = order[np.sort(first)[::-1]]
-        if len(chosen) <= most:
+        if len(chosen) <= limit:
             break
         cells //= 2
     return Pieces(chosen - 1, chosen)
 
 
-def coarse_corners(samples: Samples, known: Indices, most: int, span: int) -> Pieces:
-    """Return at most about ``most`` pieces: corner to corner of whole layers, every so manyth layer.
+def coarse_corners(samples: Samples, known: Indices, limit: int, span: int) -> Pieces:
+    """Return at most about ``limit`` pieces: corner to corner of whole layers, every so manyth layer.
 
     ``known`` are the samples whose segments may be shown. The first and the last layer always are. A straight move is
     cut every ``span`` samples, so that colour still changes along it.
     """
     pieces = _corner_to_corner(samples, known, span)
-    if len(pieces) <= most:
+    if len(pieces) <= limit:
         return pieces
     numbers, inverse = np.unique(samples.layer[pieces.end], return_inverse=True)
-    every = -(-len(pieces) // most)
+    every = -(-len(pieces) // limit)
     shown = np.arange(len(numbers)) % every == 0
     shown[-1] = True
     picked = np.flatnonzero(shown[inverse])
-    stride = max(1, len(picked) // most)  # few and very long layers: gaps show
+    stride = max(1, len(picked) // limit)  # few and very long layers: gaps show
     picked = picked[::stride]
     return Pieces(pieces.begin[picked], pieces.end[picked])
 

@@ -19,7 +19,7 @@ from cablewright.apps.report.thinning import coarse_corners
 
 __all__ = ["canvas", "script"]
 
-_MOST: Final = 18_000
+_MAX_PIECES: Final = 18_000
 _SPAN: Final = 10  # samples
 _LEVELS: Final = 32
 _PEN_UP: Final = 255
@@ -83,7 +83,7 @@ def _data(digest: Digest) -> dict[str, Any]:
 
 def _vertices(digest: Digest, low: float, high: float) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
     """Return samples and the colour levels of the pieces that end there; a piece that does not go on lifts the pen."""
-    pieces = coarse_corners(digest.check.samples, digest.extruding, _MOST, _SPAN)
+    pieces = coarse_corners(digest.check.samples, digest.extruding, _MAX_PIECES, _SPAN)
     lifted = np.append(True, pieces.begin[1:] != pieces.end[:-1])
     share = (digest.check.error_uncompensated[pieces.end] * 1e3 - low) / max(high - low, 1e-12)
     level = np.clip(share * _LEVELS, 0, _LEVELS - 1).astype(np.uint8)

@@ -18,11 +18,11 @@ __all__ = ["Markers", "SurveyMarker", "markers_of"]
 
 Array = NDArray[np.float64]
 
-MOST_MARKERS: Final = 600  # their covariance is a full matrix
+MAX_MARKERS: Final = 600  # their covariance is a full matrix
 _LARGEST_EXTENT: Final = 500.0  # m, of a machine; farther apart is a unit
 _APART: Final = 0.02  # m: shots of one marker that differ by more, and by this many sigma, are not of one marker
 _SIGMAS_APART: Final = 6.0
-_LEAST_SIGMA: Final = 1e-6  # m: no shot is better, so that no weight is infinite
+_MIN_SIGMA: Final = 1e-6  # m: no shot is better, so that no weight is infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +80,8 @@ def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> M
     if not used:
         what = f"none of {len(by_point)} points has a marker's name" if by_point else "no shot of a marker"
         raise InputError(f"{found.origin}: {what}; names are like {SCHEME}; or give a plan that says what they are")
-    if len(used) > MOST_MARKERS:
-        raise InputError(f"{found.origin}: {len(used)} markers, at most {MOST_MARKERS} are allowed")
+    if len(used) > MAX_MARKERS:
+        raise InputError(f"{found.origin}: {len(used)} markers, at most {MAX_MARKERS} are allowed")
     markers = tuple(
         _together(point, feature, by_point[point], plan.instrument, found.origin)
         for point, feature in features.items()
@@ -109,8 +109,8 @@ def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instr
     # From the first, so that a grid's millions of metres do not cost digits.
     mean = places[0] + together @ np.einsum("sij,sj->i", weights, places - places[0])
     off = np.linalg.norm(places - mean, axis=1)
-    most = max(_APART, _SIGMAS_APART * math.sqrt(np.trace(own.max(axis=0))))
-    if off.max() > most:
+    limit = max(_APART, _SIGMAS_APART * math.sqrt(np.trace(own.max(axis=0))))
+    if off.max() > limit:
         far = int(off.argmax())
         where = f"lines {', '.join(str(shot.line) for shot in shots[:8])}"
         raise InputError(
@@ -141,7 +141,7 @@ def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
         along**2 * np.outer(u, u)
         + (instrument.angle * level) ** 2 * np.outer(across, across)
         + (instrument.angle * far) ** 2 * np.outer(np.cross(u, across), np.cross(u, across))
-        + _LEAST_SIGMA**2 * np.eye(3)
+        + _MIN_SIGMA**2 * np.eye(3)
     )
 
 

@@ -22,7 +22,7 @@ from cablewright.units import Angle, Length, NonNegative, Positive, Vec3
 __all__ = ["SCHEME", "Feature", "Instrument", "Placing", "SurveyPlan", "Where", "feature_of", "load_plan"]
 
 NEWEST_SCHEMA: Final = 1
-MOST_POINTS: Final = 5000
+MAX_POINTS: Final = 5000
 
 SCHEME: Final = (
     "X3-1 (exit point of line 3), W3-1 (its winch), A3-1 (a mark that swings with its sheave), "
@@ -107,7 +107,7 @@ class SurveyPlan(Description):
     exit: Placing = Placing()
     winch: Placing = Placing()
     lines: dict[str, LinePlan] = Field(default_factory=dict)
-    points: dict[str, str] = Field(default_factory=dict, max_length=MOST_POINTS)
+    points: dict[str, str] = Field(default_factory=dict, max_length=MAX_POINTS)
     frame: Frame = Frame()
 
     @model_validator(mode="after")

@@ -30,7 +30,7 @@ _WORST_CENTRE: Final = 0.02  # m, sigma of a circle's centre
 _LEAN_KNOWN: Final = math.radians(0.5)  # sigma of a lean that is worth telling
 _LIKELY: Final = 9.0  # chi-squared per surplus condition of a fit that is believed
 _FLAT: Final = 1e-3  # how much flatter than long a set of marks on a circle may be
-_LEAST_LEVEL: Final = 0.01  # m: two markers nearer than this in plan give no direction
+_MIN_LEVEL: Final = 0.01  # m: two markers nearer than this in plan give no direction
 
 
 def survey(shots: Shots, plan: SurveyPlan | None = None, lines: Sequence[str] | None = None) -> Survey:
@@ -98,7 +98,7 @@ class _Work:
         which = self._enough(feature, 2, "their line is the wall's direction")
         places, covariances = self._places(which)
         apart = math.hypot(*np.ptp(places[:, :2], axis=0))
-        if apart < _LEAST_LEVEL:
+        if apart < _MIN_LEVEL:
             raise self._no_wall(feature, apart, "not known")
         fit = shape_fits.upright_plane(places, covariances)
         self._keep(feature, which, fit)
@@ -189,7 +189,7 @@ class _Work:
         if ahead or left:
             way = (places[1] - places[0])[:2]
             level = math.hypot(*way)
-            if level < _LEAST_LEVEL:
+            if level < _MIN_LEVEL:
                 why = f"its first two markers are {1e3 * level:.3g} mm apart in plan, which gives no direction"
                 raise InputError(f"{self.shots.origin}: {feature.words}: {why} for its offset sideways")
             e = way / level
@@ -217,11 +217,11 @@ class _Work:
 
     # How the parts are kept and told.
 
-    def _enough(self, feature: Feature, least: int, why: str) -> list[int]:
+    def _enough(self, feature: Feature, minimum: int, why: str) -> list[int]:
         which = self.markers.on(feature)
-        if len(which) < least:
+        if len(which) < minimum:
             got = f"{len(which)} marker{'s' * (len(which) > 1)}, {self._names(feature)}"
-            raise InputError(f"{self.shots.origin}: {feature.words}: {got}; {least} or more are wanted: {why}")
+            raise InputError(f"{self.shots.origin}: {feature.words}: {got}; {minimum} or more are wanted: {why}")
         return which
 
     def _names(self, feature: Feature) -> str:

@@ -177,9 +177,9 @@ def young_modulus(
 
 def _require(name: str, value: float, origin: str = "") -> None:
     """Raise `InputError` unless ``value`` is within what a cable can have; most often a unit is wrong."""
-    least, most, unit = _SENSIBLE[name]
-    if not least <= value <= most:
-        hint = f"must be over 0, from {least:g} to {most:g} {unit}; check the units"
+    low, high, unit = _SENSIBLE[name]
+    if not low <= value <= high:
+        hint = f"must be over 0, from {low:g} to {high:g} {unit}; check the units"
         raise InputError(f"{origin}{name} = {value:g} {unit}: {hint}")
 
 
@@ -272,8 +272,8 @@ class _BranchSearch:
         return Branch(rising, place, force, elongation, ends, secant, _frozen(per_slope * slopes), _frozen(forces))
 
 
-def _turning_points(force: Array, least: float) -> list[int]:
-    """Return where the force turns back by ``least`` or more, with where its first branch begins and its last ends."""
+def _turning_points(force: Array, low: float) -> list[int]:
+    """Return where the force turns back by ``low`` or more, with where its first branch begins and its last ends."""
     values: list[float] = force.tolist()
     lowest = highest = best = sign = 0
     points: list[int] = []
@@ -281,13 +281,13 @@ def _turning_points(force: Array, least: float) -> list[int]:
         if sign == 0:  # not yet known which way it goes
             lowest = i if value < values[lowest] else lowest
             highest = i if value > values[highest] else highest
-            if values[highest] - values[lowest] >= least:
+            if values[highest] - values[lowest] >= low:
                 sign = 1 if highest > lowest else -1
                 points.append(min(lowest, highest))
                 best = i
         elif sign * (value - values[best]) > 0:
             best = i
-        elif sign * (values[best] - value) >= least:
+        elif sign * (values[best] - value) >= low:
             points.append(best)
             sign, best = -sign, i
     return [*points, best] if points else []

@@ -30,7 +30,7 @@ from cablewright.estimation.reading_checks import (
 )
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.kernels import layout
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.signals import (
     DistanceReading,
     Encoders,
@@ -69,7 +69,7 @@ def start(settings: FilterSettings) -> FilterState:
     chain = observer.start(settings.chain)
     own = settings.chain
     lay = Layout.of(own.model.m, len(own.lidars))
-    weight = float(own.model.packed.platform[layout.PLATFORM_WEIGHT])
+    weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
         chain.checks,
         lay,

@@ -22,7 +22,6 @@ from cablewright.estimation.kalman.state import (
     kalman_update,
 )
 from cablewright.estimation.slackness import parabolic_excess, taut_at
-from cablewright.kernels import layout
 
 __all__ = ["excess", "predict", "update", "update_jacobian"]
 
@@ -47,10 +46,10 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
         return
     state.monitor.clear("encoders", "lost")
     state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
-    lines, c = model.packed.lines, np.cos(taut.angles)
+    lines, c = model.lines, np.cos(taut.angles)
     h = _horizontal_forces(settings, state)
-    sag = (lines[:, layout.WEIGHT] * c) ** 2 * taut.free**3 / (12.0 * h**3)
-    stiffness = 1.0 / (lines[:, layout.FREE_COMPLIANCE] * taut.lengths + sag + 1e-12)
+    sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
+    stiffness = 1.0 / (lines.free_compliance * taut.lengths + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
     state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
 
@@ -59,7 +58,7 @@ def _horizontal_forces(settings: FilterSettings, state: FilterState) -> Array:
     """Horizontal force (m,), N, of each line by its angle, or by its excess; large where it does not visibly sag."""
     taut, slackness = state.taut, state.slackness
     assert taut is not None  # `update_jacobian` has run
-    weight, c = settings.chain.model.packed.lines[:, layout.WEIGHT], np.cos(taut.angles)
+    weight, c = settings.chain.model.lines.weight, np.cos(taut.angles)
     sensors = settings.chain.slackness
     measured = np.isfinite(slackness.excess)
     slope = np.tan(np.minimum(taut.angles + np.where(measured, slackness.differences, 0.0), 1.5)) - np.tan(taut.angles)
@@ -132,8 +131,7 @@ def _measured_excess(settings: FilterSettings, state: FilterState) -> tuple[Arra
     """Excess (m,), m, of each line, its standard deviation (m,), m, and which lines have a measured angle (m,)."""
     taut, slackness, sensors = state.taut, state.slackness, settings.chain.slackness
     assert taut is not None  # `update_jacobian` has run
-    lines = settings.chain.model.packed.lines
-    compliance = lines[:, layout.FREE_COMPLIANCE] * taut.lengths
+    m, compliance = settings.chain.model.m, settings.chain.model.lines.free_compliance * taut.lengths
     slack, measured = visibly_slack(sensors, slackness), np.isfinite(slackness.excess)
     tan = np.tan(taut.angles)
     slope = np.maximum(np.tan(np.minimum(taut.angles + slackness.differences, 1.5)) - tan, 1e-4)
@@ -146,10 +144,10 @@ def _measured_excess(settings: FilterSettings, state: FilterState) -> tuple[Arra
     slack_lines = np.flatnonzero(slack)
     if len(slack_lines) == 1:
         (i,) = slack_lines
-        others = np.arange(len(lines)) != i
+        others = np.arange(m) != i
         tension = _horizontal_forces(settings, state)[i] / math.cos(float(taut.angles[i]))
         load = np.array([0.0, 0.0, -weight]) - tension * taut.toward[i]
-        if len(lines) == 4:
+        if m == 4:
             tensions = np.linalg.solve(taut.toward[others].T, load)
             stretch = stretch.copy()
             stretch[others] = compliance[others] * tensions

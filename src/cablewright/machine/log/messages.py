@@ -57,7 +57,7 @@ TOPICS_OF: Final[dict[type[Signal], tuple[str, ...]]] = {
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
-_MOST: Final = 100_000  # numbers in one array of a message
+_MAX_NUMBERS: Final = 100_000  # numbers in one array of a message
 _LONGEST: Final = 99.99  # m: of ranges that tables write ...
 _GRAINS: Final = 1e5  # ... in steps of 10 um
 _COVARIANCE: Final = 9  # rows of an estimate's covariance
@@ -151,10 +151,10 @@ class _Message:
             raise InputError(f"{self.origin}: {key}: true or false is wanted")
         return value
 
-    def text(self, key: str, most: int = 300) -> str:
+    def text(self, key: str, max_length: int = 300) -> str:
         value = self.values.get(key)
-        if not isinstance(value, str) or len(value) > most:
-            raise InputError(f"{self.origin}: {key}: a text of at most {most} letters is wanted")
+        if not isinstance(value, str) or len(value) > max_length:
+            raise InputError(f"{self.origin}: {key}: a text of at most {max_length} letters is wanted")
         return value
 
     def vector(self, key: str, names: str) -> Array:
@@ -163,7 +163,7 @@ class _Message:
 
     def _list(self, key: str, kinds: tuple[type, ...], what: str) -> list[Any]:
         found = self.values.get(key)
-        if not isinstance(found, list) or len(found) > _MOST or not set(map(type, found)) <= set(kinds):
+        if not isinstance(found, list) or len(found) > _MAX_NUMBERS or not set(map(type, found)) <= set(kinds):
             raise self._no_list(key, what)
         return found
 
@@ -246,7 +246,7 @@ def _read_estimate(message: _Message, _topic: str) -> Estimate:
         raise InputError(f"{message.origin}: slack: a list of true or false is wanted")
     if len(covariance) not in (0, _COVARIANCE**2):
         raise InputError(f"{message.origin}: covariance: none or {_COVARIANCE**2} numbers are wanted")
-    if not isinstance(faults, list) or len(faults) > _MOST:
+    if not isinstance(faults, list) or len(faults) > _MAX_NUMBERS:
         raise InputError(f"{message.origin}: faults: a list is wanted")
     inner = (_Message(each, f"{message.origin}: faults") for each in faults)
     return Estimate(

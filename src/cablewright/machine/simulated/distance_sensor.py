@@ -1,4 +1,4 @@
-"""The distance sensor under the valve: down the drum's axis to the floor, or what lies on it."""
+"""Simulated distance sensor under the valve: along the drum's axis to the floor or what lies on it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["Rangefinder"]
 
 
 class Rangefinder:
-    """One unit."""
+    """One distance sensor."""
 
     def __init__(self, settings: DistanceSensor, valve: float, period: float, random: np.random.Generator) -> None:
-        """Mount it *valve* (m) below B. Raises `InputError` for a rate that does not fit the *period*, s."""
+        """Place it *valve* (m) below B. Raises `InputError` for a rate that does not fit the *period*, s."""
         self.settings, self._valve, self._random = settings, valve, random
-        self._every, self._step = (
+        self._interval, self._step = (
             steps_per_interval(period, 1.0 / settings.rate, f"distance.rate = {settings.rate:g} Hz"),
             0,
         )
@@ -28,7 +28,7 @@ class Rangefinder:
     def read(self, state: RigState) -> DistanceReading | None:
         """Return a reading when one is due; NaN where nothing comes back."""
         self._step += 1
-        if self._step % self._every:
+        if self._step % self._interval:
             return None
         settings, ground = self.settings, state.ground
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()
@@ -37,14 +37,14 @@ class Rangefinder:
         if down[2] >= 0.0:  # lies on its side: sees no floor
             return DistanceReading(state.truth.time, float("nan"))
         found = ray_to_floor(x, y, z, *down.tolist(), settings.most, ground.grid, ground.heights)
-        told = found + settings.deviation * noise
-        if not settings.least <= told <= settings.most or chance < settings.dropout:
-            told = float("nan")
+        measured = found + settings.deviation * noise
+        if not settings.least <= measured <= settings.most or chance < settings.dropout:
+            measured = float("nan")
         elif chance > 1.0 - settings.outliers:
-            told = settings.least + anywhere * (settings.most - settings.least)
-        return DistanceReading(state.truth.time, float(told))
+            measured = settings.least + anywhere * (settings.most - settings.least)
+        return DistanceReading(state.truth.time, float(measured))
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, what decides on the next readings."""
+        """Save or load the state that the next readings depend on."""
         self._step = archive.count("step", self._step)
         archive.random("random", self._random)

@@ -1,4 +1,4 @@
-"""Accelerometer and gyro on the drum."""
+"""Simulated inertial measurement unit on the drum: accelerometer and gyro."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ __all__ = ["InertialUnit"]
 
 
 _RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
-"""What an outlier tells at most: 4 g and 500 degrees a second, the range of such a unit."""
+"""Largest outliers: 4 g and 500 degrees per second, the range of such a unit."""
 
 
 class InertialUnit:
-    """One unit: its biases are drawn once."""
+    """One unit; its biases are drawn once."""
 
     def __init__(self, settings: InertialSensor, gravity: float, period: float, random: np.random.Generator) -> None:
-        """Mount it. Raises `InputError` for a rate that does not fit the machine's *period*, s."""
+        """Raises `InputError` for a rate that does not fit the machine's *period*, s."""
         self.settings, self._random, self._gravity = settings, random, gravity
-        self._every, self._step = (
+        self._interval, self._step = (
             steps_per_interval(period, 1.0 / settings.rate, f"inertial.rate = {settings.rate:g} Hz"),
             0,
         )
@@ -37,7 +37,7 @@ class InertialUnit:
     def read(self, state: RigState) -> Inertial | None:
         """Return a reading when one is due and not lost."""
         self._step += 1
-        if self._step % self._every:
+        if self._step % self._interval:
             return None
         noise, chance = self._random.standard_normal(6), self._random.random()
         anywhere = self._random.uniform(-1.0, 1.0, 6)
@@ -47,14 +47,14 @@ class InertialUnit:
         arm = R @ self._place
         force = state.acceleration[:3] + _cross(state.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
         force[2] += self._gravity
-        told = np.concatenate([force @ R, rate @ R]) + self.bias + self._deviation * noise
+        measured = np.concatenate([force @ R, rate @ R]) + self.bias + self._deviation * noise
         if chance > 1.0 - self.settings.outliers:
-            told = anywhere * _RANGE
-        told.flags.writeable = False
-        return Inertial(state.truth.time, told[:3], told[3:])
+            measured = anywhere * _RANGE
+        measured.flags.writeable = False
+        return Inertial(state.truth.time, measured[:3], measured[3:])
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, what decides on the next readings."""
+        """Save or load the state that the next readings depend on."""
         self._step = archive.count("step", self._step)
         archive.random("random", self._random)
 

@@ -1,4 +1,4 @@
-"""A planar lidar on the drum: rays one after another while the drum moves, each as far as the first thing it meets."""
+"""Simulated planar lidar on the drum: its rays are cast one after another while the drum moves."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class SimulatedLidar:
-    """One unit: its bias is drawn once."""
+    """One lidar; its bias is drawn once."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class SimulatedLidar:
         period: float,
         random: np.random.Generator,
     ) -> None:
-        """Mount it. *walls* (j, 4) and *ceiling*, m, are what it sees besides the floor; *period*: of a step, s.
+        """*walls* (j, 4) and *ceiling*, m, are seen besides the floor; *period*: s, of a step.
 
         Raises `InputError` for a turn that is no whole number of steps.
         """
@@ -45,19 +45,19 @@ class SimulatedLidar:
         self._poses: list[Array] = []  # time and pose at each step of this turn
 
     def read(self, state: RigState) -> Scan | None:
-        """Note where the drum is; at the end of a turn tell it."""
+        """Record the drum's pose; return a scan at the end of a turn."""
         truth = state.truth
         self._poses.append(np.concatenate([[truth.time], truth.position, truth.rotation]))
         if len(self._poses) <= self._steps:
             return None
-        way = np.array(self._poses)
+        poses = np.array(self._poses)
         self._poses = self._poses[-1:]
         settings, ranges = self.settings, np.empty(self.settings.rays)
-        begin, between = float(way[0, 0]), settings.turn / settings.rays
+        begin, between = float(poses[0, 0]), settings.turn / settings.rays
         first, step = -math.pi, 2.0 * math.pi / settings.rays
         turn_lidar(
-            np.ascontiguousarray(way[:, 0]),
-            np.ascontiguousarray(way[:, 1:]),
+            np.ascontiguousarray(poses[:, 0]),
+            np.ascontiguousarray(poses[:, 1:]),
             begin,
             between,
             first,
@@ -73,19 +73,19 @@ class SimulatedLidar:
         return Scan(self.source, begin, between, first, step, self._add_noise(ranges))
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, what decides on the next readings."""
-        self._poses = archive.rows("way", self._poses, 7, self._steps)
+        """Save or load the state that the next readings depend on."""
+        self._poses = archive.rows("poses", self._poses, 7, self._steps)
         archive.random("random", self._random)
 
     def _add_noise(self, ranges: Array) -> Array:
-        """Add bias and noise, lose rays, and let some tell any distance; masked ones stay NaN."""
+        """Add bias, noise, dropouts and outliers to *ranges* (k,), m; masked rays stay NaN."""
         settings, random, count = self.settings, self._random, len(ranges)
-        told = ranges + self.bias + settings.deviation * random.standard_normal(count)
-        told[~((told >= settings.least) & (told <= settings.most))] = np.nan
+        measured = ranges + self.bias + settings.deviation * random.standard_normal(count)
+        measured[~((measured >= settings.least) & (measured <= settings.most))] = np.nan
         chance, anywhere = random.random(count), random.uniform(settings.least, settings.most, count)
-        told = np.round(told / settings.resolution) / (1.0 / settings.resolution)  # as its protocol counts
-        told[chance < settings.dropout] = np.nan
-        astray = (chance > 1.0 - settings.outliers) & ~np.isnan(ranges)
-        told[astray] = np.round(anywhere[astray], 3)
-        told.flags.writeable = False
-        return told
+        measured = np.round(measured / settings.resolution) / (1.0 / settings.resolution)  # as its protocol counts
+        measured[chance < settings.dropout] = np.nan
+        outlier = (chance > 1.0 - settings.outliers) & ~np.isnan(ranges)
+        measured[outlier] = np.round(anywhere[outlier], 3)
+        measured.flags.writeable = False
+        return measured

@@ -1,4 +1,4 @@
-"""Accelerometers on the lines, a known way before B: the tangent's angle, and what the line's vibration adds to it."""
+"""Simulated accelerometers on the lines, a known distance before B: angle of the tangent, with the line's vibration."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["LineAccelerometers"]
 
 
 class LineAccelerometers:
-    """One on each line."""
+    """One accelerometer on each line."""
 
     def __init__(self, settings: LineSensor, period: float, random: np.random.Generator) -> None:
-        """Clip them on. Raises `InputError` for a rate that does not fit the machine's *period*, s."""
+        """Raises `InputError` for a rate that does not fit the machine's *period*, s."""
         self.settings, self._random = settings, random
-        self._every, self._step = (
+        self._interval, self._step = (
             steps_per_interval(period, 1.0 / settings.rate, f"line_angles.rate = {settings.rate:g} Hz"),
             0,
         )
@@ -29,7 +29,7 @@ class LineAccelerometers:
     def read(self, state: RigState) -> LineAngles | None:
         """Return a reading when one is due; lines whose reading is lost are NaN."""
         self._step += 1
-        if self._step % self._every:
+        if self._step % self._interval:
             return None
         settings, count = self.settings, len(state.apparent_angles)
         angles = state.apparent_angles + settings.deviation * self._random.standard_normal(count)
@@ -40,6 +40,6 @@ class LineAccelerometers:
         return LineAngles(state.truth.time, angles)
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, what decides on the next readings."""
+        """Save or load the state that the next readings depend on."""
         self._step = archive.count("step", self._step)
         archive.random("random", self._random)

@@ -1,4 +1,4 @@
-"""Two ways to move a rig on by a period: as it swings, in milliseconds, or from equilibrium to equilibrium."""
+"""Two plants that advance a rig: dynamic, in substeps of milliseconds, or from equilibrium to equilibrium."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ MAX_SUBSTEPS: Final = 1000
 
 
 class Plant(Protocol):
-    """What moves a rig. ``period``: how far a step goes, s."""
+    """Advances a rig in time."""
 
     @property
     def period(self) -> float:
-        """How far a step goes, s."""
+        """Time of one step, s."""
 
     def advance(self, speeds: Array) -> list[Notice]:
-        """Turn the winches by *asked* (m,), rad/s of the drums, for one period, and let the drum follow."""
+        """Turn the winches at *speeds* (m,), rad/s of the drums, for one period, and move the platform."""
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, what the plant has besides its rig."""
+        """Save or load the plant's own state, without its rig's."""
 
 
 class DynamicPlant:
-    """The drum swings; the lines hang as in statics at each moment and vibrate in their first mode besides."""
+    """The drum swings; the lines hang as in statics at each time, with a vibration of their first mode added."""
 
     def __init__(self, rig: Rig) -> None:
-        """Take over *rig*. Raises `InputError` where substeps do not fill the period."""
+        """Raises `InputError` unless a whole number of substeps fills the period."""
         self.rig = rig
         self.period = rig.settings.period
         count = self.period / rig.settings.substep
@@ -54,7 +54,7 @@ class DynamicPlant:
                 f"fills the period, {self.period:g} s"
             )
         self._count = round(count)
-        self._after = np.zeros(rig.robot.m)
+        self._lengths_after = np.zeros(rig.robot.m)
         self._random = np.random.default_rng([rig.seed, 3])
 
     def advance(self, speeds: Array) -> list[Notice]:
@@ -81,24 +81,24 @@ class DynamicPlant:
             rig.winch_flags,
             rig.work,
             rig.swing,
-            self._after,
+            self._lengths_after,
         )
         return [] if code == 0 else [Notice(Condition.NO_EQUILIBRIUM)]
 
     def archive_state(self, archive: Archive) -> None:
         """As `Plant`."""
-        archive.array("after", self._after)
+        archive.array("after", self._lengths_after)
         archive.random("random", self._random)
 
 
 class QuasiStaticPlant:
-    """Each period ends in equilibrium: the one followed from the last. The drum hangs straight and only turns."""
+    """Each period ends in the equilibrium followed from the last one. The drum hangs upright and turns only in yaw."""
 
     def __init__(self, rig: Rig) -> None:
-        """Take over *rig*."""
+        """Start from the state of *rig*."""
         self.rig = rig
         self.period = rig.settings.quasi_static_period
-        self._after = np.zeros(rig.robot.m)
+        self._lengths_after = np.zeros(rig.robot.m)
         self._solved = rig.lengths.copy()
         self._pose = rig.motion[:3].copy()
         self._work = workspace(rig.packed)
@@ -107,7 +107,7 @@ class QuasiStaticPlant:
 
     def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
-        rig, winches, after = self.rig, self.rig.winches, self._after
+        rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
         pose, states = self._pose.copy(), rig.states.copy()
@@ -132,12 +132,12 @@ class QuasiStaticPlant:
 
     def archive_state(self, archive: Archive) -> None:
         """As `Plant`."""
-        for name, live in (("after", self._after), ("solved", self._solved), ("pose", self._pose)):
+        for name, live in (("after", self._lengths_after), ("solved", self._solved), ("pose", self._pose)):
             archive.array(name, live)
         archive.scratch("work", self._work)
 
     def _turn(self) -> None:
-        """Turn the drum to where the twist of the lines rests."""
+        """Turn the drum to the yaw where the lines are untwisted."""
         rest = self.rig.drum[dynamics.YAW_REST]
         self.rig.motion[11] = (rest - self.rig.motion[8]) / self.period
         self.rig.motion[8] = rest

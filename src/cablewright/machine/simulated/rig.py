@@ -1,4 +1,4 @@
-"""The true machine that a plant moves: lines, winches, a drum that grows lighter, what falls from it, and the air."""
+"""The true state of the simulated machine: lines, winches, drum, falling powder, deposited material and climate."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ __all__ = ["Rig", "RigState", "drum_parameters"]
 Array = NDArray[np.float64]
 
 _DAY = 86400.0  # s
-_HEAP = 0.03  # kg: what falls at one place before it lies
-_SAYS = (
+_MAX_FALLING = 0.03  # kg, deposited at once
+_FLAG_CONDITIONS = (
     (winding.LIMITED, Condition.LIMITED),
     (winding.STALLED, Condition.STALLED),
     (winding.DRUM_END, Condition.DRUM_END),
@@ -39,12 +39,12 @@ _SAYS = (
 
 @dataclass(frozen=True, eq=False)
 class RigState:
-    """What sensors can see of a rig at one time. Read-only by custom: made anew for each."""
+    """What sensors measure of a rig at one time; made anew for each time step."""
 
     truth: Truth
     acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum, world
     rotation: Array  # (3, 3) drum to world
-    apparent_angles: Array  # (m,) rad: of the lines' tangents, with what their motion adds to gravity
+    apparent_angles: Array  # (m,) rad, of the lines' tangents, by gravity plus their acceleration
     counts: NDArray[np.int64]  # (m,)
     temperature: float  # degrees Celsius
     humidity: float
@@ -52,10 +52,10 @@ class RigState:
 
 
 class Rig:
-    """The true robot and all that hangs on it. Plants change its arrays in place."""
+    """The true robot, winches, drum and surroundings. Plants change its arrays in place."""
 
     def __init__(self, robot: Robot, settings: MachineSettings, start: ArrayLike, seed: int) -> None:
-        """Hang the drum of *robot*, the one that is true, at rest at *start* (3,), m, turned by chance.
+        """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw.
 
         Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` where it cannot hang.
         """
@@ -82,7 +82,7 @@ class Rig:
         evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
         self.drum = drum_parameters(settings, self.powder)
         self.ground = Ground(robot, settings)
-        self.falling_mass = 0.0  # kg that has left the drum and does not lie yet: on its way from where it began to now
+        self.falling_mass = 0.0  # kg, since `_fall_start`; not deposited yet
         self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._last_position = self.motion[:3].copy()
@@ -95,8 +95,8 @@ class Rig:
     def _mass(self) -> float:
         return self.settings.drum.empty_mass + self.powder
 
-    def advance(self, time: float, period: float, valve: float) -> list[Notice]:
-        """Let all that is slow happen during a *period* that begins at *time*: powder, twist of the lines, warmth."""
+    def advance_slowly(self, time: float, period: float, valve: float) -> list[Notice]:
+        """Advance the slow processes by a *period* from *time*, s: powder, twist of the lines, thermal expansion."""
         notices = self._pour(period, valve)
         drum = self.settings.drum
         keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
@@ -108,20 +108,20 @@ class Rig:
         return notices
 
     def take_notices(self) -> list[Notice]:
-        """What the winches had to say since the last time."""
+        """Return and clear the winches' notices since the last call."""
         if not self.winch_flags.any():
             return []
         notices = [
             Notice(condition, line.name)
-            for said, line in zip(self.winch_flags, self.robot.lines, strict=True)
-            for bit, condition in _SAYS
-            if said & bit
+            for flags, line in zip(self.winch_flags, self.robot.lines, strict=True)
+            for bit, condition in _FLAG_CONDITIONS
+            if flags & bit
         ]
         self.winch_flags[:] = 0
         return notices
 
     def observe(self, time: float) -> RigState:
-        """All of it at *time*, as it stands."""
+        """Return the present state, at *time*, s."""
         machine_step.show_lines(
             self.packed,
             self.states,
@@ -153,39 +153,39 @@ class Rig:
         return RigState(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
-        """Let out what the valve lets; it lies once the drum has gone on by half a cell, or enough has fallen."""
+        """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
         drum = self.settings.drum
-        left = drum.flow * valve * period
+        released = drum.flow * valve * period
         if drum.capacity:
-            left = min(self.powder, left)
+            released = min(self.powder, released)
         matrix(self.motion[6:9], self.work.rotation)
         down = self.work.rotation[:, 2]
         here = (float(self.motion[0] - drum.valve * down[0]), float(self.motion[1] - drum.valve * down[1]))
-        gone = math.dist(here, self._fall_start)
-        if self.falling_mass and (left <= 0.0 or gone > 0.5 * self.ground.field.cell or self.falling_mass > _HEAP):
+        moved = math.dist(here, self._fall_start)
+        if self.falling_mass and (
+            released <= 0.0 or moved > 0.5 * self.ground.field.cell or self.falling_mass > _MAX_FALLING
+        ):
             self.ground.deposit(self._fall_start, here, self.falling_mass)
             self.falling_mass = 0.0
-        if left <= 0.0:
+        if released <= 0.0:
             return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and drum.flow > 0.0 else []
         if not self.falling_mass:
             self._fall_start = here
-        self.falling_mass += left
+        self.falling_mass += released
         if drum.capacity:
-            self.fill(self.powder - left)
+            self.fill(self.powder - released)
         return []
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, all that moves and all that has fallen."""
-        self.powder, self.falling_mass = (
-            archive.number("powder", self.powder),
-            archive.number("falling", self.falling_mass),
-        )
+        """Save or load the rig's state."""
+        self.powder = archive.number("powder", self.powder)
+        self.falling_mass = archive.number("falling_mass", self.falling_mass)
         for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "winch_flags", "drum"):
             archive.array(name, getattr(self, name))
         archive.array("platform", self.packed.platform)
-        archive.array("was", self._last_position)
+        archive.array("last_position", self._last_position)
         x, y = self._fall_start
-        self._fall_start = archive.number("falls_x", x), archive.number("falls_y", y)
+        self._fall_start = archive.number("fall_start_x", x), archive.number("fall_start_y", y)
         archive.scratch("work", self.work)
         archive.scratch("swing", self.swing)
         archive.random("random", self._random)
@@ -193,7 +193,7 @@ class Rig:
         self.ground.archive_state(archive.section("ground"))
 
     def fill(self, powder: float) -> None:
-        """Let so much *powder* (kg) be in the drum from now on."""
+        """Set the *powder*, kg, in the drum."""
         self.powder = powder
         yaw_rest = self.drum[dynamics.YAW_REST]
         self.drum = drum_parameters(self.settings, powder)
@@ -202,7 +202,7 @@ class Rig:
 
 
 def drum_parameters(settings: MachineSettings, powder: float) -> Array:
-    """Return the drum with so much *powder* (kg) in it as the kernel takes it: (DRUM,)."""
+    """Return the kernel's parameters (DRUM,) of the drum with so much *powder*, kg."""
     drum, numbers = settings.drum, np.zeros(dynamics.DRUM)
     fill = powder / (drum.powder_density * math.pi * drum.radius**2)  # m, height of a cylinder
     depth = drum.powder_bottom - 0.5 * fill
@@ -222,7 +222,7 @@ def drum_parameters(settings: MachineSettings, powder: float) -> Array:
 
 
 def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
-    """Return temperature (degrees Celsius) and relative humidity at *time*, s; it begins at the mean."""
+    """Return temperature (degrees Celsius) and relative humidity at *time*, s; both begin at their means."""
     wave = math.sin(2.0 * math.pi * time / _DAY)
     return law.temperature + law.swing * wave, min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
 

@@ -1,4 +1,4 @@
-"""The simulated machine: a true robot that nobody knows, moved by a plant, told of by sensors over imperfect links."""
+"""The simulated machine: a true robot moved by a plant, measured by sensors over imperfect links."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ PlantName = Literal["dynamic", "quasi-static"]
 PLANTS: Final = ("dynamic", "quasi-static")
 
 _WIRED: Final = ("encoders", "climate")
-_QUIET: Final = 0.5  # s without a message before the wireless link counts as silent
+_LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
 
 class _SensorSlot(Protocol):
@@ -54,7 +54,7 @@ class _SensorSlot(Protocol):
 
 
 class SimulatedMachine:
-    """A `Machine`. `truth` and `rig` are for who judges an estimate, not for who makes one."""
+    """A `Machine`. `truth` and `rig` are for the evaluation of estimates, not for estimation or control."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class SimulatedMachine:
         seed: int,
         plant: PlantName = "dynamic",
     ) -> None:
-        """Build what *robot* may be the description of, by *seed*, and hang it at rest at *start* (3,), m.
+        """Build a machine as *robot* describes it within tolerances, by *seed*, at rest at *start* (3,), m.
 
         Raises `InputError` for what cannot be simulated (a rate that does not fit, an unknown plant, a robot without
         what a winch needs), `AnswerError` where the drum cannot hang at *start*.
@@ -74,8 +74,8 @@ class SimulatedMachine:
             raise UnknownName("plant", plant, PLANTS)
         check_faults(settings, tuple(line.name for line in robot.lines))
         self._start = np.array(start, dtype=np.float64)
-        self._identity = _mark(robot, settings, seed, plant)
-        self.settings = settings if plant == "dynamic" else _slowed(settings)
+        self._identity = _identity_of(robot, settings, seed, plant)
+        self.settings = settings if plant == "dynamic" else _for_quasi_static(settings)
         self.rig = Rig(as_built(robot, settings.tolerances, seed), settings, start, seed)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
         self._sensors = dict(self._mount(seed))
@@ -96,7 +96,7 @@ class SimulatedMachine:
 
     @property
     def period(self) -> float:
-        """The time that a step takes on the machine's clock, s."""
+        """Time of one step, s."""
         return self._plant.period
 
     @property
@@ -106,25 +106,25 @@ class SimulatedMachine:
 
     @property
     def truth(self) -> Truth:
-        """The state that no sensor tells."""
+        """The true state."""
         return self._rig_state.truth
 
     @property
     def robot(self) -> Robot:
-        """The robot as built, with the drum as full as it began."""
+        """The robot as built, with the drum as full as at the start."""
         return self.rig.robot
 
     def refill(self, powder: float) -> None:
-        """Fill the drum up to so much *powder*, kg, as an attendant does. Raises `InputError` for what does not fit."""
+        """Set the *powder* in the drum, kg. Raises `InputError` for more than its capacity."""
         if not 0.0 <= powder <= self.settings.drum.capacity:
             raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
         self.rig.fill(powder)
         self._rig_state = self.rig.observe(self.time)
 
     def step(self, command: Command) -> SensorFrame:
-        """Do as *command* says for one period. Returns what arrived meanwhile. As `Machine`."""
+        """As `Machine`."""
         speeds = self._checked(command)
-        notices = self.rig.advance(self.time, self.period, command.valve)
+        notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
         notices += self.rig.take_notices()
         self._steps += 1
@@ -133,19 +133,19 @@ class SimulatedMachine:
         for source, sensor in self._sensors.items():
             reading = sensor.read(self._rig_state)
             if reading is not None and self._faults[source]:
-                reading = self._failed(source, reading)
+                reading = self._apply_faults(source, reading)
             if reading is not None:
                 self._channels[source].send(now, reading)
         readings = (*self._barrier_wire.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
-        if now - self._wifi.last_arrival_time > _QUIET and self._wireless:
+        if now - self._wifi.last_arrival_time > _LINK_TIMEOUT and self._wireless:
             notices.append(Notice(Condition.SILENT, "wifi"))
         return SensorFrame(now, readings, tuple(notices))
 
     def snapshot(self) -> Snapshot:
-        """All that decides what comes next, as it stands; `resumed` goes on from it."""
-        notes = SavingArchive()
-        self._archive_state(notes)
-        return Snapshot({**notes.snapshot.values, "machine": self._identity}, notes.snapshot.arrays)
+        """The complete state, from which `resumed` continues."""
+        archive = SavingArchive()
+        self._archive_state(archive)
+        return Snapshot({**archive.snapshot.values, "machine": self._identity}, archive.snapshot.arrays)
 
     @classmethod
     def resumed(
@@ -157,11 +157,11 @@ class SimulatedMachine:
         seed: int,
         plant: PlantName = "dynamic",
     ) -> Self:
-        """A machine that goes on, to the bit, as the one would have from which *snapshot* was taken.
+        """Return a machine that continues, to the bit, like the one from which *snapshot* was taken.
 
-        Raises `InputError` for a snapshot that is none, or of another robot, machine, seed or plant.
+        Raises `InputError` for an invalid snapshot, or one of another robot, machine, seed or plant.
         """
-        if snapshot.values.get("machine") != _mark(robot, settings, seed, plant):
+        if snapshot.values.get("machine") != _identity_of(robot, settings, seed, plant):
             raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
         start = np.zeros(3)
         LoadingArchive(snapshot).array("start", start)
@@ -171,17 +171,17 @@ class SimulatedMachine:
         return machine
 
     def _archive_state(self, archive: Archive) -> None:
-        """Note all that changes, or take it up again."""
+        """Save or load everything that changes."""
         archive.array("start", self._start)
         self._steps, self._last_command_time = (
             archive.count("steps", self._steps),
-            archive.number("commanded", self._last_command_time),
+            archive.number("last_command_time", self._last_command_time),
         )
         self.rig.archive_state(archive.section("rig"))
         self._plant.archive_state(archive.section("plant"))
         for source, sensor in self._sensors.items():
             sensor.archive_state(archive.section(source))
-        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("guard", self._barrier_wire)):
+        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("barrier_wire", self._barrier_wire)):
             channel.archive_state(archive.section(name))
         plans = self.settings.faults
         held = archive.readings("held", [(plans.index(plan), reading) for plan, reading in self._held_readings.items()])
@@ -190,7 +190,7 @@ class SimulatedMachine:
         self._held_readings = {plans[int(number)]: reading for number, reading in held}
 
     def _checked(self, command: Command) -> NDArray[np.float64]:
-        """The speeds of a command that is one. Raises `InputError`."""
+        """Return the speeds of a valid command, else raise `InputError`."""
         speeds, m = np.array(command.winch_speeds, dtype=np.float64), self.rig.robot.m
         if speeds.shape != (m,) or not np.isfinite(speeds).all():
             raise InputError(f"command.winch_speeds: {m} finite numbers are wanted, rad/s; got {speeds.tolist()}")
@@ -204,7 +204,7 @@ class SimulatedMachine:
         return speeds
 
     def _mount(self, seed: int) -> Iterator[tuple[str, _SensorSlot]]:
-        """All sensors by source, each with a random generator of its own: one left out changes no other."""
+        """Yield all sensors by source, each with its own random generator, so that leaving one out changes no other."""
         settings, period = self.settings, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
         walls, ceiling = walls_of(settings.room), settings.room.ceiling
@@ -224,54 +224,54 @@ class SimulatedMachine:
         if settings.barrier is not None:
             yield "barrier", LightBarrier(settings.barrier, period, random["barrier"])
 
-    def _failed(self, source: str, reading: Reading) -> Reading | None:
-        """What becomes of a reading by the faults that are planned for its time; None: nothing is heard."""
+    def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
+        """Return *reading* after the faults that are planned for its time; None: lost."""
         for fault in self._faults[source]:
             if not fault.begin <= reading.time < fault.end:
                 self._held_readings[fault] = reading
                 continue
             if isinstance(reading, LineAngles) and fault.line is not None:
-                reading = self._line_failed(fault, fault.line, reading)
+                reading = self._apply_line_fault(fault, fault.line, reading)
             elif fault.kind == "silent":
                 return None
             else:
-                reading = _again(self._held_readings.setdefault(fault, reading), reading)
+                reading = _repeated(self._held_readings.setdefault(fault, reading), reading)
         return reading
 
-    def _line_failed(self, fault: FaultPlan, line: str, reading: LineAngles) -> LineAngles:
-        """A reading in which one line's accelerometer tells nothing, or what it told last."""
-        at = [each.name for each in self.rig.robot.lines].index(line)
+    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: LineAngles) -> LineAngles:
+        """Return *reading* with one line's angle lost or stuck."""
+        index = [each.name for each in self.rig.robot.lines].index(line)
         angles = reading.angles.copy()
         held = self._held_readings.setdefault(fault, reading)
-        assert isinstance(held, LineAngles)  # kept by fault, and the fault is of these
-        angles[at] = np.nan if fault.kind == "silent" else held.angles[at]
+        assert isinstance(held, LineAngles)  # the fault is of this source
+        angles[index] = np.nan if fault.kind == "silent" else held.angles[index]
         angles.flags.writeable = False
         return LineAngles(reading.time, angles)
 
 
-def _mark(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str:
-    """What a snapshot knows its machine by."""
-    told = "\n".join((robot.model_dump_json(), settings.model_dump_json(), str(seed), plant))
-    return hashlib.sha256(told.encode()).hexdigest()
+def _identity_of(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str:
+    """Hash by which a snapshot is recognised as this machine's."""
+    text = "\n".join((robot.model_dump_json(), settings.model_dump_json(), str(seed), plant))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _slowed(settings: MachineSettings) -> MachineSettings:
-    """The settings for quasi-static periods: what would be read more often is read once, as a mean; nothing is late."""
-    most = 1.0 / settings.quasi_static_period
+def _for_quasi_static(settings: MachineSettings) -> MachineSettings:
+    """Settings for quasi-static periods: faster sensors are read once a period, as means; links have no delay."""
+    max_rate = 1.0 / settings.quasi_static_period
     slowed: dict[str, Any] = {}
     for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
         sensor = getattr(settings, name)
-        if sensor is not None and sensor.rate > most:
-            share = math.sqrt(most / sensor.rate)
+        if sensor is not None and sensor.rate > max_rate:
+            share = math.sqrt(max_rate / sensor.rate)
             noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
-            slowed[name] = sensor.model_copy(update={"rate": most, **noise})
+            slowed[name] = sensor.model_copy(update={"rate": max_rate, **noise})
     for name in ("wifi", "wire"):
         slowed[name] = getattr(settings, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
     return settings.model_copy(update=slowed)
 
 
-def _again(held: Reading, now: Reading) -> Reading:
-    """The reading *held* as if measured now."""
+def _repeated(held: Reading, now: Reading) -> Reading:
+    """Return the reading *held* with the time of *now*."""
     if isinstance(held, Scan) and isinstance(now, Scan):
         return dataclasses.replace(held, begin=now.begin)
     assert not isinstance(held, Scan)  # both are of one source

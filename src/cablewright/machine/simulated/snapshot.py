@@ -1,8 +1,8 @@
-"""All that decides what becomes of a machine, noted at one time and taken up again: exact, and never more than data.
+"""Snapshots of a machine's complete state: saved and loaded exactly, as plain data.
 
-Each part says once what belongs to it, by a method ``keep(book)``: a book that takes notes copies what it is shown, one
-that is read from puts it back. A file holds several snapshots, so that what belongs together is written together: eight
-bytes of magic, length of the head and checksum of all that follows, the head as JSON, then the arrays' bytes.
+Each part lists its state once, in a method ``archive_state(archive)``: a saving archive copies each value, a loading
+archive restores it. A file holds several snapshots, so that what belongs together is written together: eight bytes of
+magic, length of the head and checksum of all that follows, the head as JSON, then the arrays' bytes.
 """
 
 from __future__ import annotations
@@ -30,56 +30,56 @@ Array = NDArray[np.float64]
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
 _START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of what follows
-_MOST_FILE: Final = 256 << 20
-_MOST_HEAD: Final = 16 << 20
+_MAX_FILE: Final = 256 << 20
+_MAX_HEAD: Final = 16 << 20
 _TYPES: Final = {"f8": np.dtype("<f8"), "i8": np.dtype("<i8")}
 _BOUND: Final = 1e9  # no number of a machine is larger
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What was noted: *values* that JSON holds, and *arrays* of floats (f8) and whole numbers (i8), read-only."""
+    """Saved state: *values* that JSON holds, and *arrays* of floats (f8) and integers (i8), read-only."""
 
     values: Mapping[str, Any]
     arrays: Mapping[str, NDArray[Any]]
 
 
 class Archive(Protocol):
-    """What ``keep`` is given. Each method shows the book what there is now and gets what shall be from now on."""
+    """Saves or loads a state. Each method takes the present value and returns, or sets, the one to use from now on."""
 
     def section(self, name: str) -> Archive:
-        """The book of a part: its names are its own."""
+        """The archive of a part, with its own namespace."""
 
     def number(self, name: str, now: float) -> float:
-        """A number; infinite ones too."""
+        """A number, possibly infinite."""
 
     def count(self, name: str, now: int) -> int:
-        """A whole number from 0 on."""
+        """An integer from 0 on."""
 
     def array(self, name: str, live: NDArray[Any]) -> None:
-        """An array of settled shape, changed in place."""
+        """An array of fixed shape; loaded in place."""
 
     def sparse(self, name: str, live: Array) -> None:
-        """An array (n, m) that may be zero for the most part; changed in place."""
+        """An array (n, m) that is mostly zero; loaded in place."""
 
     def scratch(self, name: str, live: NamedTuple) -> None:
-        """Scratch of a kernel, which may hold anything; changed in place."""
+        """Workspace of a kernel, with any values; loaded in place."""
 
-    def rows(self, name: str, now: Sequence[Array], width: int, most: int) -> list[Array]:
-        """Up to *most* rows (*width*,)."""
+    def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:
+        """Up to *max_rows* rows (*width*,)."""
 
     def readings(self, name: str, now: Sequence[tuple[float, Reading]]) -> list[tuple[float, Reading]]:
-        """Readings, each with a number of its own."""
+        """Readings, each with a number."""
 
     def random(self, name: str, live: np.random.Generator) -> None:
-        """A random generator, changed in place."""
+        """A random generator; loaded in place."""
 
 
 class SavingArchive:
-    """A `Book` that takes notes: what it is shown stays as it is. `snapshot` is what was noted."""
+    """An `Archive` that saves copies of values. `snapshot`: what has been saved."""
 
     def __init__(self, taken: Snapshot | None = None, prefix: str = "") -> None:
-        """Begin an empty one."""
+        """Start empty, or share the contents of *taken*."""
         self._values: dict[str, Any] = {}
         self._arrays: dict[str, NDArray[Any]] = {}
         if taken is not None:
@@ -90,31 +90,31 @@ class SavingArchive:
 
     @property
     def snapshot(self) -> Snapshot:
-        """What was noted."""
+        """What has been saved."""
         return Snapshot(self._values, self._arrays)
 
     def section(self, name: str) -> SavingArchive:
-        """As `Book`."""
+        """As `Archive`."""
         return SavingArchive(self.snapshot, f"{self._prefix}{name}.")
 
     def number(self, name: str, now: float) -> float:
-        """As `Book`."""
+        """As `Archive`."""
         self._values[self._prefix + name] = float(now)
         return now
 
     def count(self, name: str, now: int) -> int:
-        """As `Book`."""
+        """As `Archive`."""
         self._values[self._prefix + name] = int(now)
         return now
 
     def array(self, name: str, live: NDArray[Any]) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         copy = live.copy()
         copy.flags.writeable = False
         self._arrays[self._prefix + name] = copy
 
     def sparse(self, name: str, live: Array) -> None:
-        """As `Book`: the smallest part of *live* that holds all that is not zero, and where it begins."""
+        """As `Archive`: the smallest block of *live* with all non-zero values, and where it begins."""
         spans = []
         for axis in (0, 1):
             used = np.flatnonzero(live.any(axis=1 - axis))
@@ -123,60 +123,60 @@ class SavingArchive:
         self._values[self._prefix + name] = [span.start for span in spans]
 
     def scratch(self, name: str, live: NamedTuple) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         for field, values in zip(live._fields, live, strict=True):
             self.array(f"{name}.{field}", values)
 
-    def rows(self, name: str, now: Sequence[Array], width: int, most: int) -> list[Array]:
-        """As `Book`."""
-        assert len(now) <= most
+    def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:
+        """As `Archive`."""
+        assert len(now) <= max_rows
         self.array(name, np.array(now, dtype=np.float64).reshape(-1, width))
         return list(now)
 
     def readings(self, name: str, now: Sequence[tuple[float, Reading]]) -> list[tuple[float, Reading]]:
-        """As `Book`."""
-        told = ((number, *encode(reading, (), 1)) for number, reading in now)
-        self._values[self._prefix + name] = [[float(number), topic, data.decode()] for number, topic, data in told]
+        """As `Archive`."""
+        encoded = ((number, *encode(reading, (), 1)) for number, reading in now)
+        self._values[self._prefix + name] = [[float(number), topic, data.decode()] for number, topic, data in encoded]
         return list(now)
 
     def random(self, name: str, live: np.random.Generator) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         state = live.bit_generator.state
         inner = state["state"]
         self._values[self._prefix + name] = [inner["state"], inner["inc"], state["has_uint32"], state["uinteger"]]
 
 
 class LoadingArchive:
-    """A `Book` that is read from. Every method raises `InputError` for what does not fit what it is shown."""
+    """An `Archive` that loads a snapshot. Every method raises `InputError` for a value that does not fit."""
 
     def __init__(self, snapshot: Snapshot, prefix: str = "") -> None:
-        """Read *snapshot*."""
+        """Load from *snapshot*."""
         self._snapshot, self._prefix = snapshot, prefix
 
     def section(self, name: str) -> LoadingArchive:
-        """As `Book`."""
+        """As `Archive`."""
         return LoadingArchive(self._snapshot, f"{self._prefix}{name}.")
 
-    def number(self, name: str, now: float) -> float:  # noqa: ARG002, as `Book`
-        """As `Book`."""
+    def number(self, name: str, now: float) -> float:  # noqa: ARG002, as `Archive`
+        """As `Archive`."""
         return self._number(name, self._value(name))
 
     def count(self, name: str, now: int) -> int:  # noqa: ARG002
-        """As `Book`."""
+        """As `Archive`."""
         value = self._value(name)
         if type(value) is not int or not 0 <= value < 2**53:
             raise self._refused(name, "a whole number from 0 on is wanted")
         return value
 
     def array(self, name: str, live: NDArray[Any]) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         kept = self._kept(name, live.dtype, live.shape)
         if not (np.abs(kept) <= _BOUND).all():
             raise self._refused(name, f"a number is not finite or over {_BOUND:g}")
         live[...] = kept
 
     def sparse(self, name: str, live: Array) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         kept, begin = self._kept(name, live.dtype, None), self._value(name)
         if not isinstance(begin, list) or len(begin) != 2 or kept.ndim != 2:
             raise self._refused(name, "a part of an array and where it begins are wanted")
@@ -191,26 +191,26 @@ class LoadingArchive:
         live[tuple(slice(first, first + part) for first, part in zip(begin, kept.shape, strict=True))] = kept
 
     def scratch(self, name: str, live: NamedTuple) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         for field, values in zip(live._fields, live, strict=True):
             values[...] = self._kept(f"{name}.{field}", values.dtype, values.shape)
 
-    def rows(self, name: str, now: Sequence[Array], width: int, most: int) -> list[Array]:  # noqa: ARG002
-        """As `Book`."""
+    def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:  # noqa: ARG002
+        """As `Archive`."""
         kept = self._kept(name, np.dtype(np.float64), None)
-        if kept.ndim != 2 or kept.shape[1] != width or len(kept) > most or not (np.abs(kept) <= _BOUND).all():
-            raise self._refused(name, f"up to {most} rows of {width} finite numbers are wanted")
+        if kept.ndim != 2 or kept.shape[1] != width or len(kept) > max_rows or not (np.abs(kept) <= _BOUND).all():
+            raise self._refused(name, f"up to {max_rows} rows of {width} finite numbers are wanted")
         return [row.copy() for row in kept]
 
     def readings(self, name: str, now: Sequence[tuple[float, Reading]]) -> list[tuple[float, Reading]]:  # noqa: ARG002
-        """As `Book`."""
+        """As `Archive`."""
         rows = self._value(name)
         if not isinstance(rows, list):
             raise self._refused(name, "a list is wanted")
         return [self._reading(name, row) for row in rows]
 
     def random(self, name: str, live: np.random.Generator) -> None:
-        """As `Book`."""
+        """As `Archive`."""
         values = self._value(name)
         bits = (128, 128, 1, 32)
         if not isinstance(values, list) or len(values) != len(bits):
@@ -252,9 +252,9 @@ class LoadingArchive:
 
 
 def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot]) -> None:
-    """Write *snapshots*, by name, to *path*: all or nothing, on the disk when this returns. Raises `EnvironmentFault`.
+    """Write *snapshots*, by name, to *path*: all or nothing, on the disk on return. Raises `EnvironmentFault`.
 
-    What a program must not lose goes into one file, so that it is all of one time.
+    State that belongs together goes into one file, so that it is all of one time.
     """
     parts, data = {}, list[NDArray[np.uint8]]()
     for name, snapshot in snapshots.items():
@@ -274,17 +274,17 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
     """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one."""
     try:
         with path.open("rb") as file:
-            data = file.read(_MOST_FILE + 1)
+            data = file.read(_MAX_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from None
-    if len(data) > _MOST_FILE:
-        raise InputError(f"{path}: over {_MOST_FILE >> 20} MiB, too much for a snapshot")
+    if len(data) > _MAX_FILE:
+        raise InputError(f"{path}: over {_MAX_FILE >> 20} MiB, too much for a snapshot")
     if len(data) < _START.size or data[: len(_MAGIC)] != _MAGIC:
         raise InputError(f"{path}: no snapshot of a machine")
     _, length, check = _START.unpack_from(data)
     body = memoryview(data)[_START.size :]
-    if length > min(_MOST_HEAD, len(body)) or zlib.crc32(body) != check:
+    if length > min(_MAX_HEAD, len(body)) or zlib.crc32(body) != check:
         raise InputError(f"{path}: the snapshot is cut or damaged")
     try:
         head = json.loads(bytes(body[:length]))

@@ -1,4 +1,4 @@
-"""Snapshots written beside a control loop, which does not wait for the disk."""
+"""Writes snapshots in a background thread, so that a control loop does not wait for the disk."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ __all__ = ["SnapshotWriter"]
 
 
 class SnapshotWriter:
-    """Writes snapshots to *path* in a thread of its own: always the newest, each whole. A context manager.
+    """Writes snapshots to *path* in its own thread: always the newest, each whole. A context manager.
 
     The last one is on the disk when the block ends.
     """
 
     def __init__(self, path: Path) -> None:
-        """Begin with nothing to write."""
+        """Start the thread."""
         self._path = path
         self._next: Mapping[str, Snapshot] | None = None
         self._fault: EnvironmentFault | None = None
@@ -31,7 +31,7 @@ class SnapshotWriter:
         self._thread.start()
 
     def put(self, snapshots: Mapping[str, Snapshot]) -> None:
-        """Have *snapshots* written soon, instead of those that wait. Raises the `EnvironmentFault` of earlier ones."""
+        """Write *snapshots* soon, in place of any that wait. Raises the `EnvironmentFault` of earlier ones."""
         with self._changed:
             if self._fault is not None:
                 raise self._fault
@@ -58,7 +58,7 @@ class SnapshotWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Wait for the last. Raises `EnvironmentFault` where it could not be written and nothing else went wrong."""
+        """Wait for the last. Raises `EnvironmentFault` if it could not be written and the block raised nothing."""
         with self._changed:
             self._over = True
             self._changed.notify()

@@ -1,4 +1,4 @@
-"""What is around the machine: walls, ceiling, and a floor with what lies on it."""
+"""Surroundings of the machine: walls, ceiling, and the floor with the deposited material."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ Array = NDArray[np.float64]
 
 
 def walls_of(room: RoomSettings) -> Array:
-    """Return the walls as a lidar's kernel takes them: (j, 4), x and y of both ends, m, world."""
+    """Return the walls (j, 4) for a lidar's kernel: x and y of both ends, m, world."""
     return np.array([(*wall.start, *wall.end) for wall in room.walls], dtype=np.float64).reshape(-1, 4)
 
 
 class Ground:
-    """The floor of a robot's frame and what was laid on it: powder at its angle of repose, or strands.
+    """The floor within a robot's frame and the material on it: powder at its angle of repose, or strands.
 
-    Changes in place. What falls outside the frame is kept count of, so that no mass is lost.
+    Changes in place. Mass that falls outside the frame is counted, so that none is lost.
     """
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
-        """Begin bare."""
+        """Begin with an empty floor."""
         low, high = robot.scene.frame_min, robot.scene.frame_max
         self.field = HeightField.flat(low[:2], high[:2], settings.room.cell)
         self.outside_mass = 0.0  # kg
@@ -38,12 +38,12 @@ class Ground:
 
     @property
     def density(self) -> float:
-        """Of what lies, kg/m^3."""
+        """Density of the material, kg/m^3."""
         return self._powder.density if self._extrusion is None else self._extrusion.density
 
     @property
     def mass(self) -> float:
-        """What has fallen, kg."""
+        """Deposited mass, kg, with that outside the frame."""
         return self.field.volume * self.density + self.outside_mass
 
     @property
@@ -53,12 +53,12 @@ class Ground:
 
     @property
     def grid(self) -> Array:
-        """Where the nodes are, for a lidar's kernel: x and y of the first, their distance, the highest height."""
+        """Grid for a lidar's kernel: x and y of the first node, spacing, greatest height; m."""
         (x, y), cell = self.field.low, self.field.cell
         return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._max_height])
 
     def deposit(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
-        """Let *mass* (kg) fall evenly on the way from *start* to *end*, m, world."""
+        """Deposit *mass* (kg) evenly from *start* to *end*, m, world."""
         ends = np.array([start, end])
         if not self.field.holds(ends).all():
             self.outside_mass += mass
@@ -72,7 +72,7 @@ class Ground:
         self._max_height = max(self._max_height, float(self.field.heights[tuple(near)].max()))
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, what lies."""
+        """Save or load the deposited material."""
         archive.sparse("heights", self.field.heights)
-        self.outside_mass = archive.number("outside", self.outside_mass)
-        self._max_height = archive.number("top", self._max_height)
+        self.outside_mass = archive.number("outside_mass", self.outside_mass)
+        self._max_height = archive.number("max_height", self._max_height)

@@ -1,4 +1,4 @@
-"""When a sensor that has a rate of its own is due on a machine's clock."""
+"""Sampling intervals of sensors in steps of a machine."""
 
 from __future__ import annotations
 

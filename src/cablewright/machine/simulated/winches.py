@@ -1,4 +1,4 @@
-"""The winches of a machine: motors, and drums with irregularly wound cable, as the kernels take them."""
+"""Simulated winches: motors, and drums with irregularly wound cable, as arrays for the kernels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Winches:
     """All winches of a robot. `state` (m, ...) changes in place as kernels turn the drums."""
 
     def __init__(self, robot: Robot, settings: WinchSettings, lengths: Array, seed: int) -> None:
-        """Wind the drums of *robot* so that *lengths* (m,), m, are out.
+        """Wind the drums of *robot* with *lengths* (m,), m, paid out.
 
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
@@ -38,11 +38,11 @@ class Winches:
         for own, line, coil in zip(self.state, robot.lines, self.coils, strict=True):
             own[winding.HEIGHT] = 0.0 if line.winch_exit is None else abs(line.exit_point[2] - line.winch_exit[2])
             own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
-        self._let_out(robot, lengths)
+        self._pay_out(robot, lengths)
         self.start_angles = self.angles
 
-    def _let_out(self, robot: Robot, lengths: Array) -> None:
-        """Turn the drums to where they leave *lengths*: a few rounds, for the detour hangs on the drum's angle."""
+    def _pay_out(self, robot: Robot, lengths: Array) -> None:
+        """Turn the drums until *lengths* are paid out; iterates, because the detour depends on the drum's angle."""
         for i, (own, coil, line) in enumerate(zip(self.state, self.coils, robot.lines, strict=True)):
             out = float(lengths[i])
             for _ in range(4):
@@ -60,7 +60,7 @@ class Winches:
 
     @property
     def angles(self) -> Array:
-        """How far each drum is wound, (m,) rad."""
+        """Wound angle of each drum, (m,) rad."""
         return np.array(self.state[:, winding.ANGLE])
 
     @property
@@ -72,25 +72,25 @@ class Winches:
 
     @property
     def counts(self) -> NDArray[np.int64]:
-        """What the motors' encoders count since the beginning, (m,); more is more paid out."""
+        """Counts (m,) of the motors' encoders since the start; paying out is positive."""
         turns = (self.start_angles - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
         return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
 
     def archive_state(self, archive: Archive) -> None:
-        """Note, or take up again, how the drums stand. Raises `InputError` for a drum wound out of its bounds."""
+        """Save or load the drums' state. Raises `InputError` for a drum wound out of its bounds."""
         archive.array("state", self.state)
-        archive.array("begin", self.start_angles)
+        archive.array("start_angles", self.start_angles)
         last = winding.TURN * (self.radii.shape[1] - 1)
         if not ((self.angles >= 0.0) & (self.angles <= last)).all():
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
 
     def set_thermal_strain(self, strains: Array) -> None:
-        """Set how much longer all cable is by its warmth, (m,)."""
+        """Set the thermal strains (m,) of the cables."""
         self.state[:, winding.STRAIN] = strains
 
 
 def coil_of(line: Line, settings: WinchSettings, seed: list[int] | None = None) -> Coil:
-    """Return the cable of a *line* on its drum: as it came to lie by *seed*, or as it should lie.
+    """Return the cable of a *line* on its drum: irregularly wound by *seed*, or regularly without one.
 
     Raises `InputError` for a line without drum radius or cable diameter.
     """

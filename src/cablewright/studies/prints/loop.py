@@ -1,4 +1,4 @@
-"""A print, step by step: machine, estimation, control and supervision put together, and a simulated attendant."""
+"""The control loop of a print: machine, estimation, control and supervision, and a simulated attendant."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ MakeEstimator = Callable[[Array, Array], Estimator]
 
 @dataclass(frozen=True, eq=False)
 class PrintPlan:
-    """What a printer is to do and how. ``height``: None keeps the path's own heights.
+    """Path and settings of a print. ``height``: None follows the path's own heights.
 
-    ``flow``: kg/s of powder with the valve open, ``powder``: kg in a full drum; infinite where nothing runs out.
+    ``flow``: kg/s of powder with the valve open. ``powder``: kg in a full drum; infinite if it never runs out.
     """
 
     path: TimedPath
@@ -43,7 +43,7 @@ class PrintPlan:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """What happened in one step: the command it began with, and what came of it."""
+    """One step: its command, the sensor frame at its end, and the estimate and progress from that frame."""
 
     command: Command
     frame: SensorFrame
@@ -52,7 +52,7 @@ class Step:
 
 
 class Printer:
-    """Drives one machine through one plan. `step` never raises for what a machine tells."""
+    """Runs one machine through one plan. `step` raises nothing for what a frame holds."""
 
     def __init__(
         self,
@@ -63,49 +63,46 @@ class Printer:
         now: float = 0.0,
         archive: Archive | None = None,
     ) -> None:
-        """Begin idle, winches held, at the path's beginning or where *book* has it; *now* is the machine's time, s.
+        """Start idle with winches held, at the start of the path or as *archive* has it; *now*: machine time, s.
 
-        *make* is asked for an estimator that begins where the platform is, (3,) m, with what is known of the winch
-        drums' radii, (m,) m, 0 where nothing is.
+        *make* returns an estimator for the platform's last position (3,), m, and the estimated radii (m,), m, of the
+        winch drums; 0: unknown.
         """
         self.plan, self.machine = plan, machine
         self.guide, self.supervisor = GuideState(), SupervisorState()
         self.velocity = velocity.start(plan.velocity)
         self.powder = plan.powder
-        """kg in the drum, as believed."""
+        """kg in the drum, estimated."""
         self.target: Target | None = None
         self.last_position = plan.path.track.at(0.0).position.copy()
-        """(3,) m, where the platform was when that was known last."""
+        """(3,) m, last valid position of the platform."""
         self.radii = np.zeros(plan.velocity.model.m)
-        """(m,) m of the winch drums, as found out last; 0: never."""
+        """(m,) m, last estimated radii of the winch drums; 0: unknown."""
         self.frame_times = (0.0, 0.0)
-        """When the last frame had come, s: by the wall clock and by the processor's."""
+        """When the last frame had arrived, s: by the wall clock and by the processor's."""
         self._command = Command(now, frozen(np.zeros(plan.velocity.model.m)))
-        self._approach_pending = True  # the way back to the path begins where the platform is, once that is known
-        self._powder_out_clock = math.inf  # s of the law's time where powder ran out
+        self._approach_pending = True  # the approach begins at the platform's position, once that is valid
+        self._powder_out_time = math.inf  # s of the path's time law, when powder ran out
         if archive is not None:
             self.archive_state(archive)
         self.estimator = make(self.last_position, self.radii)
 
     @property
     def finished(self) -> bool:
-        """Whether the path has been gone to its end."""
+        """Whether the end of the path has been reached."""
         return self.supervisor.finished
 
     def archive_state(self, archive: Archive) -> None:
-        """Note how far the print has come, or take that up again."""
-        guided, watched = self.guide, self.supervisor
-        guided.clock, guided.lift = archive.number("clock", guided.clock), archive.number("lift", guided.lift)
-        self.powder, self._powder_out_clock = (
-            archive.number("powder", self.powder),
-            archive.number("mark", self._powder_out_clock),
-        )
-        watched.barrier_stops, watched.refills = (
-            archive.count("stops", watched.barrier_stops),
-            archive.count("refills", watched.refills),
-        )
+        """Save or load the progress of the print."""
+        path, watched = self.guide, self.supervisor
+        path.path_time = archive.number("path_time", path.path_time)
+        path.height_offset = archive.number("height_offset", path.height_offset)
+        self.powder = archive.number("powder", self.powder)
+        self._powder_out_time = archive.number("powder_out_time", self._powder_out_time)
+        watched.barrier_stops = archive.count("barrier_stops", watched.barrier_stops)
+        watched.refills = archive.count("refills", watched.refills)
         watched.finished = bool(archive.count("finished", int(watched.finished)))
-        archive.array("place", self.last_position)
+        archive.array("position", self.last_position)
         archive.array("radii", self.radii)
 
     def refilled(self) -> None:
@@ -113,13 +110,13 @@ class Printer:
         self.powder = self.plan.powder
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
-        """Live through one period of the machine, and decide on the next."""
+        """Run one period of the machine and compute the next command."""
         command, dt = self._command, self.machine.period
         frame = self.machine.step(command)
         self.frame_times = time.perf_counter(), time.thread_time()
         self.powder -= self.plan.flow * command.valve * dt
         estimate = self.estimator.step(frame)
-        was = self.supervisor.state
+        state = self.supervisor.state
         verdict = supervisor.step(
             self.plan.supervisor,
             self.supervisor,
@@ -132,26 +129,26 @@ class Printer:
         )
         if estimate.valid:
             self.last_position[:], self.radii[:] = estimate.position, estimate.radii
-        self._change(was, verdict)
+        self._on_transition(state, verdict)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
-            self.guide.lift = height.step(self.plan.height, self.guide.lift, estimate.clearance, dt)
+            self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
         if self._approach_pending and estimate.valid:
-            self.guide.place, self._approach_pending = estimate.position.copy(), False
-        target = guide.step(self.plan.path, self.guide, dt, verdict.wish)
+            self.guide.position, self._approach_pending = estimate.position.copy(), False
+        target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode)
         self.target = None if self._approach_pending else target
         self._command = self._decide(frame.time, verdict, estimate, target, dt)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target))
 
-    def _change(self, was: PrintState, verdict: Verdict) -> None:
-        """What a new state means for where the target goes on."""
-        if verdict.state is was:
+    def _on_transition(self, previous: PrintState, verdict: Verdict) -> None:
+        """Set where the target continues after a change of state."""
+        if verdict.state is previous:
             return
         if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.refill_mass:
-            self._powder_out_clock = self.guide.clock  # it ran out before it should have: the path goes on here
+            self._powder_out_time = self.guide.path_time  # earlier than estimated: the path continues here
         if verdict.state is PrintState.READY:
-            if math.isfinite(self._powder_out_clock):
-                self.guide.clock, self._powder_out_clock = self._powder_out_clock, math.inf
-            self.guide.place, self.guide.pace, self.guide.speed = None, 0.0, 0.0
+            if math.isfinite(self._powder_out_time):
+                self.guide.path_time, self._powder_out_time = self._powder_out_time, math.inf
+            self.guide.position, self.guide.speed_factor, self.guide.speed = None, 0.0, 0.0
             self._approach_pending = True
 
     def _decide(self, now: float, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
@@ -159,8 +156,8 @@ class Printer:
         if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(m)))
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt)
-        open_ = target.pace / self.plan.path.print_speed if target.laying and verdict.valve_allowed else 0.0
-        return Command(now, frozen(speeds), min(max(open_, 0.0), 1.0))
+        opening = target.path_speed / self.plan.path.print_speed if target.extruding and verdict.valve_allowed else 0.0
+        return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0))
 
     def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
         error = math.nan
@@ -173,9 +170,9 @@ class Printer:
 
 @dataclass
 class Attendant:
-    """Who stands by a simulated machine: starts it, refills it, and lets it go on once everybody is out of its way.
+    """Operator of a simulated machine: starts it, refills it, and resumes once the light barrier is clear.
 
-    ``after``: s from a stop to the order to go on, ``refill``: s that a refill takes, done by *fill*.
+    ``resume_delay``: s from a stop to the order to resume. ``refill_time``: s that a refill by *refill_drum* takes.
     """
 
     refill_drum: Callable[[], None]
@@ -185,7 +182,7 @@ class Attendant:
     _state: PrintState = field(default=PrintState.READY, repr=False)
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """What is ordered at *now*, s."""
+        """Return the orders at *now*, s."""
         state = printer.supervisor.state
         if state is not self._state:
             self._since, self._state = now, state
@@ -195,11 +192,8 @@ class Attendant:
             if printer.supervisor.barrier_broken:
                 self._since = now
             return (Order.RESUME,) if now - self._since >= self.resume_delay else ()
-        if (
-            state is PrintState.REFILLING
-            and now - self._since >= self.refill_time
-            and not printer.supervisor.resume_ordered
-        ):
+        due = state is PrintState.REFILLING and now - self._since >= self.refill_time
+        if due and not printer.supervisor.resume_ordered:
             self.refill_drum()
             printer.refilled()
             return (Order.REFILLED,)

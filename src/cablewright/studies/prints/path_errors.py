@@ -17,7 +17,7 @@ __all__ = ["PathErrors"]
 Array = NDArray[np.float64]
 
 _WITHIN: Final = 0.3  # m along the path either way of where the print was
-_MOST_ERROR: Final = 0.1  # m: beyond it a histogram's last bar counts
+_MAX_ERROR: Final = 0.1  # m: beyond it a histogram's last bar counts
 
 
 class PathErrors:
@@ -29,7 +29,7 @@ class PathErrors:
         self._error, self._height, self._speed = Moments(), Moments(), Moments()
         self._layers = [Moments() for _ in track.visits.begin]
         self._worst: ErrorLocation | None = None
-        self._errors = Histogram(-_MOST_ERROR, _MOST_ERROR, 400)
+        self._errors = Histogram(-_MAX_ERROR, _MAX_ERROR, 400)
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
     def add(self, rows: Columns) -> tuple[Array, Array]:
@@ -66,9 +66,9 @@ class PathErrors:
         """What all steps told."""
         layers = [each.summary() for each in self._layers]
         columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "least", "most"))
-        mean, variance, least, most = columns
+        mean, variance, lowest, highest = columns
         visits = self._track.visits
-        by_layer = LayerErrors(visits.number, visits.begin, mean, np.sqrt(variance), least, most)
+        by_layer = LayerErrors(visits.number, visits.begin, mean, np.sqrt(variance), lowest, highest)
         return PathFollowing(
             self._error.summary(),
             self._height.summary(),

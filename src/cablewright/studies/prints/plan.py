@@ -35,7 +35,7 @@ HEIGHTS: Final = ("structure", "job")
 _SPARE: Final = 3.0  # times the job's fastest motion that the platform may move at before it is stopped
 _EASY: Final = 0.05  # m/s beyond that, for a drum that swings
 _BREAKS: Final = 0.5  # of its breaking load, at which a line stops the machine
-_MOST_INTRUSIONS: Final = 1000
+_MAX_INTRUSIONS: Final = 1000
 _INSIDE: Final = 20.0  # s that somebody is in the light barrier
 
 
@@ -108,8 +108,8 @@ def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> M
         return settings
     if settings.barrier is None:
         raise InputError(f"machine {settings.name!r}: has no light barrier for {choices.intrusions} intrusions")
-    if not 0 < choices.intrusions <= _MOST_INTRUSIONS:
-        raise InputError(f"intrusions = {choices.intrusions}: 0 to {_MOST_INTRUSIONS} is wanted")
+    if not 0 < choices.intrusions <= _MAX_INTRUSIONS:
+        raise InputError(f"intrusions = {choices.intrusions}: 0 to {_MAX_INTRUSIONS} is wanted")
     begins = np.sort(np.random.default_rng([choices.seed, 8]).uniform(0.0, duration, choices.intrusions)).tolist()
     times = tuple((begin, begin + _INSIDE) for begin in begins)
     barrier = settings.barrier.model_copy(update={"intrusions": (*settings.barrier.intrusions, *times)})
@@ -133,7 +133,7 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
         scene.frame_min,
         scene.frame_max,
         _SPARE * fastest + _EASY,
-        _most_tensions(robot),
+        _max_tensions(robot),
         max_error=max(0.15, fastest),
         barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * _period(twin)),
         encoder_timeout=max(0.5, 2.5 * _period(twin)),
@@ -159,7 +159,7 @@ def _period(twin: MachineTwin) -> float:
     return twin.settings.period if twin.choices.plant == "dynamic" else twin.settings.quasi_static_period
 
 
-def _most_tensions(robot: Robot) -> Array:
+def _max_tensions(robot: Robot) -> Array:
     """N of each line, at which the machine is stopped: its limit, and half of its breaking load."""
     breaking = [line.cable.breaking_load or math.inf for line in robot.lines]
     return np.array([min(line.tension_limits[1], _BREAKS * b) for line, b in zip(robot.lines, breaking, strict=True)])

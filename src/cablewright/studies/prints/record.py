@@ -37,7 +37,7 @@ UNUSED: Final = (Inertial, DistanceReading, "/scan/north", "/scan/south")
 """Signals that are not looked at: ``log.entries(without=UNUSED)`` is faster and gives the same record."""
 
 _PORTION: Final = 2048  # steps that are looked at in one go
-_MOST_SPANS: Final = 10_000
+_MAX_SPANS: Final = 10_000
 _DONE: Final = 0.02  # m before its end a layer counts as finished
 _DRAWN: Final = ("offset", "speed", "seen_offset", "seen_speed")
 
@@ -142,7 +142,7 @@ class Recorder:
         if progress.state is PrintState.PAUSED:
             self._barrier_stops += "barrier" in progress.reason.lower() or self._rows.broken
         self._refills += progress.state is PrintState.REFILLING
-        if len(spans) < _MOST_SPANS:
+        if len(spans) < _MAX_SPANS:
             spans.append(Span(progress.state, spans[-1].end if spans else now, now, progress.reason))
 
     def _digest(self) -> None:

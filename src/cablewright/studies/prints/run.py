@@ -46,7 +46,7 @@ _EVERY: Final = 0.5  # s between checkpoints, of the wall clock
 _TELL: Final = 50  # steps between words of progress
 _TIDY: Final = 100  # steps of a paced print between collections of garbage
 _AWAKE: Final = 0.02  # s before a step of a paced print: a core that slept takes half as long again, its caches cold
-_MOST_STEPS: Final = 100_000_000
+_MAX_STEPS: Final = 100_000_000
 
 
 @dataclass
@@ -153,7 +153,7 @@ def _go_on(run: PrintRun, log: LogWriter, keeper: SnapshotWriter, real_time: boo
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
     whole = round(1e3 * printer.plan.path.track.length)
     saved = begun = time.monotonic()
-    for run.steps in range(1, _MOST_STEPS):
+    for run.steps in range(1, _MAX_STEPS):
         orders = attendant.orders(printer, machine.time)
         step = printer.step(orders)
         log.write(step.frame, step.command, machine.truth, step.estimate, step.progress)

@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 BIN: Final = 0.05
 """m of cable over which radii are averaged."""
 
-_MOST: Final = 5000  # bins: 250 m
-_LEAST: Final = 10  # bins before an irregularity is told
+_MAX_BINS: Final = 5000  # bins: 250 m
+_MIN_BINS: Final = 10  # bins before an irregularity is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +47,18 @@ class SpoolStatistics:
     def __init__(self, robot: Robot, settings: WinchSettings) -> None:
         """Begin with none."""
         self._robot, self._settings = robot, settings
-        self._sums = np.zeros((2, 3, robot.m, _MOST))  # estimated and true; how many, lengths, radii
+        self._sums = np.zeros((2, 3, robot.m, _MAX_BINS))  # estimated and true; how many, lengths, radii
 
     def add(self, lengths: Array, radii: Array, *, true: bool = False) -> None:
         """Count in *radii* at *lengths*, both (k, m), m; NaN tells nothing."""
         known = np.isfinite(lengths) & np.isfinite(radii)
         at = np.where(known, lengths / BIN, -1.0).astype(np.int64)
-        known &= (at >= 0) & (at < _MOST)
+        known &= (at >= 0) & (at < _MAX_BINS)
         for i in range(lengths.shape[1]):
             chosen = known[:, i]
             place = at[chosen, i]
             for sums, weights in enumerate((np.ones(len(place)), lengths[chosen, i], radii[chosen, i])):
-                self._sums[int(true), sums, i] += np.bincount(place, weights, _MOST)
+                self._sums[int(true), sums, i] += np.bincount(place, weights, _MAX_BINS)
 
     def result(self) -> tuple[SpoolRadii, ...]:
         """What is known of each line's."""
@@ -92,7 +92,7 @@ def _regular(line: Line, settings: WinchSettings, lengths: Array) -> Array:
 def _irregular(lengths: Array, off: Array) -> float:
     """Standard deviation of *off* (b,), m, about the straight line through it."""
     known = np.isfinite(off)
-    if np.count_nonzero(known) < _LEAST:
+    if np.count_nonzero(known) < _MIN_BINS:
         return float("nan")
     line = np.polynomial.Polynomial.fit(lengths[known], off[known], 1)
     return float(np.std(off[known] - line(lengths[known])))

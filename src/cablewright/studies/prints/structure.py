@@ -34,7 +34,7 @@ _MARGIN: Final = 0.6  # m about the path that is rebuilt
 _CONE: Final = math.radians(70.0)  # to both sides of the drum's axis: beyond it rays graze
 _NOISE: Final = 0.05  # m below the floor, or off both neighbours, no ray goes that met something
 _KEPT: Final = 1000  # rows of where the drum was
-_MOST_POINTS: Final = 2_000_000  # of one layer
+_MAX_POINTS: Final = 2_000_000  # of one layer
 _GAP: Final = 0.1  # m between two scans that is bridged: they are 6 cm apart at 3 cm/s
 _LATEST: Final = 8.0  # s: what is seen together, some scans
 _NOTHING: Final = 5e-3  # m: what is lower may be noise
@@ -66,7 +66,7 @@ class StructureScans:
 
     def add(self, scan: Scan) -> None:
         """Take one turn."""
-        if scan.time - self._last < EVERY - 1e-6 or not len(self._trail) or self._count >= _MOST_POINTS:
+        if scan.time - self._last < EVERY - 1e-6 or not len(self._trail) or self._count >= _MAX_POINTS:
             return
         self._last = scan.time
         angles = scan.angles
@@ -86,8 +86,8 @@ class StructureScans:
         if not points:
             return None
         field = rebuilt(_latest(np.concatenate(points), like), like)
-        most = round(_GAP / like.cell)
-        return HeightField(field.low, field.cell, _bridged(_bridged(field.heights, most).T, most).T.copy())
+        max_gap = round(_GAP / like.cell)
+        return HeightField(field.low, field.cell, _bridged(_bridged(field.heights, max_gap).T, max_gap).T.copy())
 
 
 def _latest(points: Array, like: HeightField) -> Array:
@@ -99,12 +99,12 @@ def _latest(points: Array, like: HeightField) -> Array:
     return np.asarray(points[points[:, 3] >= last[cells] - _LATEST, :3])
 
 
-def _bridged(heights: Array, most: int) -> Array:
-    """*heights* (a, b) with gaps along the second axis of up to *most* cells between two known ones made straight."""
+def _bridged(heights: Array, max_gap: int) -> Array:
+    """*heights* (a, b) with gaps of up to *max_gap* cells along the second axis interpolated linearly."""
     made = heights.copy()
     for row in made:
         known = np.flatnonzero(np.isfinite(row))
-        for k in np.flatnonzero((np.diff(known) > 1) & (np.diff(known) <= most + 1)):
+        for k in np.flatnonzero((np.diff(known) > 1) & (np.diff(known) <= max_gap + 1)):
             first, last = known[k], known[k + 1]
             row[first : last + 1] = np.linspace(row[first], row[last], last - first + 1)
     return made

@@ -23,13 +23,13 @@ Array = NDArray[np.float64]
 WINDOW: Final = 20.0
 """s that are looked at together."""
 
-_MOST_READINGS: Final = 20_000  # in a window
+_MAX_READINGS: Final = 20_000  # in a window
 _AROUND: Final = 0.25  # share of the expected frequency within which the peak is looked for
 _HIGHEST: Final = 0.4  # share of the rate up to which a frequency is looked for
 _STANDS_OUT: Final = 12.0  # times the middle of the spectrum about it that a peak has to be
 _KNOWN: Final = 0.95  # share of a window's readings that a line must have
-_LEAST_WINDOWS: Final = 8
-_LEAST_SPREAD: Final = 0.2  # K, standard deviation
+_MIN_WINDOWS: Final = 8
+_MIN_SPREAD: Final = 0.2  # K, standard deviation
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class VibrationWindows:
         """Take a reading; says whether a window is whole, and `close` due."""
         if self._times:
             since = reading.time - self._times[-1]
-            if not 0.0 < since < 1.0 or len(self._times) >= _MOST_READINGS:
+            if not 0.0 < since < 1.0 or len(self._times) >= _MAX_READINGS:
                 self.drop()
         self._times.append(reading.time)
         self._angles.append(reading.angles)
@@ -119,7 +119,7 @@ def _slope(temperatures: Array, ratios: Array) -> tuple[float, float]:
     """Relative change of *ratios* (w,) by the temperature, 1/K, and its sigma; NaN where too little is known."""
     known = np.isfinite(temperatures) & np.isfinite(ratios) & (ratios > 0.0)
     x, y = temperatures[known], np.log(ratios[known])
-    if len(x) < _LEAST_WINDOWS or float(np.std(x)) < _LEAST_SPREAD:
+    if len(x) < _MIN_WINDOWS or float(np.std(x)) < _MIN_SPREAD:
         return math.nan, math.nan
     x = x - x.mean()
     square = float(x @ x)
