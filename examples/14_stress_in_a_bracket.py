@@ -1,9 +1,8 @@
 """What the universal joint spares the bracket of the house printer's most loaded sheave, on a coarse mesh."""
 
 import cablewright as cw
-from cablewright.analyses.bracket.stress import bracket_at
 
-found = bracket_at(cw.Model(cw.load("house-printer")), [-2.25, -6.75, 13.0], times=1)
+found = cw.bracket(cw.load("house-printer"), [-2.25, -6.75, 13.0], times=1).designs
 for name, design in (("universal joint", found.universal_joint), ("conventional", found.conventional)):
     moment = abs(design.loads.pin_moment[0, design.line])
     print(f"{name}: {moment:.1f} N m about the pin, safety {design.safety:.2f}")

@@ -17,7 +17,7 @@ from cablewright.kernels import layout
 from cablewright.models.statics import Model
 from cablewright.robot import Bracket, load
 from cablewright.solvers.forward import solve_forward
-from cablewright.studies.bracket import highest, highest_over_workspace, sensitivity
+from cablewright.studies.bracket import bracket, highest, sensitivity
 from oracles import calculix
 
 POSE = [-2.25, -6.75, 13.0]  # Paty 2021, section 3.2
@@ -243,7 +243,10 @@ def test_the_highest_pose_is_that_of_all_poses_one_by_one() -> None:
 
 
 def test_over_the_workspace_the_middle_of_the_top_is_not_better_than_the_highest() -> None:
-    found = highest_over_workspace(Model(HOUSE), 5.0, times=1)
+    stress = bracket(HOUSE, step=5.0, times=1)
+    found = stress.highest
+    assert found is not None
+    assert stress.to_dict()["searched"]["held"] == found.held
     assert 0 < found.held <= len(found.poses)
     assert found.stress[1] > found.stress[0]
 

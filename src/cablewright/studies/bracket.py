@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.bracket.loads import Loads, loads_at
-from cablewright.analyses.bracket.stress import bracket_of, plate_peaks
+from cablewright.analyses.bracket.loads import Loads, joints, loads_at
+from cablewright.analyses.bracket.stress import Comparison, bracket_at, bracket_of, plate_peaks
 from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.errors import AnswerError, InputError
+from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
-from cablewright.robot import Bracket
+from cablewright.results import Figure, Pictured
+from cablewright.robot import Bracket, Robot, load_bracket
 from cablewright.studies.job_poses import along
 
-__all__ = ["SIZES", "Highest", "Varied", "highest", "highest_over_job", "highest_over_workspace", "sensitivity"]
+__all__ = ["SIZES", "BracketStress", "Highest", "Varied", "bracket", "highest", "sensitivity"]
 
 Array = NDArray[np.float64]
 
@@ -67,6 +71,11 @@ class Varied:
     factor: float
     universal_joint: float
     conventional: float
+
+    def to_dict(self) -> dict[str, object]:
+        """The size, the factor and the stresses as JSON has them."""
+        return {"size": self.name, "factor": self.factor, "universal_joint": self.universal_joint,
+                "conventional": self.conventional, "ratio": self.ratio}  # fmt: skip
 
     @property
     def ratio(self) -> float:
@@ -117,30 +126,117 @@ def highest(
     return Highest(places, lengths, held, (first_at, second_at), (float(fine[0].max()), float(fine[1].max())))
 
 
-def highest_over_job(
-    model: Model, job: Job, *, bracket: Bracket | None = None, times: int = 2, progress: Progress | None = None
-) -> Highest:
-    """`highest` of the samples of a job's path. Raises `InputError` where the robot cannot follow it."""
-    report = progress or silent
-    samples = job.samples(job.toolpath(report))
-    poses, retraction = along(model.robot, job, samples)
-    return highest(model, poses, bracket=bracket, retraction=retraction, times=times, progress=progress)
+@dataclass(frozen=True, eq=False, repr=False)
+class BracketStress(Pictured):
+    """Stress in the brackets of both designs at a pose, and how that pose was found and depends on assumed sizes."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok; yields: the universal joint's bracket is stressed beyond its yield strength."),
+        Figure("robot", "", "Name of the robot.", "designs.model.robot.name"),
+        Figure("pose", "m, rad", "The pose.", "designs.pose"),
+        Figure("yield_strength", "Pa", "Yield strength of the material.", "designs.bracket.material.yield_strength"),
+        Figure("universal_joint", "", "Stress, loads and motion as built.", "designs.universal_joint.figures"),
+        Figure("conventional", "", "The same with the second rotation blocked.", "designs.conventional.figures"),
+        Figure("ratio", "1", "The conventional design's largest stress over the universal joint's.", "designs.ratio"),
+        Figure(
+            "platform_motion_cables", "m, rad", "How far the elasticity of the cables moves the platform.",
+            "designs.cable_motion",
+        ),
+        Figure("searched", "", "Poses that were looked at.", only=lambda of: of.highest is not None),
+        Figure("sensitivity", "Pa", "Largest stresses with assumed sizes changed.",
+               lambda of: [each.to_dict() for each in of.varied], only=lambda of: bool(of.varied)),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("status", "robot", "pose", "ratio")
+
+    designs: Comparison
+    highest: Highest | None = None
+    varied: tuple[Varied, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """Ok or yields."""
+        return "yields" if self.designs.universal_joint.safety < 1.0 else "ok"
+
+    @property
+    def verdict(self) -> str:
+        """Which bracket yields, in a sentence; empty if none does."""
+        found = self.designs.universal_joint
+        if self.status == "ok":
+            return ""
+        line = self.designs.model.robot.lines[found.line].name
+        return f"the bracket of line {line} yields: safety {found.safety:.3g} against its yield strength"
+
+    @property
+    def searched(self) -> dict[str, object] | None:
+        """Where the stress of each design is highest, as JSON has it; None for a given pose."""
+        found = self.highest
+        if found is None:
+            return None
+        rows = zip(("universal_joint", "conventional"), found.at, found.stress, strict=True)
+        worst = {name: {"pose": found.poses[at], "max_von_mises": stress} for name, at, stress in rows}
+        return {"poses": len(found.poses), "held": found.held, **worst}
 
 
-def highest_over_workspace(
-    model: Model, step: float, *, bracket: Bracket | None = None, times: int = 2, progress: Progress | None = None
-) -> Highest:
-    """`highest` of the nodes of a grid of *step* (m) that are in the static workspace, the platform unrotated.
+def bracket(
+    robot: Robot | Model,
+    where: ArrayLike | Job | None = None,
+    *,
+    step: float | None = None,
+    bracket: Bracket | str | Path | None = None,
+    times: int = 2,
+    sensitivities: bool = False,
+    retraction: float | None = None,
+    cable: CableLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+    progress: Progress | None = None,
+) -> BracketStress:
+    """Stress in the most stressed bracket of a sheave, on its universal joint and with the second rotation blocked.
 
-    Raises `InputError` for a bad step or a robot with fewer lines than freedoms, `AnswerError` where nothing is in
-    reach.
+    *where* is a pose (n,), m and rad, or a job, of which the most stressed sample counts; or *step* is that of a grid,
+    m, over the whole static workspace. *bracket* takes the place of the robot's own. *times* is the refinement of the
+    mesh, 1, or 2 which also estimates the discretisation error. *sensitivities* adds stresses with each assumed size a
+    quarter smaller and larger. Raises `AnswerError` where no pose can be held, `InputError` where something is missing.
+
+    Source: Paty 2021, section 3.2, whose finite elements this repeats with a mesh of its own.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> found = cw.bracket(cw.load("house-printer"), [-2.25, -6.75, 13.0], times=1)
+    >>> found.status
+    'ok'
     """
+    if (where is None) == (step is None):
+        raise InputError("bracket: a pose or a job, or the step of a grid over the workspace, is wanted")
+    model = Model.of(robot, cable=cable, tension_limits=tension_limits)
+    own = load_bracket(bracket) if isinstance(bracket, str | Path) else bracket or bracket_of(model.robot)
+    joints(model.robot)
+    found: Highest | None = None
+    if step is not None:
+        found = highest(model, _nodes(model, step, progress), bracket=own, times=times, progress=progress)
+    elif isinstance(where, Job):
+        if retraction is not None:
+            raise InputError("retraction: a job's schedule sets it")
+        samples = where.samples(where.toolpath(progress or silent))
+        poses, drawn = along(model.robot, where, samples)
+        found = highest(model, poses, bracket=own, retraction=drawn, times=times, progress=progress)
+    if found is not None:
+        where, retraction = found.worst
+    assert not isinstance(where, Job)
+    assert where is not None
+    designs = bracket_at(model, where, bracket=own, times=times, retraction=retraction)
+    varied = sensitivity(model, designs.pose, bracket=own, progress=progress) if sensitivities else ()
+    return BracketStress(designs, found, varied)
+
+
+def _nodes(model: Model, step: float, progress: Progress | None) -> Array:
+    """Poses (N, n) at the nodes of a grid of *step* (m) in the static workspace, the platform unrotated."""
     if model.m < model.n:
         raise InputError(f"robot {model.robot.name}: {model.m} lines cannot hold {model.n} freedoms over a grid")
     nodes = count_nodes(model, "static", step=step, progress=progress)
     if not nodes.counted:
         raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")
-    return highest(model, model.unrotated_at(nodes.places), bracket=bracket, times=times, progress=progress)
+    return model.unrotated_at(nodes.places)
 
 
 def sensitivity(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,6 +98,39 @@ class Design:
     plates: Array  # (3, m) Pa
     coarse: Array  # (3, m) Pa
     sheave_motions: Array
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The design's figures as JSON has them: SI."""
+        loads, i = self.loads, self.line
+        robot = loads.held.model.robot
+        return {
+            "max_von_mises": self.max_von_mises,
+            "max_displacement": self.max_displacement,
+            "safety": self.safety,
+            "error_estimate": self.error_estimate,
+            "nodes": self.nodes,
+            "line": robot.lines[i].name,
+            "part": self.worst.part,
+            "parts": {
+                peak.part: {"max_von_mises": peak.stress, "error_estimate": peak.error, "place": peak.place}
+                for peak in self.peaks
+            },
+            "axle_stress": self.axle_stress,
+            "raw_max_von_mises": self.raw_peak,
+            "energy_error": self.energy_error,
+            "imbalance": self.imbalance,
+            "lines": [line.name for line in robot.lines],
+            "line_max_von_mises": self.plates.max(axis=0),
+            "tensions": loads.held.tensions[0],
+            "lever_angles": loads.lever_angle[0],
+            "pin_moments": loads.pin_moment[0],
+            "spindle_moments": loads.spindle_moment[0],
+            "base_force": self.base_wrench[:3],
+            "base_moment": self.base_wrench[3:],
+            "sheave_motions": self.sheave_motions,
+            "platform_motion": self.platform_motion,
+        }
 
     @property
     def line(self) -> int:
@@ -246,6 +280,11 @@ class Comparison:
     retraction: float | None
     universal_joint: Design
     conventional: Design
+
+    @property
+    def designs(self) -> tuple[Design, Design]:
+        """The universal joint's and the conventional one."""
+        return self.universal_joint, self.conventional
 
     @property
     def ratio(self) -> float:

@@ -20,15 +20,14 @@ from cablewright.apps.cli.options import (
     check_plot,
     described,
 )
-from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell, write_picture
+from cablewright.apps.cli.output import limits, numbers, print_json, progress, tell
 from cablewright.errors import AnswerError, EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
-    from cablewright.analyses.bracket.stress import Comparison, Design, Peak
+    from cablewright.analyses.bracket.stress import Peak
     from cablewright.models.statics import Model
-    from cablewright.robot import Bracket
-    from cablewright.studies.bracket import Highest, Varied
+    from cablewright.studies.bracket import BracketStress
 
 __all__ = ["bracket"]
 
@@ -67,9 +66,8 @@ def bracket(
     as_json: AsJson = False,
 ) -> int:
     """Stress in the most stressed bracket at a pose, beside one whose sheave only swivels, by finite elements."""
-    from cablewright.models.fidelity import Fidelity
     from cablewright.models.statics import Model
-    from cablewright.robot import load_bracket
+    from cablewright.printing.job import load_job
 
     check_plot(plot)
     _check_vtu(vtu)
@@ -77,32 +75,41 @@ def bracket(
         raise InputError("bracket: one of --at X,Y,Z, --job JOB and --workspace STEP is wanted")
     if at is None and retraction is not None:
         raise InputError("--retraction is for --at; a job's schedule sets it")
-    own = None if file is None else load_bracket(file)
-    model = Model(described(robot, load, wrench), Fidelity.of(cable), limits(tension_limits))
+    model = Model.of(described(robot, load, wrench), cable=cable, tension_limits=limits(tension_limits))
     _require_fem(vtu is not None)
-    from cablewright.analyses.bracket.loads import joints
-    from cablewright.analyses.bracket.stress import bracket_at, bracket_of
+    from cablewright.studies.bracket import bracket as stress
 
-    own = bracket_of(model.robot) if own is None else own
-    joints(model.robot)
-    highest, pose = None, numbers(at, "--at", free=True)
+    pose = numbers(at, "--at", free=True)
     try:
-        if pose is None:
-            highest = _highest(model, job, workspace, own, times)
-            pose, retraction = highest.worst
-        found = bracket_at(model, pose, bracket=own, times=times, retraction=retraction)
+        with progress() as show:
+            found = stress(
+                model,
+                pose if job is None else load_job(job),
+                step=workspace,
+                bracket=file,
+                times=times,
+                sensitivities=sensitivity,
+                retraction=retraction,
+                progress=show,
+            )
     except AnswerError:
         if as_json:
             print_json(_without_answer(model, pose, retraction))
         raise
-    varied = _varied(found) if sensitivity else ()
-    _write(found, plot, vtu)
+    if plot is not None:
+        found.plot(plot)
+    if vtu is not None:
+        from cablewright.apps.report.bracket_vtu import vtu as written
+
+        write_whole(vtu, written(found.designs))
     if as_json:
         files = {"plot": None if plot is None else str(plot), "vtu": None if vtu is None else str(vtu)}
-        print_json(_values(found, highest, varied) | files)
+        print_json(found.to_dict() | files)
     else:
-        _print(found, highest, varied)
-    return _verdict(found.universal_joint)
+        _print(found)
+    if found.verdict:
+        tell(f"cablewright: {found.verdict}")
+    return NO if found.verdict else 0
 
 
 def _check_vtu(vtu: Path | None) -> None:
@@ -116,35 +123,6 @@ def _require_fem(writing: bool) -> None:
     for module in ("skfem", "meshio") if writing else ("skfem",):
         if find_spec(module) is None:
             raise EnvironmentFault("finite elements are an extra that is not installed: pip install cablewright[fem]")
-
-
-def _highest(model: Model, job: Path | None, workspace: float | None, own: Bracket, times: int) -> Highest:
-    from cablewright.printing.job import load_job
-    from cablewright.studies.bracket import highest_over_job, highest_over_workspace
-
-    with progress() as show:
-        if job is not None:
-            return highest_over_job(model, load_job(job), bracket=own, times=times, progress=show)
-        assert workspace is not None
-        return highest_over_workspace(model, workspace, bracket=own, times=times, progress=show)
-
-
-def _varied(found: Comparison) -> tuple[Varied, ...]:
-    from cablewright.studies.bracket import sensitivity
-
-    with progress() as show:
-        return sensitivity(found.model, found.pose, bracket=found.bracket, progress=show)
-
-
-def _write(found: Comparison, plot: Path | None, vtu: Path | None) -> None:
-    if plot is not None:
-        from cablewright.apps.pictures.bracket import bracket_picture
-
-        write_picture(plot, bracket_picture, found)
-    if vtu is not None:
-        from cablewright.apps.report.bracket_vtu import vtu as written
-
-        write_whole(vtu, written(found))
 
 
 def _without_answer(model: Model, pose: list[float] | None, retraction: float | None) -> dict[str, Any]:
@@ -162,89 +140,13 @@ def _without_answer(model: Model, pose: list[float] | None, retraction: float | 
     }
 
 
-def _values(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...]) -> dict[str, Any]:
-    """The figures of the JSON."""
-    material = found.bracket.material
-    values: dict[str, Any] = {
-        "status": "yields" if found.universal_joint.safety < 1.0 else "ok",
-        "robot": found.model.robot.name,
-        "pose": found.pose,
-        "yield_strength": material.yield_strength,
-        "universal_joint": _design(found.universal_joint),
-        "conventional": _design(found.conventional),
-        "ratio": found.ratio,
-        "platform_motion_cables": found.cable_motion,
-    }
-    if highest is not None:
-        values["searched"] = {
-            "poses": len(highest.poses),
-            "held": highest.held,
-            "universal_joint": {"pose": highest.poses[highest.at[0]], "max_von_mises": highest.stress[0]},
-            "conventional": {"pose": highest.poses[highest.at[1]], "max_von_mises": highest.stress[1]},
-        }
-    if varied:
-        values["sensitivity"] = [
-            {
-                "size": each.name,
-                "factor": each.factor,
-                "universal_joint": each.universal_joint,
-                "conventional": each.conventional,
-                "ratio": each.ratio,
-            }
-            for each in varied
-        ]
-    return values
-
-
-def _design(found: Design) -> dict[str, Any]:
-    loads, i = found.loads, found.line
-    robot = loads.held.model.robot
-    return {
-        "max_von_mises": found.max_von_mises,
-        "max_displacement": found.max_displacement,
-        "safety": found.safety,
-        "error_estimate": found.error_estimate,
-        "nodes": found.nodes,
-        "line": robot.lines[i].name,
-        "part": found.worst.part,
-        "parts": {
-            peak.part: {"max_von_mises": peak.stress, "error_estimate": peak.error, "place": peak.place}
-            for peak in found.peaks
-        },
-        "axle_stress": found.axle_stress,
-        "raw_max_von_mises": found.raw_peak,
-        "energy_error": found.energy_error,
-        "imbalance": found.imbalance,
-        "lines": [line.name for line in robot.lines],
-        "line_max_von_mises": found.plates.max(axis=0),
-        "tensions": loads.held.tensions[0],
-        "lever_angles": loads.lever_angle[0],
-        "pin_moments": loads.pin_moment[0],
-        "spindle_moments": loads.spindle_moment[0],
-        "base_force": found.base_wrench[:3],
-        "base_moment": found.base_wrench[3:],
-        "sheave_motions": found.sheave_motions,
-        "platform_motion": found.platform_motion,
-    }
-
-
-def _verdict(found: Design) -> int:
-    """The exit code; a bracket that yields is a no, and told."""
-    if found.safety >= 1.0:
-        return 0
-    name = found.loads.held.model.robot.lines[found.line].name
-    tell(f"cablewright: the bracket of line {name} yields: safety {found.safety:.3g} against its yield strength")
-    return NO
-
-
-def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...]) -> None:
+def _print(stress: BracketStress) -> None:
     """The designs for people, side by side."""
     import numpy as np
 
-    designs = (found.universal_joint, found.conventional)
-    robot = found.model.robot
-    word = "yields" if found.universal_joint.safety < 1.0 else "ok"
-    typer.echo(f"{robot.name}: {word}")
+    found, highest = stress.designs, stress.highest
+    designs, robot = found.designs, found.model.robot
+    typer.echo(f"{robot.name}: {stress.status}")
     if highest is not None:
         typer.echo(f"highest stress of {highest.held} poses that can be held, of {len(highest.poses)}")
     typer.echo("pose      " + "  ".join(f"{x:.6f}" for x in found.pose) + ("  m" if robot.n == 3 else "  m, rad"))
@@ -274,7 +176,7 @@ def _print(found: Comparison, highest: Highest | None, varied: tuple[Varied, ...
     if np.isfinite(found.cable_motion).all():
         moved = 1e3 * float(np.linalg.norm(found.cable_motion[:3]))
         typer.echo(f"for its cables' elasticity alone the platform moves by {moved:.3f} mm")
-    for each in varied:
+    for each in stress.varied:
         stresses = f"{each.universal_joint / 1e6:>10.1f} {each.conventional / 1e6:>10.1f} MPa"
         typer.echo(f"{each.name:<22} x {each.factor:<5.2f}{stresses}  ratio {each.ratio:.2f}")
 

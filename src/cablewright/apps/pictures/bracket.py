@@ -13,9 +13,10 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 from numpy.typing import NDArray
 
 from cablewright.analyses.bracket.elasticity import von_mises
-from cablewright.analyses.bracket.stress import Comparison, Design
+from cablewright.analyses.bracket.stress import Design
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_lines, space
+from cablewright.studies.bracket import BracketStress
 
 __all__ = ["bracket_picture"]
 
@@ -27,8 +28,9 @@ _ARROW: Final = 0.06  # m: the larger pull's length
 _FROM: Final = (24.0, 32.0)  # degrees: elevation and azimuth of the eye
 
 
-def bracket_picture(found: Comparison) -> Figure:
+def bracket_picture(stress: BracketStress) -> Figure:
     """Draw both designs in one scale of colours. Call within `style.drawing`."""
+    found = stress.designs
     drawn = style.figure(10.6, 6.0)
     grid = drawn.add_gridspec(1, 2)
     designs = ((found.universal_joint, "universal joint"), (found.conventional, "second rotation blocked"))

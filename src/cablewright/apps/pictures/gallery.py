@@ -18,6 +18,7 @@ PICTURES: Final = {
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "Modes": ("modes", "modes_picture"),
+    "BracketStress": ("bracket", "bracket_picture"),
     "Boundary": ("boundary", "boundary_picture"),
     "Retraction": ("retraction", "retraction_picture"),
     "Trade": ("trade", "trade_picture"),

@@ -279,18 +279,6 @@ def _cosine(r, low):
 
 
 @jit
-def sin_point(x):
-    """Enclosure of sin(x); tight for |x| <= 1000."""
-    return _turned(x, 0)
-
-
-@jit
-def cos_point(x):
-    """Enclosure of cos(x); tight for |x| <= 1000."""
-    return _turned(x, 1)
-
-
-@jit
 def _wave(a, quarters):
     """sin(a + quarters pi/2): its ends, and each extremum that may lie between them."""
     ends = _turned(a[0], quarters)

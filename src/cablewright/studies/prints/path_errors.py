@@ -65,7 +65,7 @@ class PathErrors:
     def result(self) -> PathFollowing:
         """What all steps told."""
         layers = [each.summary() for each in self._layers]
-        columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "least", "most"))
+        columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "min", "max"))
         mean, variance, lowest, highest = columns
         visits = self._track.visits
         by_layer = LayerErrors(visits.number, visits.begin, mean, np.sqrt(variance), lowest, highest)
