@@ -63,6 +63,10 @@ class SearchBox:
         x, y, z = (self.at(np.arange(n)[:, None] / (n - 1))[:, axis] for axis, n in enumerate(counts))
         return x, y, z
 
+    def grid(self, counts: tuple[int, ...]) -> Array:
+        """Places (X, Y, Z, 3), m, of all these nodes."""
+        return np.stack(np.meshgrid(*self.axes(counts), indexing="ij"), axis=-1)
+
 
 @dataclass(frozen=True, eq=False)
 class Refined:
