@@ -146,7 +146,7 @@ def test_a_body_too_small_for_the_random_places_ends_when_its_surface_is_known()
 
 
 def test_places_are_capped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(refinement, "MOST_PLACES", 300_000)
+    monkeypatch.setattr(refinement, "MAX_PLACES", 300_000)
     got = found(ball(0.8), tolerance=2e-4)
     assert not got.converged
     assert got.places < 330_000
