@@ -11,7 +11,7 @@ from cablewright.printing.job import Job, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from cablewright.studies.prints.finish import finish, step_times
-from cablewright.studies.prints.plan import Choices, twin_of
+from cablewright.studies.prints.plan import PrintOptions, twin_of
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing, run_print
 
@@ -26,7 +26,7 @@ QUICK = FULL.model_copy(update={"curve": None, "helix": RING})
 def rows(job: Job) -> Iterator[Row]:
     """All rows of this file: the first layer of *job*."""
     for estimator, law in (("paper", "paper"), ("filter", "model"), ("encoders", "model")):
-        found, timing = layer(job, Choices(estimator, law, layers=1))  # type: ignore[arg-type]
+        found, timing = layer(job, PrintOptions(estimator, law, layers=1))  # type: ignore[arg-type]
         name, aim = f"print, a layer: {estimator} estimation, {law} law", MAX_ERRORS[estimator]
         error, speed = found.true.error, found.true.speed
         largest = 100.0 * error.size
@@ -44,7 +44,7 @@ def rows(job: Job) -> Iterator[Row]:
         yield Row(f"{name}: 99 of 100 steps", 1e3 * told["p99"], "ms", "<= 5", told["p99"] <= 5e-3)
 
 
-def layer(job: Job, choices: Choices) -> tuple[PrintRecord, Timing]:
+def layer(job: Job, choices: PrintOptions) -> tuple[PrintRecord, Timing]:
     """Print the first layer; its record and how long its steps took."""
     twin = twin_of(load("merlet2023"), job, None, choices)
     with tempfile.TemporaryDirectory() as name:

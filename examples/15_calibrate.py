@@ -3,12 +3,10 @@
 import numpy as np
 
 import cablewright as cw
-from cablewright.calibration.simulation import aligned, simulate
-from cablewright.calibration.solve import calibrate
 
 robot = cw.load("wang2021")
-made = simulate(robot, poses=40, noise=1e-4, seed=1)
-found = calibrate(robot, made.measured)
+made = cw.simulate_calibration(robot, poses=40, noise=1e-4, seed=1)
+found = cw.calibrate(robot, made.measured)
 
 print(f"lengths fit to {1e3 * found.rms:.3f} mm; {found.alone.rank} of {found.alone.total} unknowns are decided")
 print("open:", ", ".join(found.gauge))
@@ -18,5 +16,5 @@ best = found.suggestions[0]
 print(f"next: {best.words}: {1e3 * best.before:.1f} to {1e3 * best.after:.1f} mm")
 
 truth = np.array([line.exit_point for line in robot.lines])
-exits, _ = aligned(found.values[:12].reshape(4, 3), truth)
+exits, _ = cw.aligned(found.values[:12].reshape(4, 3), truth)
 print(f"exit points off, rms, translation and yaw aligned: {1e3 * np.sqrt(np.mean((exits - truth) ** 2)):.2f} mm")

@@ -22,15 +22,15 @@ def drive(
     """Frames and truths of a machine that goes round a loop, or is *held* where the loop begins."""
     way = random_round(load("merlet2023"), 28.0, seed)
     twin = machine(settings, seed=seed, plant=plant, start=[*way[0], 1.2])
-    pilot, told = Pilot(twin, None if held else way, DriveSettings(), seed), []
+    pilot, recording = Pilot(twin, None if held else way, DriveSettings(), seed), []
     for _ in range(round(seconds / twin.period)):
         frame = twin.step(pilot.command())
-        told.append((frame, twin.truth))
-    return told
+        recording.append((frame, twin.truth))
+    return recording
 
 
 def observe(
-    told: list[tuple[SensorFrame, Truth]],
+    recording: list[tuple[SensorFrame, Truth]],
     settings: MachineSettings = SETTINGS,
     each: Callable[[Estimate, Truth], None] | None = None,
     *,
@@ -41,7 +41,7 @@ def observe(
     one = OBSERVERS[estimator]
     known = dataclasses.replace(one.settings(load("merlet2023"), settings, ()), **changes)
     state, found = one.start(known), []
-    for frame, truth in told:
+    for frame, truth in recording:
         found.append(one.step(known, state, frame))
         if each is not None:
             each(found[-1], truth)
@@ -53,10 +53,10 @@ def broken(*plans: dict[str, Any]) -> MachineSettings:
     return SETTINGS.model_copy(update={"faults": tuple(FaultPlan(**plan) for plan in plans)})
 
 
-def errors(found: list[Estimate], told: list[tuple[SensorFrame, Truth]], since: float) -> np.ndarray:
+def errors(found: list[Estimate], recording: list[tuple[SensorFrame, Truth]], since: float) -> np.ndarray:
     """Distances (k,), m, from the true position, from *since* (s) on."""
     return np.array([
         float(np.linalg.norm(estimate.position - truth.position))
-        for estimate, (frame, truth) in zip(found, told, strict=True)
+        for estimate, (frame, truth) in zip(found, recording, strict=True)
         if frame.time > since
     ])  # fmt: skip

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 import cablewright as cw
 from cablewright.calibration.pose_fit import fits
 from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import aligned, measure, random_poses
+from cablewright.calibration.simulation import measure, random_poses
 
 ROBOT = cw.load("wang2021")
 TRUE = np.array([line.exit_point for line in ROBOT.lines])
@@ -93,7 +93,7 @@ def by_poses(starts: int, few: int) -> tuple[list[float], list[float]]:
         exits = found[:, :12].reshape(-1, 4, 3)
         mean = float(np.sqrt(np.mean((exits.mean(axis=0) - TRUE) ** 2)))
         single = float(np.sqrt(np.mean((exits - TRUE) ** 2)))
-        worst = max(float(np.abs(aligned(each, TRUE)[0] - TRUE).max()) for each in exits)
+        worst = max(float(np.abs(cw.aligned(each, TRUE)[0] - TRUE).max()) for each in exits)
         predicted = single / np.sqrt(starts)
         print(
             f"{count:5} {mu:10.1e} {1e3 * mean:14.3f} {1e3 * predicted:11.3f} {1e3 * single:9.2f} {1e3 * worst:16.1e}"

@@ -11,8 +11,16 @@ from cablewright.calibration.elastic_lines import Hanging
 from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.problem import Measured
-from cablewright.calibration.simulation import Beside, Simulated, aligned, measure, random_poses, simulate
-from cablewright.calibration.solve import Calibration, calibrate
+from cablewright.calibration.result import Calibration
+from cablewright.calibration.simulation import (
+    SensorNoise,
+    SimulatedCalibration,
+    aligned,
+    measure,
+    random_poses,
+    simulate_calibration,
+)
+from cablewright.calibration.solve import calibrate
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
@@ -22,6 +30,7 @@ from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse
 
 GAUGE = ("translation along x", "translation along y", "translation along z", "yaw")
+EXACT = SensorNoise(tension=0.0)
 
 
 def exits_of(robot: Robot) -> np.ndarray:
@@ -35,7 +44,7 @@ def moved(robot: Robot, rng: np.random.Generator, off: float) -> Robot:
     return with_values(robot, unknowns_of(robot, ("exit_point",)), wrong.ravel(), raised=True)
 
 
-def error(found: Calibration, made: Simulated, truth: Robot) -> tuple[float, float, float]:
+def error(found: Calibration, made: SimulatedCalibration, truth: Robot) -> tuple[float, float, float]:
     """Largest error of exit points, home lengths and poses, m, after aligning translation and yaw."""
     m = truth.m
     exits, poses = aligned(found.values[: 3 * m].reshape(-1, 3), exits_of(truth), found.poses[:, :3])
@@ -98,7 +107,7 @@ def test_derivatives_are_those_of_differences(name: str, cable: str) -> None:
 def test_lengths_and_tensions_say_nothing_of_place_and_direction(name: str, cable: str) -> None:
     """Everything moved and turned about the vertical: no reading changes, by a little or by a lot."""
     robot, angle, by = load(name), 0.7, np.array([0.3, -0.2, 0.4])
-    made = simulate(robot, 6, 0.0, 3, cable=cable, beside=Beside(tension=0.0))
+    made = simulate_calibration(robot, 6, 0.0, seed=3, cable=cable, sensors=EXACT)
     problem = Hanging.under(Model(robot, Fidelity.of(cable)), made.measured, CalibrationPlan(), hold=False)
     held = solve_inverse(problem.model, made.poses).checked()
     theta, own = problem.free, problem.kept(held)
@@ -131,7 +140,7 @@ def test_without_noise_geometry_and_modulus_are_exact(name: str, cable: str, cou
     robot, rng = load(name), np.random.default_rng(seed)
     off = 5e-3 if robot.m < robot.n else 0.03
     truth = softened(robot, 0.8)
-    made = measure(truth, random_poses(truth, count, rng, cable), 0.0, rng, off, cable, Beside(tension=0.0))
+    made = measure(truth, random_poses(truth, count, rng, cable), 0.0, rng, off, cable, EXACT)
     plan = CalibrationPlan(
         unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",), sigma=Sigmas(encoder=1e-4)
     )
@@ -144,7 +153,9 @@ def test_without_noise_geometry_and_modulus_are_exact(name: str, cable: str, cou
 
 def test_the_robot_is_written_with_its_modulus_and_winches() -> None:
     truth, rng = softened(load("paty2021"), 0.8), np.random.default_rng(2)
-    made = measure(truth, random_poses(truth, 30, rng, "catenary"), 0.0, rng, 0.02, "catenary", Beside(tension=0.0))
+    made = measure(
+        truth, random_poses(truth, 30, rng, "catenary"), 0.0, rng, 0.02, "catenary", SensorNoise(tension=0.0)
+    )
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",))
     found = calibrate(load("paty2021"), made.measured, plan, cable="catenary", rough=0.0, outliers=False)
     for line, true in zip(found.robot.lines, truth.lines, strict=True):
@@ -156,7 +167,7 @@ def test_the_robot_is_written_with_its_modulus_and_winches() -> None:
 def test_measured_poses_leave_nothing_open() -> None:
     robot, rng = load("cogiro"), np.random.default_rng(3)
     truth = softened(robot, 0.8)
-    made = measure(truth, random_poses(truth, 20, rng, "catenary"), 0.0, rng, 0.0, "catenary", Beside(pose=0.0))
+    made = measure(truth, random_poses(truth, 20, rng, "catenary"), 0.0, rng, 0.0, "catenary", SensorNoise(pose=0.0))
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "modulus"), shared=("modulus",))
     found = calibrate(moved(robot, rng, 5e-3), made.measured, plan, cable="catenary", rough=0.01, outliers=False)
     assert (found.status, found.gauge, found.suggestions[0].open_before) == ("ok", (), 0)
@@ -166,7 +177,7 @@ def test_measured_poses_leave_nothing_open() -> None:
 
 def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
     robot, rng = load("paty2021"), np.random.default_rng(4)
-    poses, beside = random_poses(robot, 25, rng, "catenary"), Beside(tension=10.0)
+    poses, beside = random_poses(robot, 25, rng, "catenary"), SensorNoise(tension=10.0)
     plan = CalibrationPlan(sigma=Sigmas(encoder=5e-4, tension=10.0))
     shares, square, bound = [], [], []
     for _ in range(30):
@@ -185,7 +196,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
 def test_bad_encoders_and_load_cells_are_left_out() -> None:
     """A line is named where the others tell which; a load cell's error explains no encoder's."""
     robot = load("paty2021")
-    made = simulate(robot, 30, 1e-4, 1, guess=0.02, cable="catenary", beside=Beside(tension=2.0))
+    made = simulate_calibration(robot, 30, 1e-4, seed=1, guess=0.02, cable="catenary", sensors=SensorNoise(tension=2.0))
     assert made.measured.tensions is not None
     counted, tensions = made.measured.counted.copy(), made.measured.tensions.copy()
     counted[7, 2] += 0.05
@@ -206,7 +217,7 @@ def test_bad_encoders_and_load_cells_are_left_out() -> None:
 def test_a_datum_and_a_yaw_far_from_the_file() -> None:
     """Without a datum the answer stands as the file does; with one its points stay."""
     robot = load("paty2021")
-    made = simulate(robot, 25, 0.0, 6, guess=0.02, cable="catenary", beside=Beside(tension=0.0))
+    made = simulate_calibration(robot, 25, 0.0, seed=6, guess=0.02, cable="catenary", sensors=EXACT)
     wrong = moved(robot, np.random.default_rng(7), 0.02)
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4), datum=("south-west", "south-east.y"))
     found = calibrate(wrong, made.measured, plan, cable="catenary", rough=0.02, outliers=False)
@@ -220,7 +231,7 @@ def test_a_datum_and_a_yaw_far_from_the_file() -> None:
 def test_stiff_lines_with_rough_tensions_say_what_straight_ones_do() -> None:
     """Tensions that are known roughly, lines ten times as stiff: straight lines are that limit."""
     robot = load("wang2021")
-    stiff, made = softened(robot, 10.0), simulate(robot, 40, 1e-4, 1)
+    stiff, made = softened(robot, 10.0), simulate_calibration(robot, 40, 1e-4, seed=1)
     tensions = solve_inverse(Model(robot, Fidelity.of("rigid")), made.poses).tensions
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=20.0))
     measured = replace(made.measured, tensions=tensions)
@@ -234,26 +245,26 @@ def test_stiff_lines_with_rough_tensions_say_what_straight_ones_do() -> None:
 
 @pytest.mark.parametrize("name", ["wang2021", "cogiro"])
 def test_encoders_alone_are_refused_and_what_would_help_is_told(name: str) -> None:
-    made = simulate(load(name), 40, 0.0, 1, cable="elastic")
+    made = simulate_calibration(load(name), 40, 0.0, seed=1, cable="elastic")
     with pytest.raises(InputError, match="nothing is left over to calibrate with; measure tensions"):
         calibrate(load(name), made.measured, cable="elastic")
 
 
 def test_too_few_poses_are_told() -> None:
-    made = simulate(load("paty2021"), 2, 0.0, 1, cable="catenary", beside=Beside(tension=0.0))
+    made = simulate_calibration(load("paty2021"), 2, 0.0, seed=1, cable="catenary", sensors=EXACT)
     with pytest.raises(InputError, match="2 poses; at least 3 are needed: each pose tells 8 numbers and asks for 4"):
         calibrate(load("paty2021"), made.measured, cable="catenary")
 
 
 def test_few_lines_need_guesses() -> None:
-    made = simulate(load("grab-four-lines"), 20, 0.0, 1, cable="catenary", beside=Beside(tension=0.0))
+    made = simulate_calibration(load("grab-four-lines"), 20, 0.0, seed=1, cable="catenary", sensors=EXACT)
     with pytest.raises(InputError, match="guesses"):
         calibrate(load("grab-four-lines"), replace(made.measured, guess=None), cable="catenary")
 
 
 def test_a_datum_that_the_data_deny_is_refused() -> None:
     robot = load("paty2021")
-    made = simulate(robot, 25, 1e-4, 6, guess=0.02, cable="catenary", beside=Beside(tension=2.0))
+    made = simulate_calibration(robot, 25, 1e-4, seed=6, guess=0.02, cable="catenary", sensors=SensorNoise(tension=2.0))
     wrong = moved(robot, np.random.default_rng(7), 0.05)
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=2.0), datum=("south-west", "south-east", "north-east"))
     with pytest.raises(InputError, match="datum contradicts the data"):

@@ -11,7 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.calibration.tensile.modulus import TensileTest, read_test, recording, young_modulus
+from cablewright.calibration.tensile import recording
+from cablewright.calibration.tensile.modulus import modulus as young_modulus
+from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -225,7 +227,7 @@ def test_notes_for_the_careful() -> None:
 def test_another_band() -> None:
     law = Rayleigh()
     test = law.test(samples=20000)
-    found = young_modulus(test, **GIVEN, low=0.1, high=0.3)
+    found = young_modulus(test, **GIVEN, band=(0.1, 0.3))
     low, high = law.loading(0.1 * BREAKING), law.loading(0.3 * BREAKING)
     assert found.modulus == pytest.approx((LENGTH + low) * 0.2 * BREAKING / (SECTION * (high - low)), rel=1e-6)
 
@@ -283,7 +285,7 @@ def test_arguments_out_of_bounds(name: str, value: float) -> None:
 @pytest.mark.parametrize("band", [(0.0, 0.5), (0.5, 0.5), (0.5, 0.05), (0.05, 1.1), (math.nan, 0.5), (0.05, math.nan)])
 def test_bands_out_of_bounds(band: tuple[float, float]) -> None:
     with pytest.raises(InputError, match="band"):
-        young_modulus(ramp(), **GIVEN, low=band[0], high=band[1])
+        young_modulus(ramp(), **GIVEN, band=band)
 
 
 def test_a_section_in_the_wrong_unit() -> None:

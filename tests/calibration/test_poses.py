@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.observability import information
-from cablewright.calibration.poses import choose
+from cablewright.calibration.poses import calibration_poses
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
@@ -19,7 +19,7 @@ WANG = load("wang2021")
 
 @pytest.mark.parametrize("criterion", ["d-optimal", "worst-sigma"])
 def test_chosen_poses_tell_more_than_random_ones(criterion: str) -> None:
-    found = choose(WANG, 20, criterion=criterion, candidates=300, seed=1)
+    found = calibration_poses(WANG, 20, criterion=criterion, candidates=300, seed=1)
     assert len(found.poses) == 20
     assert found.sigma_worst < 0.6 * found.random_worst
     assert found.travel < found.travel_unordered
@@ -27,12 +27,14 @@ def test_chosen_poses_tell_more_than_random_ones(criterion: str) -> None:
 
 
 def test_each_criterion_is_best_at_its_own() -> None:
-    one, other = (choose(WANG, 20, criterion=each, candidates=300, seed=1) for each in ("d-optimal", "worst-sigma"))
+    one, other = (
+        calibration_poses(WANG, 20, criterion=each, candidates=300, seed=1) for each in ("d-optimal", "worst-sigma")
+    )
     assert other.sigma_worst <= one.sigma_worst
 
 
 def test_what_is_promised_is_what_a_calibration_says() -> None:
-    found = choose(WANG, 20, candidates=300, seed=1)
+    found = calibration_poses(WANG, 20, candidates=300, seed=1)
     problem = CalibrationProblem.of(WANG, Measured(found.counted, found.poses))
     theta = problem.start.copy()
     theta[12:] = problem.lengths(problem.start, found.poses[:1])[0]
@@ -44,7 +46,7 @@ def test_what_is_promised_is_what_a_calibration_says() -> None:
 
 def test_too_few() -> None:
     with pytest.raises(InputError, match="11 poses: from 12"):
-        choose(WANG, 11, candidates=50)
+        calibration_poses(WANG, 11, candidates=50)
 
 
 def test_cli(cli_poses) -> None:

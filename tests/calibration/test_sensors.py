@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Plane, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem, Measured
-from cablewright.calibration.simulation import random_poses, simulate
+from cablewright.calibration.simulation import random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.models.fidelity import Fidelity
@@ -203,7 +203,7 @@ def test_a_spool_builds_up() -> None:
 
 def test_kernels_have_one_compiled_signature() -> None:
     for robot in (load("wang2021"), load("cogiro")):
-        made = simulate(robot, 20, 1e-4, 1, guess=0.01)
+        made = simulate_calibration(robot, 20, 1e-4, seed=1, guess=0.01)
         calibrate(robot, made.measured, rough=0.0, outliers=False)
         calibrate(robot, made.measured, CalibrationPlan(datum=(robot.lines[0].name,)), rough=0.0)
     for module in (calibration_residuals, pose_schur):

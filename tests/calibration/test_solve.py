@@ -9,7 +9,13 @@ from cablewright.calibration.observability import information
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fits
 from cablewright.calibration.problem import CalibrationProblem, Measured
-from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses, simulate
+from cablewright.calibration.simulation import (
+    SimulatedCalibration,
+    aligned,
+    measure,
+    random_poses,
+    simulate_calibration,
+)
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
@@ -29,7 +35,9 @@ def with_exits(robot: Robot, exits: np.ndarray) -> Robot:
     )
 
 
-def errors(values: np.ndarray, poses: np.ndarray, made: Simulated) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def errors(
+    values: np.ndarray, poses: np.ndarray, made: SimulatedCalibration
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of exit points (4, 3), home lengths (4,) and poses (N, 3), m, after aligning translation and yaw."""
     exits, places = aligned(values[:12].reshape(4, 3), TRUE, poses)
     return exits - TRUE, values[12:] - made.home_lengths, places - made.poses
@@ -82,7 +90,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
 
 
 def test_what_encoders_cannot_see_is_told() -> None:
-    made = simulate(WANG, 40, 1e-4, 1)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     found = calibrate(WANG, made.measured)
     assert found.status == "ok"
     assert (found.alone.total, found.alone.rank) == (136, 132)
@@ -97,7 +105,7 @@ def test_what_encoders_cannot_see_is_told() -> None:
 
 def test_a_suggestion_keeps_its_promise() -> None:
     """What is told of a distance more is what a calibration with it has."""
-    made = simulate(WANG, 40, 1e-4, 1)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4))
     found = calibrate(WANG, made.measured, plan)
     told = next(each for each in found.suggestions if "north-east to north-west" in each.words)
@@ -112,14 +120,14 @@ def test_a_suggestion_keeps_its_promise() -> None:
 def test_sheaves_without_size_leave_tilt_open_too() -> None:
     lines = tuple(line.model_copy(update={"sheave": Eyelet()}) for line in WANG.lines)
     eyelets = WANG.model_copy(update={"lines": lines})
-    made = simulate(eyelets, 30, 1e-4, 1)
+    made = simulate_calibration(eyelets, 30, 1e-4, seed=1)
     found = calibrate(eyelets, made.measured)
     assert found.gauge == (*GAUGE, "tilt about x", "tilt about y")
     assert found.alone.total - found.alone.rank == 6
 
 
 def test_a_datum_holds_what_it_names() -> None:
-    made = simulate(WANG, 40, 1e-4, 2)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=2)
     moved = with_exits(WANG, TRUE + np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3)))
     found = calibrate(moved, made.measured, CalibrationPlan(datum=("south-west", "south-east.y")))
     held = [each.line == "south-west" or (each.line, each.axis) == ("south-east", 1) for each in found.unknowns[:12]]
@@ -133,7 +141,7 @@ def test_a_datum_holds_what_it_names() -> None:
 
 
 def test_without_a_datum_exit_points_keep_their_mean_place_and_direction() -> None:
-    made = simulate(WANG, 40, 0.0, 2)
+    made = simulate_calibration(WANG, 40, 0.0, seed=2)
     off = np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3))
     moved = with_exits(WANG, TRUE + off)
     found = calibrate(moved, made.measured)
@@ -144,7 +152,7 @@ def test_without_a_datum_exit_points_keep_their_mean_place_and_direction() -> No
 
 
 def test_priors_and_surveyed_points_shrink_sigmas() -> None:
-    made = simulate(WANG, 40, 1e-4, 3)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=3)
     plain = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)))
     prior = CalibrationPlan(sigma=Sigmas(encoder=1e-4), priors=(Prior(name="exit_point", deviation=2e-3),))
     known = calibrate(WANG, made.measured, prior)
@@ -161,7 +169,7 @@ def test_priors_and_surveyed_points_shrink_sigmas() -> None:
 @pytest.mark.parametrize("sensor", ["known", "swivel", "tensions"])
 def test_other_sensors_make_it_better(sensor: str) -> None:
     rng = np.random.default_rng(5)
-    made = simulate(WANG, 40, 1e-4, 5)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=5)
     measured = made.measured
     if sensor == "known":
         sigma = np.full((40, 3), 1e-3)
@@ -197,7 +205,7 @@ def test_other_numbers_are_found(unknown: str) -> None:
             for line in robot.lines
         )
         robot = robot.model_copy(update={"lines": lines})
-    made = simulate(robot, 60, 0.0, 4)
+    made = simulate_calibration(robot, 60, 0.0, seed=4)
     counted, truth = made.measured.counted, {"sheave_radius": 0.075, "build_up": 0.01}.get(unknown, 1.002)
     if unknown == "build_up":  # the length out for a count is (1 - exp(-b c)) / b
         counted = -np.log1p(-0.01 * counted) / 0.01
@@ -224,7 +232,7 @@ def test_other_numbers_are_found(unknown: str) -> None:
 def test_a_rigid_platform(name: str) -> None:
     """Six freedoms on eight lines; exit points and home lengths unknown, platform points known."""
     robot = load(name)
-    made = simulate(robot, 30, 0.0, 3, guess=0.02)
+    made = simulate_calibration(robot, 30, 0.0, seed=3, guess=0.02)
     found = calibrate(robot, made.measured, rough=0.0)
     assert found.status == "ok"
     assert found.alone.total - found.alone.rank in (4, 6)
@@ -237,7 +245,7 @@ def test_a_rigid_platform(name: str) -> None:
 
 def test_the_platforms_frame_is_open_where_its_points_are_unknown() -> None:
     robot = load("cogiro")
-    made = simulate(robot, 40, 1e-4, 3, guess=0.02)
+    made = simulate_calibration(robot, 40, 1e-4, seed=3, guess=0.02)
     plan = CalibrationPlan(unknowns=("exit_point", "platform_point", "length_offset"))
     found = calibrate(robot, made.measured, plan, rough=0.0, outliers=False)
     assert found.alone.total - found.alone.rank in (10, 12)
@@ -313,20 +321,20 @@ def test_rough_dimensions_are_enough_in_95_of_100_layouts() -> None:
 
 
 def test_too_few_poses_are_refused() -> None:
-    made = simulate(WANG, 11, 1e-4, 1)
+    made = simulate_calibration(WANG, 11, 1e-4, seed=1)
     with pytest.raises(InputError, match="11 poses; at least 12 are needed"):
         calibrate(WANG, made.measured)
-    assert calibrate(WANG, simulate(WANG, 12, 1e-4, 1).measured).alone.rank == 48
+    assert calibrate(WANG, simulate_calibration(WANG, 12, 1e-4, seed=1).measured).alone.rank == 48
 
 
 def test_twelve_poses_leave_no_sigma() -> None:
-    found = calibrate(WANG, simulate(WANG, 12, 1e-4, 1).measured)
+    found = calibrate(WANG, simulate_calibration(WANG, 12, 1e-4, seed=1).measured)
     assert np.isnan(found.sigma).all()
     assert any("no measurement is left over" in note for note in found.notes)
 
 
 def test_identical_poses_are_refused() -> None:
-    made = simulate(WANG, 20, 1e-4, 1)
+    made = simulate_calibration(WANG, 20, 1e-4, seed=1)
     same = Measured(np.tile(made.measured.counted[3], (40, 1)))
     with pytest.raises(InputError, match="only 1 of 40 poses"):
         calibrate(WANG, same)
@@ -339,14 +347,14 @@ def test_as_many_lines_as_freedoms_calibrate_nothing() -> None:
 
 
 def test_a_datum_that_the_data_deny_is_refused() -> None:
-    made = simulate(WANG, 40, 1e-4, 2)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=2)
     moved = with_exits(WANG, TRUE + np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3)))
     with pytest.raises(InputError, match="datum contradicts the data"):
         calibrate(moved, made.measured, CalibrationPlan(datum=("south-west", "south-east", "north-east")))
 
 
 def test_lines_in_the_wrong_order_change_nothing() -> None:
-    made = simulate(WANG, 40, 1e-4, 2)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=2)
     found = calibrate(WANG, Measured(made.measured.counted[:, [1, 0, 2, 3]] * [1, 1, 1, -1], made.measured.guess))
     assert found.status != "ok"
     assert found.reason

@@ -302,14 +302,14 @@ def test_plan_points_must_be_in_the_file() -> None:
 def test_plan_lines_must_be_lines() -> None:
     plan = SurveyPlan.model_validate({"schema": 1, "lines": {"south-wst": {"exit": {"offset": [0, 0, 0]}}}})
     with pytest.raises(InputError, match="unknown line of the plan 'south-wst'; did you mean 'south-west'"):
-        survey(exact(site()), plan, [line.name for line in load("merlet2023").lines])
+        survey(exact(site()), plan, robot=load("merlet2023"))
     with pytest.raises(InputError, match="unknown line of the plan 'south-wst'; allowed: 1, 2, 3, 4"):
         survey(exact(site()), plan)
 
 
 def test_the_robot_has_the_exits() -> None:
     robot = load("merlet2023")
-    found = survey(exact(site()), PLAN, [line.name for line in robot.lines])
+    found = survey(exact(site()), PLAN, robot=robot)
     made, notes = surveyed(robot, found)
     for line, one in zip(made.lines, found.exits, strict=True):
         assert line.name == one.line
@@ -325,7 +325,7 @@ def test_a_winch_beside_the_axis_is_told() -> None:
     robot = load("merlet2023")
     markers = dict(site().markers)
     markers |= {"W1-1": (-2.5, -4.8, 0.15), "W1-2": (-2.5, -4.6, 0.15)}
-    found = survey(exact(Site(markers)), PLAN, [line.name for line in robot.lines])
+    found = survey(exact(Site(markers)), PLAN, robot=robot)
     _, notes = surveyed(robot, found)
     (note,) = notes
     assert "winch of south-west is 300 mm beside its sheave's axis" in note

@@ -38,22 +38,22 @@ def follow(path: TimedPath, state: GuideState, modes: list[GuideMode]) -> list[g
 
 def test_steps_join_and_velocity_is_that_of_the_step(path: TimedPath) -> None:
     state = GuideState()
-    told = follow(path, state, [GuideMode.FOLLOW] * 1500)
-    for one, other in pairwise(told):
+    targets = follow(path, state, [GuideMode.FOLLOW] * 1500)
+    for one, other in pairwise(targets):
         np.testing.assert_allclose(one.position + DT * one.velocity, other.position, atol=1e-12)
-    assert told[-1].path_speed == pytest.approx(0.03, rel=1e-3)
-    assert np.linalg.norm(told[-1].velocity) == pytest.approx(0.03, rel=1e-3)
+    assert targets[-1].path_speed == pytest.approx(0.03, rel=1e-3)
+    assert np.linalg.norm(targets[-1].velocity) == pytest.approx(0.03, rel=1e-3)
 
 
 def test_it_slows_down_along_the_path_and_goes_on_where_it_stood(path: TimedPath) -> None:
     state = GuideState()
-    told = follow(path, state, [GuideMode.FOLLOW] * 1000 + [GuideMode.HOLD] * 500)
-    speeds = np.array([target.path_speed for target in told])
+    targets = follow(path, state, [GuideMode.FOLLOW] * 1000 + [GuideMode.HOLD] * 500)
+    speeds = np.array([target.path_speed for target in targets])
     assert np.abs(np.diff(speeds)).max() <= 0.02 * DT * 1.1
-    assert told[-1].arrived
-    assert told[-1].path_speed == 0.0
-    stood = told[-1].distance
-    assert stood - told[999].distance == pytest.approx(0.03**2 / (2 * 0.02), rel=0.05)
+    assert targets[-1].arrived
+    assert targets[-1].path_speed == 0.0
+    stood = targets[-1].distance
+    assert stood - targets[999].distance == pytest.approx(0.03**2 / (2 * 0.02), rel=0.05)
     again = follow(path, state, [GuideMode.FOLLOW] * 3)
     assert again[0].distance == pytest.approx(stood)
 
@@ -62,16 +62,16 @@ def test_off_the_path_it_comes_back_straight_and_in_bounds(path: TimedPath) -> N
     state = GuideState(path_time=20.0)
     goal = path.track.at(path.distance(20.0)).position
     state.position = goal + np.array([0.1, 0.2, -0.05])
-    told = follow(path, state, [GuideMode.APPROACH] * 1500)
-    places = np.array([target.position for target in told])
+    targets = follow(path, state, [GuideMode.APPROACH] * 1500)
+    places = np.array([target.position for target in targets])
     way = (places - places[0]) @ (goal - places[0]) / np.linalg.norm(goal - places[0])
     assert np.abs(np.cross(places - places[0], goal - places[0])).max() < 1e-12
     speeds = np.diff(way) / DT
     assert speeds.max() <= 0.05 + 1e-9
     assert np.abs(np.diff(speeds)).max() <= 0.02 * DT * 1.1
-    assert told[-1].arrived
-    np.testing.assert_allclose(told[-1].position, goal, atol=1e-9)
-    assert not any(target.extruding and target.path_speed > 0.0 for target in told)
+    assert targets[-1].arrived
+    np.testing.assert_allclose(targets[-1].position, goal, atol=1e-9)
+    assert not any(target.extruding and target.path_speed > 0.0 for target in targets)
 
 
 def test_a_lift_is_added_to_the_height_alone(path: TimedPath) -> None:
@@ -82,10 +82,10 @@ def test_a_lift_is_added_to_the_height_alone(path: TimedPath) -> None:
 
 def test_it_ends(path: TimedPath) -> None:
     state = GuideState(path_time=path.duration - 0.5, speed_factor=1.0)
-    told = follow(path, state, [GuideMode.FOLLOW] * 100)
-    assert told[-1].finished
-    assert not told[0].finished
-    assert told[-1].distance == pytest.approx(path.track.length)
+    targets = follow(path, state, [GuideMode.FOLLOW] * 100)
+    assert targets[-1].finished
+    assert not targets[0].finished
+    assert targets[-1].distance == pytest.approx(path.track.length)
 
 
 def test_the_first_layers_alone() -> None:

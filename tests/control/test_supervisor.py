@@ -35,8 +35,10 @@ def believed(now: float, **changes: Any) -> Estimate:
     return replace(made, **changes)
 
 
-def aimed(position: np.ndarray = PLACE, pace: float = 0.03, *, there: bool = True, over: bool = False) -> Target:
-    return Target(position, np.array([pace, 0.0, 0.0]), 1.0, 0, pace, True, there, over)
+def aimed(
+    position: np.ndarray = PLACE, path_speed: float = 0.03, *, arrived: bool = True, finished: bool = False
+) -> Target:
+    return Target(position, np.array([path_speed, 0.0, 0.0]), 1.0, 0, path_speed, True, arrived, finished)
 
 
 class Floor:
@@ -54,11 +56,11 @@ class Floor:
             notices = tuple(Notice(each) for each in changes.get("conditions", ()))
             estimate = believed(self.now, **changes.get("estimate", {}))
             given = {key: changes[key] for key in ("tensions", "powder") if key in changes}
-            given["target"] = changes.get("target", aimed(pace=self.pace))
+            given["target"] = changes.get("target", aimed(path_speed=self.pace))
             frame = SensorFrame(self.now, tuple(readings), notices)
-            told = supervisor.step(self.settings, self.state, frame, estimate, orders=orders, **given)
+            verdict = supervisor.step(self.settings, self.state, frame, estimate, orders=orders, **given)
             orders = ()
-        return told
+        return verdict
 
 
 @pytest.fixture
@@ -78,8 +80,8 @@ def test_it_begins_idle_and_moves_only_once_the_position_is_known() -> None:
     lost = {"estimate": {"valid": False}}
     waiting = made.go(20, Order.START, **lost)
     assert (waiting.state, waiting.guide_mode) == (PrintState.READY, GuideMode.HOLD)
-    assert made.go(20, target=aimed(there=False)).guide_mode is GuideMode.HOLD
-    assert made.go(20, target=aimed(there=False)).guide_mode is GuideMode.APPROACH
+    assert made.go(20, target=aimed(arrived=False)).guide_mode is GuideMode.HOLD
+    assert made.go(20, target=aimed(arrived=False)).guide_mode is GuideMode.APPROACH
     assert made.go().state is PrintState.PRINTING
 
 
@@ -88,7 +90,7 @@ def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor:
     paused = floor.go()
     assert (paused.state, paused.guide_mode, paused.hold_winches) == (PrintState.PAUSED, GuideMode.HOLD, False)
     floor.pace = 0.0
-    assert floor.go(target=aimed(pace=0.0)).hold_winches
+    assert floor.go(target=aimed(path_speed=0.0)).hold_winches
     assert floor.go(1, Order.RESUME).state is PrintState.PAUSED
     assert floor.go(10).state is PrintState.PAUSED
     floor.broken = False
@@ -105,9 +107,9 @@ def test_a_clear_barrier_alone_moves_nothing(floor: Floor) -> None:
 
 
 def test_a_barrier_that_is_not_heard_pauses(floor: Floor) -> None:
-    told = floor.go(8, dark=True)
-    assert told.state is PrintState.PAUSED
-    assert "no word from the light barrier" in told.reason
+    verdict = floor.go(8, dark=True)
+    assert verdict.state is PrintState.PAUSED
+    assert "no word from the light barrier" in verdict.reason
 
 
 @pytest.mark.parametrize(("powder", "conditions"), [(0.1, ()), (5.0, (Condition.POWDER_OUT,))])
@@ -129,9 +131,9 @@ def test_a_position_that_is_lost_and_found_needs_no_order(floor: Floor) -> None:
 
 
 def test_a_position_that_stays_lost_is_a_fault(floor: Floor) -> None:
-    told = floor.go(700, estimate={"valid": False})
-    assert told.state is PrintState.FAULT
-    assert told.hold_winches
+    verdict = floor.go(700, estimate={"valid": False})
+    assert verdict.state is PrintState.FAULT
+    assert verdict.hold_winches
 
 
 HARD = {
@@ -144,19 +146,19 @@ HARD = {
 
 @pytest.mark.parametrize("says", HARD)
 def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
-    told = floor.go(**HARD[says])
-    assert told.state is PrintState.FAULT
-    assert told.hold_winches
-    assert not told.valve_allowed
-    assert says in told.reason
+    verdict = floor.go(**HARD[says])
+    assert verdict.state is PrintState.FAULT
+    assert verdict.hold_winches
+    assert not verdict.valve_allowed
+    assert says in verdict.reason
     assert floor.go(50, Order.RESUME).state is PrintState.FAULT
     assert floor.go(1, Order.RESET).state is PrintState.IDLE
 
 
 def test_encoders_that_fall_silent_are_a_fault(floor: Floor) -> None:
-    told = floor.go(8, quiet=True)
-    assert told.state is PrintState.FAULT
-    assert "encoders" in told.reason
+    verdict = floor.go(8, quiet=True)
+    assert verdict.state is PrintState.FAULT
+    assert "encoders" in verdict.reason
 
 
 SOFT = {
@@ -168,11 +170,11 @@ SOFT = {
 
 @pytest.mark.parametrize("says", SOFT)
 def test_a_soft_limit_is_a_controlled_stop(floor: Floor, says: str) -> None:
-    told = floor.go(**SOFT[says])
-    assert told.state is PrintState.STOPPED
-    assert told.guide_mode is GuideMode.HOLD
-    assert not told.hold_winches
-    assert says in told.reason
+    verdict = floor.go(**SOFT[says])
+    assert verdict.state is PrintState.STOPPED
+    assert verdict.guide_mode is GuideMode.HOLD
+    assert not verdict.hold_winches
+    assert says in verdict.reason
     assert floor.go(100).state is PrintState.STOPPED
     assert floor.go(1, Order.RESUME).state is PrintState.READY
 
@@ -187,8 +189,8 @@ def test_a_motor_may_stall_for_a_moment(floor: Floor) -> None:
 def test_an_emergency_stop_works_in_every_state(state: PrintState) -> None:
     made = Floor()
     made.state.state = state
-    told = made.go(1, Order.EMERGENCY)
-    assert (told.state, told.hold_winches, told.reason) == (PrintState.FAULT, True, "emergency stop")
+    verdict = made.go(1, Order.EMERGENCY)
+    assert (verdict.state, verdict.hold_winches, verdict.reason) == (PrintState.FAULT, True, "emergency stop")
 
 
 def test_orders_that_do_not_fit_do_nothing(floor: Floor) -> None:
@@ -199,8 +201,8 @@ def test_orders_that_do_not_fit_do_nothing(floor: Floor) -> None:
 
 
 def test_the_end_of_the_path_is_the_end(floor: Floor) -> None:
-    told = floor.go(target=aimed(over=True))
-    assert (told.state, told.reason) == (PrintState.IDLE, "finished")
+    verdict = floor.go(target=aimed(finished=True))
+    assert (verdict.state, verdict.reason) == (PrintState.IDLE, "finished")
     assert floor.state.finished
 
 

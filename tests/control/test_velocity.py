@@ -44,11 +44,11 @@ def loop(
     law: str, lengths: np.ndarray, aim: np.ndarray, steps: int, **changes: object
 ) -> tuple[np.ndarray, np.ndarray]:
     """A machine without errors under control: where it ends, and its lengths."""
-    told = settings(law=law, **changes)
+    given = settings(law=law, **changes)
     place = solve_forward(MODEL, lengths, guess=PLACE).checked().pose
-    state = velocity.start(told)
+    state = velocity.start(given)
     for _ in range(steps):
-        speeds = velocity.step(told, state, believed(lengths, place), target(aim, np.zeros(3)), DT * 10)
+        speeds = velocity.step(given, state, believed(lengths, place), target(aim, np.zeros(3)), DT * 10)
         lengths = lengths + 0.05 * speeds * DT * 10
         place = solve_forward(MODEL, lengths, guess=place).checked().pose
     return place, lengths
@@ -59,8 +59,8 @@ def test_a_wanted_velocity_is_what_the_platform_does(direction: np.ndarray) -> N
     """The forward solver, told the lengths a moment later, agrees."""
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     wanted = 0.03 * direction
-    told = settings(law="paper")
-    speeds = velocity.step(told, velocity.start(told), believed(lengths, PLACE), target(PLACE, wanted), DT)
+    given = settings(law="paper")
+    speeds = velocity.step(given, velocity.start(given), believed(lengths, PLACE), target(PLACE, wanted), DT)
     moved = solve_forward(MODEL, lengths + 0.05 * speeds * DT, guess=PLACE).checked().pose - PLACE
     np.testing.assert_allclose(moved / DT, wanted, atol=2e-4)
 
@@ -125,14 +125,14 @@ def test_sag_is_that_of_the_hanging_line(excess: float) -> None:
 
 
 def test_height_follows_the_structure_no_faster_than_allowed() -> None:
-    told, lift, ground = HeightControl(1.0), 0.0, 0.08
+    given, lift, ground = HeightControl(1.0), 0.0, 0.08
     heights = []
     for _ in range(20_000):
-        lift = height.step(told, lift, 1.0 + lift - ground, DT)
+        lift = height.step(given, lift, 1.0 + lift - ground, DT)
         heights.append(lift)
     assert lift == pytest.approx(ground, abs=1e-6)
-    assert np.diff(heights).max() <= told.max_speed * DT + 1e-15
-    assert height.step(told, 0.3, float("nan"), DT) == 0.3
+    assert np.diff(heights).max() <= given.max_speed * DT + 1e-15
+    assert height.step(given, 0.3, float("nan"), DT) == 0.3
 
 
 def test_what_is_no_controller_is_refused() -> None:

@@ -19,7 +19,7 @@ def settings(rule: str = "filter", **changes: float) -> RadiusSettings:
 
 @pytest.mark.parametrize("rule", ["paper", "filter"])
 def test_exact_lengths_give_exact_radii(rule: str) -> None:
-    known, state = settings(rule, length_sigma=1e-6, walk=0.0), drum_radius.start(settings())
+    known, state = settings(rule, length_sigma=1e-6, random_walk=0.0), drum_radius.start(settings())
     true = np.array([0.0537, 0.0481])
     for k in range(12):
         angles = np.array([0.6, -0.4]) * k

@@ -18,8 +18,8 @@ from cablewright.estimation.kalman.state import (
     FilterState,
     Layout,
     inject_correction,
-    innovation_gate,
     kalman_update,
+    passes_gate,
 )
 from cablewright.robot import load
 from cablewright.signals import DistanceReading, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
@@ -45,14 +45,14 @@ def later(whole: Any) -> FilterState:
     return state
 
 
-def run(told: Any, settings: Any = SETTINGS) -> list[Estimate]:
-    return observe(told, settings, estimator="filter")
+def run(recording: Any, settings: Any = SETTINGS) -> list[Estimate]:
+    return observe(recording, settings, estimator="filter")
 
 
-def nees(found: list[Estimate], told: Any, since: float) -> np.ndarray:
+def nees(found: list[Estimate], recording: Any, since: float) -> np.ndarray:
     """Squared errors by their covariance, (k,)."""
     sizes = []
-    for estimate, (frame, truth) in zip(found, told, strict=True):
+    for estimate, (frame, truth) in zip(found, recording, strict=True):
         if frame.time > since and estimate.covariance is not None:
             off = estimate.position - truth.position
             sizes.append(off @ np.linalg.solve(estimate.covariance[:3, :3], off))
@@ -76,7 +76,7 @@ def test_a_linear_gaussian_world_is_estimated_with_its_own_covariance() -> None:
             H = random.standard_normal((1 + step % 2, n))
             R = np.diag(random.uniform(0.1, 1.0, len(H)))
             off = H @ x + np.sqrt(R) @ random.standard_normal(len(H)) - H @ guess
-            fits.append(innovation_gate(P, H, off, R)[0])
+            fits.append(passes_gate(P, H, off, R)[0])
             by, P = kalman_update(P, H, off, R)
             guess = guess + by
         sizes.append((x - guess) @ np.linalg.solve(P, x - guess))
@@ -111,14 +111,14 @@ def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], lidar_update.
     """What a turn's lines say, as seen from *state*."""
     state = copy.deepcopy(state)
     lidar_update.extract(KNOWN, state, scan)
-    looked = state.extracted_turn
-    assert looked is not None
-    swept = [
+    extracted = state.extracted_turn
+    assert extracted is not None
+    sweeps = [
         lidar_update.sweep_of(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw)
-        for one in looked.features.lines
+        for one in extracted.features.lines
     ]
-    every = set(range(len(swept)))
-    return {(one.line, one.wall): one for one in lidar_update.wall_observations(KNOWN, state, looked, swept, every)}
+    every = set(range(len(sweeps)))
+    return {(one.line, one.wall): one for one in lidar_update.wall_observations(KNOWN, state, extracted, sweeps, every)}
 
 
 @pytest.mark.parametrize("source", ["north", "south"])
@@ -177,10 +177,10 @@ def test_a_moving_machine_is_found_within_millimetres_and_its_covariance(whole: 
 
 @pytest.mark.parametrize("seed", [21, 22, 23, 24, 25])
 def test_random_machines_are_found_within_their_covariance(seed: int) -> None:
-    told = drive(8.0, seed=seed)
-    found = run(told)
-    assert errors(found, told, 4.0).max() < 0.015
-    assert nees(found, told, 4.0).mean() < 9.0
+    recording = drive(8.0, seed=seed)
+    found = run(recording)
+    assert errors(found, recording, 4.0).max() < 0.015
+    assert nees(found, recording, 4.0).mean() < 9.0
 
 
 @pytest.mark.parametrize(
@@ -201,11 +201,11 @@ def test_random_machines_are_found_within_their_covariance(seed: int) -> None:
 def test_a_sensor_that_fails_is_named_and_the_error_is_within_its_covariance(
     plan: dict[str, Any], source: str, most: float
 ) -> None:
-    told = drive(9.0, broken(plan), seed=2)
-    found = run(told)
+    recording = drive(9.0, broken(plan), seed=2)
+    found = run(recording)
     assert source in {fault.source for fault in found[-1].faults}
-    assert errors(found, told, 4.0).max() < most
-    assert np.mean(nees(found, told, 5.5) < 16.3) > 0.95
+    assert errors(found, recording, 4.0).max() < most
+    assert np.mean(nees(found, recording, 5.5) < 16.3) > 0.95
     assert found[-1].valid
 
 
@@ -252,10 +252,10 @@ def test_no_wall_in_sight_is_said(whole: Any) -> None:
             return dataclasses.replace(reading, ranges=np.where(reading.ranges > 0.0, 0.4, np.nan))
         return reading
 
-    told = [(SensorFrame(frame.time, tuple(map(blind, frame.readings))), truth) for frame, truth in whole[:900]]
-    found = run(told)
+    recording = [(SensorFrame(frame.time, tuple(map(blind, frame.readings))), truth) for frame, truth in whole[:900]]
+    found = run(recording)
     assert {"north", "south"} <= named(found)
-    assert errors(found, told, 4.0).max() < 0.02
+    assert errors(found, recording, 4.0).max() < 0.02
 
 
 def test_walls_nearly_parallel_are_said_and_what_they_leave_open_grows(whole: Any) -> None:
@@ -267,15 +267,15 @@ def test_walls_nearly_parallel_are_said_and_what_they_leave_open_grows(whole: An
         away = np.abs(np.remainder(reading.angles - 0.5 * np.pi + np.pi, 2.0 * np.pi) - np.pi) < 0.7
         return dataclasses.replace(reading, ranges=np.where(away, np.nan, reading.ranges))
 
-    told = [(SensorFrame(f.time, tuple(map(open_to_the_north, f.readings))), truth) for f, truth in whole]
-    found = run(told)
+    recording = [(SensorFrame(f.time, tuple(map(open_to_the_north, f.readings))), truth) for f, truth in whole]
+    found = run(recording)
     assert any("bound the same direction" in fault.sentence for fault in found[-1].faults)
     seen, unseen = run(whole)[-1].covariance, found[-1].covariance
     assert seen is not None
     assert unseen is not None
     assert unseen[1, 1] > 2.0 * seen[1, 1]
     assert unseen[0, 0] < 2.0 * seen[0, 0]
-    assert np.mean(nees(found, told, 5.0) < 16.3) > 0.95
+    assert np.mean(nees(found, recording, 5.0) < 16.3) > 0.95
 
 
 def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
@@ -287,9 +287,9 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
 
 
 def test_a_quasi_static_machine_is_found_too() -> None:
-    told = drive(30.0, seed=2, plant="quasi-static")
-    found = run(told)
-    assert errors(found, told, 8.0).max() < 0.015
+    recording = drive(30.0, seed=2, plant="quasi-static")
+    found = run(recording)
+    assert errors(found, recording, 8.0).max() < 0.015
 
 
 def test_a_window_is_not_taken_for_the_wall(whole: Any) -> None:
@@ -316,12 +316,12 @@ def test_a_window_is_not_taken_for_the_wall(whole: Any) -> None:
 
 
 def test_rubbish_is_survived(whole: Any) -> None:
-    random, told = np.random.default_rng(7), []
+    random, recording = np.random.default_rng(7), []
     for frame, truth in whole[:900]:
         readings = [_spoiled(reading, random) for reading in frame.readings]
         random.shuffle(readings)  # type: ignore[arg-type]
-        told.append((SensorFrame(frame.time, tuple(readings)), truth))
-    for estimate in run(told):
+        recording.append((SensorFrame(frame.time, tuple(readings)), truth))
+    for estimate in run(recording):
         assert np.isfinite(estimate.position).all() or not estimate.valid
 
 

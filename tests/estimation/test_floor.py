@@ -18,23 +18,23 @@ def stand(estimator: str, covered_from: int, steps: int) -> list[tuple[Estimate,
     twin = machine(plant="quasi-static", seed=3)
     one, still = OBSERVERS[estimator], Command(0.0, np.zeros(4))
     known = one.settings(load("merlet2023"), twin.settings, ())
-    state, told = one.start(known), []
+    state, recording = one.start(known), []
     x, y, _ = twin.truth.position.tolist()
     for step in range(steps):
         if step == covered_from:
             for aside in (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9):
                 twin.rig.ground.deposit((x - 1.8, y + aside), (x + 1.8, y + aside), 60.0)
         estimate = one.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
-        told.append((estimate, twin.truth))
-    return told
+        recording.append((estimate, twin.truth))
+    return recording
 
 
 @pytest.mark.parametrize("estimator", OBSERVERS)
 def test_a_floor_that_is_hidden_is_not_found_in_what_hides_it(estimator: str) -> None:
-    told = stand(estimator, 40, 120)
-    off = np.array([estimate.position - truth.position for estimate, truth in told[20:]])
+    recording = stand(estimator, 40, 120)
+    off = np.array([estimate.position - truth.position for estimate, truth in recording[20:]])
     assert np.abs(off[:, 2]).max() < 0.01
-    last, _ = told[-1]
+    last, _ = recording[-1]
     assert last.valid
     assert "no floor in sight where it should be" in {fault.sentence for fault in last.faults}
     assert last.clearance < last.position[2] - 0.03
@@ -42,10 +42,10 @@ def test_a_floor_that_is_hidden_is_not_found_in_what_hides_it(estimator: str) ->
 
 def test_a_filter_knows_that_a_drum_stands_that_no_lidar_sees_go() -> None:
     """Two minutes on, it is as sure of its height as it was, and says nothing of its encoders."""
-    told = stand("filter", 40, 160)
-    early, late = told[45][0], told[-1][0]
+    recording = stand("filter", 40, 160)
+    early, late = recording[45][0], recording[-1][0]
     assert early.covariance is not None
     assert late.covariance is not None
     assert late.covariance[2, 2] < 4.0 * early.covariance[2, 2] + 0.005**2
-    assert not any(fault.source == "encoders" for estimate, _ in told for fault in estimate.faults)
+    assert not any(fault.source == "encoders" for estimate, _ in recording for fault in estimate.faults)
     assert np.abs(late.velocity).max() < 1e-3

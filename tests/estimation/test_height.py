@@ -70,10 +70,10 @@ def test_what_lies_over_where_the_floor_should_be_is_none_and_what_lies_under_it
     wide = dataclasses.replace(KNOWN, floor_cone=math.radians(70.0), sigma=2e-3)
     covered = scan(1.3, ground=lambda _x: 0.08)
     assert estimate_height(wide, covered, (0.0, 0.0)).over_floor == pytest.approx(1.22, abs=1e-3)
-    told = estimate_height(wide, covered, (0.0, 0.0), 1.3, 0.02)
-    assert math.isnan(told.over_floor)
-    assert told.over_structure == pytest.approx(1.22, abs=1e-3)
-    assert told.note == "no floor in sight where it should be"
+    measured = estimate_height(wide, covered, (0.0, 0.0), 1.3, 0.02)
+    assert math.isnan(measured.over_floor)
+    assert measured.over_structure == pytest.approx(1.22, abs=1e-3)
+    assert measured.note == "no floor in sight where it should be"
     assert estimate_height(wide, covered, (0.0, 0.0), 1.3, 0.1).over_floor == pytest.approx(1.22, abs=1e-3)
     assert estimate_height(wide, scan(1.3), (0.0, 0.0), 1.1, 0.02).over_floor == pytest.approx(1.3, abs=1e-3)
 
@@ -115,9 +115,9 @@ def test_noise_does_not_make_the_floor_lower(sigma: float) -> None:
     found, bare = [], []
     for _ in range(300):
         ranges = seen.ranges + sigma * random.standard_normal(720)
-        told = Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges)
-        found.append(estimate_height(known, told, (0.0, 0.0)).over_floor)
-        bare.append(estimate_height(KNOWN, told, (0.0, 0.0)).over_floor)
+        measured = Scan("vertical", 0.0, 1e-3, seen.first_angle, seen.angle_step, ranges)
+        found.append(estimate_height(known, measured, (0.0, 0.0)).over_floor)
+        bare.append(estimate_height(KNOWN, measured, (0.0, 0.0)).over_floor)
     assert abs(np.mean(found) - 1.2) < 0.25 * sigma
     assert np.mean(bare) - 1.2 > 1.5 * sigma
 

@@ -49,11 +49,11 @@ def test_a_moving_machine_is_found_within_two_centimetres(whole: Any) -> None:
 def test_a_machine_that_hangs_still_is_found_within_its_lidars_bias(seed: int) -> None:
     lidars = {name: lidar.model_copy(update={"bias": 0.0}) for name, lidar in SETTINGS.lidars.items()}
     unbiased = SETTINGS.model_copy(update={"lidars": lidars})
-    told = drive(6.0, unbiased, seed=seed, held=True)
-    found = observe(told, SETTINGS)
+    recording = drive(6.0, unbiased, seed=seed, held=True)
+    found = observe(recording, SETTINGS)
     level = [
         float(np.hypot(*(e.position - truth.position)[:2]))
-        for e, (frame, truth) in zip(found, told, strict=True)
+        for e, (frame, truth) in zip(found, recording, strict=True)
         if frame.time > 3.2
     ]
     assert np.mean(np.array(level) < 2e-3) >= 0.95
@@ -79,27 +79,27 @@ def test_a_machine_that_hangs_still_is_found_within_its_lidars_bias(seed: int) -
 def test_a_sensor_that_fails_is_named_and_the_error_stays_small(
     plan: dict[str, Any], source: str, bound: float
 ) -> None:
-    told = drive(11.0, broken(plan), seed=2)
-    found = observe(told)
+    recording = drive(11.0, broken(plan), seed=2)
+    found = observe(recording)
     assert source in {fault.source for fault in found[-1].faults}
     if "line" in plan:
         assert any(plan["line"] in fault.sentence for fault in found[-1].faults)
     assert found[-1].valid
-    assert errors(found, told, 4.0).max() < bound
+    assert errors(found, recording, 4.0).max() < bound
 
 
 def test_a_gap_of_the_wireless_link_is_survived() -> None:
     wifi = {"gaps": ((5.0, 7.0),)}
-    told = drive(12.0, changed(wifi=wifi), seed=2)
-    found = observe(told)
+    recording = drive(12.0, changed(wifi=wifi), seed=2)
+    found = observe(recording)
     assert {"north", "south", "inertial", "line_angles"} <= {source for source, _ in named(found)}
     assert not found[-1].faults
-    assert errors(found, told, 4.0).max() < 0.05
+    assert errors(found, recording, 4.0).max() < 0.05
 
 
 def test_no_lidar_no_position() -> None:
-    told = drive(4.0, broken({"source": "north"}, {"source": "south"}), seed=2)
-    found = observe(told)
+    recording = drive(4.0, broken({"source": "north"}, {"source": "south"}), seed=2)
+    found = observe(recording)
     assert not any(estimate.valid for estimate in found)
     assert {"north", "south"} <= {fault.source for fault in found[-1].faults}
     assert np.isnan(found[-1].lengths).all()
@@ -113,13 +113,13 @@ def test_no_wall_in_sight_is_said(whole: Any) -> None:
             )
         return reading
 
-    told = [
+    recording = [
         (SensorFrame(frame.time, tuple(map(blind, frame.readings)), frame.notices), truth)
         for frame, truth in whole[:1000]
     ]
-    found = observe(told)
+    found = observe(recording)
     assert {source for source, _ in named(found)} == {"north", "south"}
-    assert errors(found, told, 4.0).max() < 0.1
+    assert errors(found, recording, 4.0).max() < 0.1
 
 
 def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
@@ -142,12 +142,12 @@ def test_frames_without_readings_and_readings_from_the_future_change_no_place(wh
 
 def test_rubbish_is_survived(whole: Any) -> None:
     """Numbers that are none, and frames in which everything is out of order."""
-    random, told = np.random.default_rng(7), []
+    random, recording = np.random.default_rng(7), []
     for frame, truth in whole[:900]:
         readings = [_spoiled(reading, random) for reading in frame.readings]
         random.shuffle(readings)  # type: ignore[arg-type]
-        told.append((SensorFrame(frame.time, tuple(readings)), truth))
-    for estimate in observe(told):
+        recording.append((SensorFrame(frame.time, tuple(readings)), truth))
+    for estimate in observe(recording):
         assert np.isfinite(estimate.position).all() or not estimate.valid
 
 
@@ -166,9 +166,9 @@ def _spoiled(reading: Any, random: np.random.Generator) -> Any:
 
 
 def test_a_quasi_static_machine_is_found_too() -> None:
-    told = drive(40.0, seed=2, plant="quasi-static")
-    found = observe(told)
-    assert errors(found, told, 8.0).max() < 0.03
+    recording = drive(40.0, seed=2, plant="quasi-static")
+    found = observe(recording)
+    assert errors(found, recording, 8.0).max() < 0.03
 
 
 def test_an_operators_laser_picks_and_a_wrong_one_is_named(whole: Any) -> None:

@@ -27,10 +27,10 @@ def at_odd_rates() -> MachineSettings:
 @pytest.mark.parametrize(("estimator", "most"), [("paper", 0.03), ("filter", 0.015)])
 def test_rates_that_fit_nothing_are_lived_with(estimator: str, most: float) -> None:
     settings = at_odd_rates()
-    told = drive(16.0, settings, seed=2)
-    found = observe(told, settings, estimator=estimator)
-    assert errors(found, told, 6.0).max() < most
-    assert all(estimate.valid for estimate, (frame, _) in zip(found, told, strict=True) if frame.time > 6.0)
+    recording = drive(16.0, settings, seed=2)
+    found = observe(recording, settings, estimator=estimator)
+    assert errors(found, recording, 6.0).max() < most
+    assert all(estimate.valid for estimate, (frame, _) in zip(found, recording, strict=True) if frame.time > 6.0)
     assert not found[-1].faults
 
 
@@ -43,13 +43,15 @@ def test_the_chain_keeps_what_parallel_walls_do_not_tell() -> None:
         away = np.abs(np.remainder(reading.angles, 2.0 * np.pi) - 0.5 * np.pi) < 0.7
         return dataclasses.replace(reading, ranges=np.where(away, np.nan, reading.ranges))
 
-    told = drive(14.0, seed=2)
-    told = [(SensorFrame(f.time, tuple(map(open_to_the_north, f.readings)), f.notices), truth) for f, truth in told]
-    found = observe(told)
+    recording = drive(14.0, seed=2)
+    recording = [
+        (SensorFrame(f.time, tuple(map(open_to_the_north, f.readings)), f.notices), truth) for f, truth in recording
+    ]
+    found = observe(recording)
     late = found[-1]
     assert any("parallel" in fault.sentence or "direction" in fault.sentence for fault in late.faults)
     assert late.valid
-    off = np.array([e.position - t.position for e, (f, t) in zip(found, told, strict=True) if f.time > 6.0])
+    off = np.array([e.position - t.position for e, (f, t) in zip(found, recording, strict=True) if f.time > 6.0])
     assert np.abs(off[:, 0]).max() < 0.02
     assert np.abs(off[:, 1]).max() < 0.06
 

@@ -10,19 +10,14 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.estimation import slackness
-from cablewright.estimation.slackness import (
-    SlacknessSettings,
-    SlacknessState,
-    catenary_excess,
-    parabolic_excess,
-    taut_at,
-)
+from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, catenary_excess, parabolic_excess
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import LineAngles
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import angle_from_excess, solve_with_slack, tangent_angle
+from cablewright.solvers.taut import taut_at
 
 MODEL = Model(load("merlet2023"))
 SETTINGS = SlacknessSettings(MODEL)
@@ -64,8 +59,8 @@ def test_a_tight_line_shows_nothing() -> None:
 
 def steps(angles: list[np.ndarray], state: SlacknessState | None = None, begin: float = 0.0) -> SlacknessState:
     taut, state = taut_at(MODEL, np.array(PLACES[0])), state or slackness.start(SETTINGS)
-    for k, told in enumerate(angles):
-        state = slackness.step(SETTINGS, state, LineAngles(begin + 0.01 * k, taut.angles + told), taut)
+    for k, measured in enumerate(angles):
+        state = slackness.step(SETTINGS, state, LineAngles(begin + 0.01 * k, taut.angles + measured), taut)
     return state
 
 
@@ -83,11 +78,11 @@ def test_one_reading_astray_is_left_out_and_a_step_is_believed() -> None:
 
 
 def test_a_dead_and_a_stuck_line_are_not_known() -> None:
-    told = noisy(200)
-    for each in told[50:]:
+    measured = noisy(200)
+    for each in measured[50:]:
         each[1] = np.nan
         each[2] = 0.1234
-    found = steps(told)
+    found = steps(measured)
     assert np.isnan(found.excess).tolist() == [False, True, True, False]
     assert found.stuck.tolist() == [False, False, True, False]
 

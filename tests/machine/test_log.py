@@ -256,5 +256,5 @@ def test_ranges_of_any_grain_come_out_again(grain: float, longest: float) -> Non
     scan = Scan("north", 1.0, 1e-3, -3.0, 0.01, frozen(ranges))
     topic, data = encode(scan, (), 1)
     assert same(decode(topic, data, "a.mcap"), scan)
-    told = json.loads(data)["ranges"]
-    np.testing.assert_array_equal(told, np.nan_to_num(ranges))
+    decoded = json.loads(data)["ranges"]
+    np.testing.assert_array_equal(decoded, np.nan_to_num(ranges))

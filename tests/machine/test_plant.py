@@ -99,14 +99,14 @@ def test_motors_lag_and_have_a_most_speed() -> None:
     assert turned == pytest.approx(asked * (0.1 - lag * (1 - np.exp(-0.1 / lag))), rel=1e-9)
     said = []
     run(twin, 1, (50.0, 0.0, 0.0, 0.0), each=lambda frame: said.extend(frame.notices))
-    assert [(notice.condition, notice.whose) for notice in said] == [(Condition.LIMITED, "south-west")]
+    assert [(notice.condition, notice.subject) for notice in said] == [(Condition.LIMITED, "south-west")]
 
 
 def test_a_motor_stalls_on_a_load_over_its_torque() -> None:
     twin = machine(changed(winch={"max_torque": 5.0}))
     said = []
     run(twin, 20, (-0.5, 0.0, 0.0, 0.0), each=lambda frame: said.extend(frame.notices))
-    assert (Condition.STALLED, "south-west") in {(notice.condition, notice.whose) for notice in said}
+    assert (Condition.STALLED, "south-west") in {(notice.condition, notice.subject) for notice in said}
     assert twin.rig.winches.angles[0] == pytest.approx(twin.rig.winches.start_angles[0], abs=1e-9)
 
 

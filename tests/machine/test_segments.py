@@ -37,7 +37,7 @@ def steps(path: Path, begin: int, end: int, mark: float = 0.0, head: LogHead = H
             log.__exit__(None, None, None)
 
 
-def told(path: Path) -> tuple[list[tuple[int, float]], list[str]]:
+def contents(path: Path) -> tuple[list[tuple[int, float]], list[str]]:
     """Number and mark of each step."""
     with read_log(path) as log:
         found = [
@@ -62,7 +62,7 @@ def killed(folder: Path) -> None:
 
 def test_segments_read_as_one_log(tmp_path: Path) -> None:
     killed(tmp_path)
-    found, notes = told(tmp_path)
+    found, notes = contents(tmp_path)
     assert found == EXPECTED
     assert len(notes) == 1
     assert "log-001.mcap: no log of a machine" in notes[0]
@@ -72,7 +72,7 @@ def test_segments_read_as_one_log(tmp_path: Path) -> None:
 def test_a_gap_between_segments_is_named(tmp_path: Path) -> None:
     steps(tmp_path / "log-000.mcap", 0, 50)
     steps(tmp_path / "log-001.mcap", 60, 90)
-    found, notes = told(tmp_path)
+    found, notes = contents(tmp_path)
     assert [k for k, _ in found] == [*range(1, 51), *range(61, 91)]
     assert notes == ["nothing is told from 0.5 to 0.61 s"]
 
@@ -81,8 +81,8 @@ def test_segments_join_to_one_file_that_others_read(tmp_path: Path) -> None:
     killed(tmp_path)
     assert join_log(tmp_path) == tmp_path / "log.mcap"
     assert [path.name for path in tmp_path.iterdir()] == ["log.mcap"]
-    assert told(tmp_path) == (EXPECTED, [])
-    assert told(tmp_path / "log.mcap") == (EXPECTED, [])
+    assert contents(tmp_path) == (EXPECTED, [])
+    assert contents(tmp_path / "log.mcap") == (EXPECTED, [])
     assert join_log(tmp_path) == tmp_path / "log.mcap"
     with (tmp_path / "log.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
@@ -110,7 +110,7 @@ def test_a_join_interrupted_anywhere_leaves_the_same_log(tmp_path: Path, monkeyp
                 join_log(tmp_path)
         else:
             join_log(tmp_path)
-        assert told(tmp_path)[0] == EXPECTED
+        assert contents(tmp_path)[0] == EXPECTED
     assert [path.name for path in tmp_path.iterdir()] == ["log.mcap"]
 
 
@@ -119,9 +119,9 @@ def test_a_joined_log_goes_on_with_segments(tmp_path: Path) -> None:
     join_log(tmp_path)
     steps(next_segment(tmp_path), 140, 160, 5.0)
     after = [*EXPECTED[:140], *((k, 5.0) for k in range(141, 161))]
-    assert told(tmp_path) == (after, [])
+    assert contents(tmp_path) == (after, [])
     join_log(tmp_path)
-    assert told(tmp_path) == (after, [])
+    assert contents(tmp_path) == (after, [])
 
 
 def test_segments_of_two_machines_are_refused(tmp_path: Path) -> None:
@@ -163,7 +163,7 @@ def test_a_killed_writer_loses_half_a_second(tmp_path: Path) -> None:
         process.send_signal(signal.SIGKILL)
         last = max([333, *(int(line) for line in lines if line.endswith(b"\n"))])
     process.wait()
-    found, _ = told(path)
+    found, _ = contents(path)
     assert [k for k, _ in found] == list(range(1, len(found) + 1))
     assert len(found) >= last - 50
 

@@ -112,8 +112,8 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
     still = changed(drum=QUIET)
     biases, spreads, lost = [], [], []
     for seed in range(6):
-        told, true = machine(still, seed, "quasi-static"), machine(perfect(still), seed, "quasi-static")
-        pairs = [{scan.begin: scan.ranges for scan in scans(run(each, 50), "north")} for each in (told, true)]
+        measured, true = machine(still, seed, "quasi-static"), machine(perfect(still), seed, "quasi-static")
+        pairs = [{scan.begin: scan.ranges for scan in scans(run(each, 50), "north")} for each in (measured, true)]
         common = [begin for begin in pairs[0] if begin in pairs[1]]
         off = np.array([pairs[0][begin] - pairs[1][begin] for begin in common])
         seen = ~np.isnan([pairs[1][begin] for begin in common])
@@ -121,7 +121,7 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
         lost.append(np.isnan(off)[seen].mean())
         biases.append(off[near].mean())
         spreads.append(off[near].std())
-        assert told._sensors["north"].bias == pytest.approx(biases[-1], abs=2e-4)
+        assert measured._sensors["north"].bias == pytest.approx(biases[-1], abs=2e-4)
         assert (np.abs(off[seen]) > 0.02).mean() == pytest.approx(SETTINGS.lidars["north"].outliers, abs=2e-3)
     assert np.mean(spreads) == pytest.approx(SETTINGS.lidars["north"].deviation, rel=0.03)
     assert np.std(biases) > 5e-4
@@ -171,20 +171,20 @@ def test_line_angles_are_the_tangents_of_statics() -> None:
     twin = machine(perfect(changed(drum=QUIET, climate={"swing": 0.0})))
     run(twin, 50, (0.3, 0.0, 0.0, 0.0))
     readings = run(twin, 1500)
-    told = of(LineAngles, readings)[-1].angles
+    measured = of(LineAngles, readings)[-1].angles
     hung = solve_forward(Model(twin.robot), twin.truth.lengths).checked()
     expected = [tangent_angle(hung, line.name, SETTINGS.line_angles.from_platform) for line in twin.robot.lines]
-    np.testing.assert_allclose(told, expected, atol=2e-6)
+    np.testing.assert_allclose(measured, expected, atol=2e-6)
 
 
 def test_angle_noise_has_its_deviation() -> None:
     """Of the mean of the readings that a quasi-static period stands for."""
     averaged = SETTINGS.line_angles.rate * SETTINGS.quasi_static_period
     bare = changed(drum=QUIET, line={"vibration": 0.0}, line_angles={"outliers": 0.0})
-    told = of(LineAngles, run(machine(bare, plant="quasi-static"), 2000))
+    measured = of(LineAngles, run(machine(bare, plant="quasi-static"), 2000))
     true = of(LineAngles, run(machine(perfect(bare), plant="quasi-static"), 2000))
     by_time = {reading.time: reading.angles for reading in true}
-    off = np.array([reading.angles - by_time[reading.time] for reading in told if reading.time in by_time])
+    off = np.array([reading.angles - by_time[reading.time] for reading in measured if reading.time in by_time])
     assert np.nanstd(off) == pytest.approx(math.radians(0.1) / math.sqrt(averaged), rel=0.03)
     assert np.isnan(off).mean() == pytest.approx(SETTINGS.line_angles.dropout, abs=1e-3)
 
@@ -233,10 +233,10 @@ def test_inertial_readings_integrate_to_the_motion() -> None:
 
 
 def test_the_room_is_told() -> None:
-    told = of(Climate, run(machine(plant="quasi-static"), 500))
-    assert len(told) == 10
-    assert abs(np.mean([reading.temperature for reading in told]) - 22.0) < 0.2
-    assert all(0.0 <= reading.humidity <= 1.0 for reading in told)
+    measured = of(Climate, run(machine(plant="quasi-static"), 500))
+    assert len(measured) == 10
+    assert abs(np.mean([reading.temperature for reading in measured]) - 22.0) < 0.2
+    assert all(0.0 <= reading.humidity <= 1.0 for reading in measured)
 
 
 def test_every_sensor_may_lose_readings_and_tell_anything() -> None:

@@ -40,7 +40,7 @@ def troubled(period: float) -> Any:
     return made.model_copy(update={"faults": plans})
 
 
-def told(twin: SimulatedMachine, steps: int) -> list[Any]:
+def outputs(twin: SimulatedMachine, steps: int) -> list[Any]:
     """All that so many steps tell, as bytes, and what was true."""
     found = []
     for _ in range(steps):
@@ -63,12 +63,12 @@ def test_a_restored_machine_goes_on_to_the_bit(plant: str, period: float, tmp_pa
     total = 330
     stops = np.diff([0, *np.sort(random.choice(total, 6, replace=False)), total])
     for round_, steps in enumerate(stops):
-        assert told(whole, steps) == told(broken, steps)
+        assert outputs(whole, steps) == outputs(broken, steps)
         if round_ == 3:
             whole.refill(30.0)
             broken.refill(30.0)
         write_snapshots(tmp_path / "state", {"machine": broken.snapshot()})
-        told(broken, 5)  # what a snapshot was taken of may go on: it is a copy
+        outputs(broken, 5)  # what a snapshot was taken of may go on: it is a copy
         broken = again(read_snapshots(tmp_path / "state")["machine"], settings, plant=plant)
         assert encode(broken.truth, "abcd", 1024) == encode(whole.truth, "abcd", 1024)
     assert np.array_equal(whole.rig.ground.heights, broken.rig.ground.heights)

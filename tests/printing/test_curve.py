@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing.curve import Curve, Wanted, draw, draw_many, ranked
+from cablewright.printing.curve import Curve, Curves, Wanted, draw
+from cablewright.printing.curve import curves as draw_many
 
 WANTED = Wanted(28.0, (3.6, 8.0))
 
 
 @pytest.fixture(scope="module")
-def curves() -> list[Curve]:
-    return draw_many(WANTED, 7, 12)
+def found() -> Curves:
+    return draw_many(WANTED.length, WANTED.area, count=12, seed=7)
+
+
+@pytest.fixture(scope="module")
+def curves(found: Curves) -> list[Curve]:
+    return [one.curve for one in sorted(found.ranked, key=lambda one: one.number)]
 
 
 def length_of(places: np.ndarray) -> float:
@@ -92,11 +100,28 @@ def test_a_curve_is_the_same_however_many_are_asked_for(curves: list[Curve]) -> 
     assert not np.allclose(draw(WANTED, 8, 5).even(100), alone.even(100))
 
 
-def test_the_best_cover_comes_first(curves: list[Curve]) -> None:
-    order = ranked(curves, WANTED.area)
-    distances = [curves[number].remoteness(WANTED.area) for number in order]
-    assert distances == sorted(distances)
-    assert sorted(order) == list(range(12))
+def test_the_best_cover_comes_first(found: Curves, curves: list[Curve]) -> None:
+    distances = [one.curve.remoteness(WANTED.area) for one in found.ranked]
+    assert distances == sorted(distances) == [one.mean_distance for one in found.ranked]
+    assert sorted(one.number for one in found.ranked) == list(range(12)) == list(range(len(found)))
+    assert found[0].curve is curves[found[0].number]
+
+
+def test_it_tells_itself(found: Curves) -> None:
+    told = found.to_dict()
+    assert json.loads(json.dumps(told, allow_nan=False)) == told
+    assert told["curves"][0] == found[0].to_dict()
+    assert len(repr(found)) < 160
+    assert len(repr(found[0])) < 160
+    assert found.plot().axes
+
+
+@pytest.mark.parametrize(
+    ("options", "words"), [({"count": 0}, "count = 0"), ({"count": 1001}, "1 to 1000"), ({"seed": -1}, "seed = -1")]
+)
+def test_options_that_no_drawing_has(options: dict, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        draw_many(**options)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +132,7 @@ def test_the_best_cover_comes_first(curves: list[Curve]) -> None:
         ({"length": 28.0, "area": (0.0, 8.0)}, "two sides over 0 m"),
         ({"length": 28.0, "area": (3.6, 8.0), "crossings": -1}, "crossings = -1"),
         ({"length": 28.0, "area": (3.6, 8.0), "min_radius": 2.0}, "least_radius = 2"),
-        ({"length": 28.0, "area": (3.6, 8.0), "least_angle": 2.0}, "least_angle = 2"),
+        ({"length": 28.0, "area": (3.6, 8.0), "min_angle": 2.0}, "min_angle = 2"),
     ],
 )
 def test_what_no_curve_can_be_is_refused(given: dict, words: str) -> None:

@@ -14,14 +14,14 @@ from cablewright.robot import load
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
 from cablewright.studies.prints.loop import Attendant, Printer
-from cablewright.studies.prints.plan import Choices, MachineTwin, plan_print, twin_of
+from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 
 JOB = load_job(Path(__file__).parents[2] / "examples" / "house.toml")
 
 
 @pytest.fixture(scope="module")
 def twin() -> MachineTwin:
-    return twin_of(load("house-printer"), JOB, None, Choices(layers=1))
+    return twin_of(load("house-printer"), JOB, None, PrintOptions(layers=1))
 
 
 def test_the_extruder_is_set_by_the_job(twin: MachineTwin) -> None:

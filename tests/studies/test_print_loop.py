@@ -17,7 +17,7 @@ from cablewright.robot import load
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
 from cablewright.studies.prints.loop import Attendant, Printer, Step
-from cablewright.studies.prints.plan import Choices, MachineTwin, plan_print, twin_of
+from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 
 ROBOT = load("merlet2023")
 RING = Job(
@@ -29,7 +29,7 @@ RING = Job(
 
 
 def twin(**choices: object) -> MachineTwin:
-    return twin_of(ROBOT, RING, None, Choices(**choices))  # type: ignore[arg-type]
+    return twin_of(ROBOT, RING, None, PrintOptions(**choices))  # type: ignore[arg-type]
 
 
 class Print:
@@ -168,14 +168,14 @@ def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> No
 def test_what_cannot_be_printed_is_said_at_once() -> None:
     far = RING.model_copy(update={"origin": (2.3, -0.5, 0.0)})
     with pytest.raises(AnswerError, match=r"leaves the frame of 'merlet2023' at 2\.7"):
-        plan_print(twin_of(ROBOT, far, None, Choices()))
+        plan_print(twin_of(ROBOT, far, None, PrintOptions()))
     high = RING.model_copy(update={"origin": (0.3, -0.5, 2.95)})
     with pytest.raises(AnswerError, match="leaves the workspace of 'merlet2023'"):
-        plan_print(twin_of(ROBOT, high, None, Choices()))
+        plan_print(twin_of(ROBOT, high, None, PrintOptions()))
     with pytest.raises(InputError, match="robot = 'other', but the robot is 'merlet2023'"):
-        twin_of(ROBOT, RING.model_copy(update={"robot": "other"}), None, Choices())
+        twin_of(ROBOT, RING.model_copy(update={"robot": "other"}), None, PrintOptions())
     with pytest.raises(InputError, match="has no machine of its own"):
-        twin_of(load("wang2021"), RING, None, Choices())
+        twin_of(load("wang2021"), RING, None, PrintOptions())
     with pytest.raises(InputError, match="does not see it"):
         plan_print(twin(estimator="encoders", height="structure"))
     with pytest.raises(UnknownName, match="estimator"):

@@ -19,7 +19,7 @@ from cablewright.studies.prints.metrics import metrics, metrics_text
 from cablewright.studies.prints.record import UNUSED, record
 from cablewright.studies.prints.spooling import SpoolStatistics
 from cablewright.studies.prints.steps_table import Columns
-from cablewright.studies.prints.structure import _lift
+from cablewright.studies.prints.structure import _floor_correction
 from cablewright.studies.prints.vibration import WINDOW, VibrationWindows, peak_frequency
 from printed import SPEED, head, printed, rounds, standard, without
 from twins import SETTINGS, perfect
@@ -43,19 +43,19 @@ def printing(entries: list[Entry]) -> list[Entry]:
 def test_moments_are_those_of_every_printing_step(made, found) -> None:
     entries, track, _ = made
     steps = printing(entries)
-    for own, of in (("truth", found.true), ("estimate", found.seen)):
+    for own, of in (("truth", found.true), ("estimate", found.estimated)):
         signals = [getattr(each, own) for each in steps]
         near = [track.nearest(s.position, e.progress.distance, 0.3) for s, e in zip(signals, steps, strict=True)]
         errors = np.array([each.offset for each in near])
         ways = np.array([track.at(each.distance).tangent for each in near])
         speeds = (np.array([each.velocity for each in signals]) * ways).sum(axis=1)
         heights = np.array([s.position[2] - e.progress.target[2] for s, e in zip(signals, steps, strict=True)])
-        for told, values in ((of.error, errors), (of.speed, speeds), (of.height, heights)):
+        for result, values in ((of.error, errors), (of.speed, speeds), (of.height, heights)):
             known = values[np.isfinite(values)]
-            assert told.count == len(known)
-            assert told.mean == pytest.approx(known.mean(), rel=1e-9)
-            assert told.variance == pytest.approx(known.var(), rel=1e-9)
-            assert told.size == pytest.approx(np.abs(known).max(), rel=1e-12)
+            assert result.count == len(known)
+            assert result.mean == pytest.approx(known.mean(), rel=1e-9)
+            assert result.variance == pytest.approx(known.var(), rel=1e-9)
+            assert result.size == pytest.approx(np.abs(known).max(), rel=1e-12)
         assert of.errors.counts.sum() == of.error.count
         worst = int(np.nanargmax(np.abs(errors)))
         assert of.worst is not None
@@ -93,9 +93,9 @@ def test_what_is_drawn_is_of_the_steps(made, found) -> None:
     entries, _, _ = made
     assert len(found.rows) == len(entries)
     assert found.rows["true_position"] == pytest.approx(np.array([e.truth.position for e in entries]))
-    assert found.drawn["taut"].shape == (len(entries), 4)
+    assert found.plotted["taut"].shape == (len(entries), 4)
     slack = found.rows["slack"] == 1.0
-    off = np.abs(found.rows["measured"] - found.drawn["taut"])
+    off = np.abs(found.rows["measured"] - found.plotted["taut"])
     assert np.nanmedian(off[slack]) > 3.0 * np.nanmedian(off[~slack])
 
 
@@ -104,25 +104,25 @@ def test_what_a_log_lacks_is_not_told(made, missing: str) -> None:
     entries, track, _ = made
     found = record(without(entries, missing), head(), track, print_speed=SPEED)
     assert found.steps == len(entries)
-    told = metrics(found)
-    assert np.isnan(told["mean_path_error"]) == (missing != "estimate")
-    assert np.isnan(told["estimated_mean_path_error"]) == (missing != "truth")
+    result = metrics(found)
+    assert np.isnan(result["mean_path_error"]) == (missing != "estimate")
+    assert np.isnan(result["estimated_mean_path_error"]) == (missing != "truth")
     assert json.loads(metrics_text(found))["structure"] is None or missing != "estimate"
     assert found.has_truth == (missing == "estimate")
 
 
 def test_metrics_are_json_with_all_keys(found) -> None:
-    told = json.loads(metrics_text(found, {"log": "run.mcap", "control_step": float("nan")}))
+    result = json.loads(metrics_text(found, {"log": "run.mcap", "control_step": float("nan")}))
     for key in (
         "layers", "distance", "mean_speed", "speed_variance", "mean_path_error", "path_error_variance",
         "max_path_error", "estimated_max_path_error", "barrier_stops", "refills", "states", "lines", "structure",
     ):  # fmt: skip
-        assert key in told
-    assert told["schema"] == 1
-    assert told["control_step"] is None
-    assert told["log"] == "run.mcap"
-    assert told["max_path_error"] == pytest.approx(abs(found.true.worst.value))
-    assert {line["name"] for line in told["lines"]} == {"south-west", "south-east", "north-east", "north-west"}
+        assert key in result
+    assert result["schema"] == 1
+    assert result["control_step"] is None
+    assert result["log"] == "run.mcap"
+    assert result["max_path_error"] == pytest.approx(abs(found.true.worst.value))
+    assert {line["name"] for line in result["lines"]} == {"south-west", "south-east", "north-east", "north-west"}
 
 
 def test_a_log_gives_what_its_steps_give(made, found, tmp_path: Path) -> None:
@@ -183,9 +183,9 @@ def test_memory_does_not_grow_with_the_log() -> None:
 def test_the_rebuilt_structure_is_like_the_true_one(found) -> None:
     structure = found.structure
     assert structure is not None
-    assert structure.likeness is not None
-    assert abs(structure.likeness.mean) < 4e-3
-    assert structure.likeness.rms < 6e-3
+    assert structure.difference is not None
+    assert abs(structure.difference.mean) < 4e-3
+    assert structure.difference.rms < 6e-3
     assert structure.mass == pytest.approx(found.rows["powder"][0] - found.rows["powder"][-1], abs=0.05)
 
 
@@ -209,9 +209,9 @@ def test_a_scan_without_errors_rebuilds_the_heap() -> None:
 def test_a_scan_that_is_too_low_is_raised() -> None:
     rng = np.random.default_rng(5)
     heights = np.concatenate([rng.normal(0.0, 2e-3, 300), rng.normal(0.02, 2e-3, 100)])
-    assert _lift(heights, 2e-3) == 0.0
-    assert _lift(heights - 0.02, 2e-3) == pytest.approx(0.02, abs=1e-3)
-    assert _lift(heights[:0], 2e-3) == 0.0
+    assert _floor_correction(heights, 2e-3) == 0.0
+    assert _floor_correction(heights - 0.02, 2e-3) == pytest.approx(0.02, abs=1e-3)
+    assert _floor_correction(heights[:0], 2e-3) == 0.0
 
 
 def test_a_tone_is_found_and_noise_is_not() -> None:
@@ -237,10 +237,10 @@ def test_a_slope_against_temperature_is_found_back() -> None:
             angle = 1e-2 * np.sin(2.0 * np.pi * tone * time) + rng.normal(0.0, 1e-3)
             if vibration.add(LineAngles(time, frozen([angle]))):
                 vibration.close(warm, np.array([near]))
-    told = vibration.result()
-    assert len(told.times) == 12
-    assert told.slopes[0] == pytest.approx(-2e-3, abs=4.0 * told.slope_sigmas[0] + 1e-6)
-    assert told.slope_sigmas[0] < 2e-4
+    result = vibration.result()
+    assert len(result.times) == 12
+    assert result.slopes[0] == pytest.approx(-2e-3, abs=4.0 * result.slope_sigmas[0] + 1e-6)
+    assert result.slope_sigmas[0] < 2e-4
 
 
 def test_a_regular_coil_is_regular_and_a_walk_is_not() -> None:
@@ -254,11 +254,11 @@ def test_a_regular_coil_is_regular_and_a_walk_is_not() -> None:
     radii[:, 1] += 1e-3 * np.sin(7.0 * lengths[:, 1])
     radii[:, 2] += 5e-4
     coils.add(lengths, radii)
-    told = coils.result()
-    assert told[0].irregularity < 1e-4
-    assert told[1].irregularity == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.1)
-    assert told[2].irregularity < 1e-4
-    assert np.isnan(told[0].true_irregularity)
+    result = coils.result()
+    assert result[0].irregularity < 1e-4
+    assert result[1].irregularity == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.1)
+    assert result[2].irregularity < 1e-4
+    assert np.isnan(result[0].true_irregularity)
 
 
 def test_columns_have_their_own_places() -> None:

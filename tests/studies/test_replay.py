@@ -16,37 +16,37 @@ from twins import SETTINGS
 
 
 @pytest.fixture(scope="module")
-def told():
+def recording():
     return drive(8.0, seed=2)
 
 
-def write(path: Path, told, truth: bool = True) -> Path:
+def write(path: Path, recording, truth: bool = True) -> Path:
     with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 2)) as log:
-        for frame, true in told:
+        for frame, true in recording:
             log.write(frame, None, true if truth else None)
     return path
 
 
 @pytest.fixture(scope="module")
-def path(told, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write(tmp_path_factory.mktemp("replay") / "run.mcap", told)
+def path(recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write(tmp_path_factory.mktemp("replay") / "run.mcap", recording)
 
 
-def test_a_replay_is_the_estimation_as_it_was(told, path: Path) -> None:
-    found, live = replay(path), observe(told)
-    assert found.steps == len(told)
+def test_a_replay_is_the_estimation_as_it_was(recording, path: Path) -> None:
+    found, live = replay(path), observe(recording)
+    assert found.steps == len(recording)
     assert found.valid == sum(estimate.valid for estimate in live)
     both = np.concatenate([found.position(moving=False), found.position(moving=True)])
     since = found.begin - 1e-9
-    assert np.sort(both) == pytest.approx(np.sort(errors(live, told, since)), abs=1e-12)
+    assert np.sort(both) == pytest.approx(np.sort(errors(live, recording, since)), abs=1e-12)
     assert found.radius_errors.shape == (len(both), 4)
     assert not found.faults
     assert not found.notes
     assert len(found.step_times) == found.steps
 
 
-def test_the_filter_is_replayed_with_its_coverage(told, path: Path) -> None:
-    found, live = replay(path, "filter"), observe(told, estimator="filter")
+def test_the_filter_is_replayed_with_its_coverage(recording, path: Path) -> None:
+    found, live = replay(path, "filter"), observe(recording, estimator="filter")
     assert found.valid == sum(estimate.valid for estimate in live)
     size = found.column("nees")
     assert len(size) == len(found.column("time"))
@@ -67,10 +67,10 @@ def test_both_estimators_read_a_cut_log_up_to_there(path: Path, tmp_path: Path) 
     assert any("cut or damaged" in note for note in error_state.notes)
 
 
-def test_slack_lines_are_counted_as_defined(told, path: Path) -> None:
-    found, live = replay(path), observe(told)
+def test_slack_lines_are_counted_as_defined(recording, path: Path) -> None:
+    found, live = replay(path), observe(recording)
     right, due = 0, 0
-    for estimate, (frame, truth) in zip(live, told, strict=True):
+    for estimate, (frame, truth) in zip(live, recording, strict=True):
         if frame.time < found.begin - 1e-9 or truth.excess.max() <= 5e-3:
             continue
         due += 1
@@ -80,8 +80,8 @@ def test_slack_lines_are_counted_as_defined(told, path: Path) -> None:
     assert share == pytest.approx(right / due if due else np.nan, nan_ok=True)
 
 
-def test_a_log_without_truth_is_replayed_without_errors(told, tmp_path: Path) -> None:
-    found = replay(write(tmp_path / "bare.mcap", told, truth=False))
+def test_a_log_without_truth_is_replayed_without_errors(recording, tmp_path: Path) -> None:
+    found = replay(write(tmp_path / "bare.mcap", recording, truth=False))
     assert found.valid > 600
     assert len(found.column("time")) == 0
     assert np.isnan(found.begin)

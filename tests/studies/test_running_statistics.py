@@ -17,12 +17,12 @@ def test_moments_in_portions_are_those_of_all(portion: int) -> None:
         moments.add(values[begin : begin + portion])
     for column in (0, 1):
         known = values[np.isfinite(values[:, column]), column]
-        told = moments.summary(column)
-        assert told.count == len(known)
-        assert told.mean == pytest.approx(known.mean(), rel=1e-14)
-        assert told.variance == pytest.approx(known.var(), rel=1e-9)
-        assert (told.min, told.max) == (known.min(), known.max())
-        assert told.size == np.abs(known).max()
+        summary = moments.summary(column)
+        assert summary.count == len(known)
+        assert summary.mean == pytest.approx(known.mean(), rel=1e-14)
+        assert summary.variance == pytest.approx(known.var(), rel=1e-9)
+        assert (summary.min, summary.max) == (known.min(), known.max())
+        assert summary.size == np.abs(known).max()
     none = moments.summary(2)
     assert none.count == 0
     assert np.isnan([none.mean, none.variance, none.min, none.max, none.deviation]).all()

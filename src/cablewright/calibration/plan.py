@@ -25,6 +25,7 @@ __all__ = [
     "Prior",
     "Sigmas",
     "load_plan",
+    "plan_of",
 ]
 
 NEWEST_SCHEMA: Final = 1
@@ -139,3 +140,10 @@ def load_plan(path: str | Path) -> CalibrationPlan:
         return CalibrationPlan.model_validate(table)
     except ValidationError as error:
         raise explain(error, table, str(path)) from None
+
+
+def plan_of(plan: str | Path | CalibrationPlan | None) -> CalibrationPlan:
+    """Return *plan* as it is, read from its file, or the default. Raises `InputError` as `load_plan` does."""
+    if plan is None:
+        return CalibrationPlan()
+    return plan if isinstance(plan, CalibrationPlan) else load_plan(plan)

@@ -3,36 +3,60 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from pathlib import Path
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.checks import min_poses
 from cablewright.calibration.observability import projected
-from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import random_poses
 from cablewright.errors import InputError, UnknownName
+from cablewright.models.fidelity import CableLaw
+from cablewright.models.statics import Model
+from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 
-__all__ = ["CRITERIA", "Chosen", "choose"]
+__all__ = ["CRITERIA", "CalibrationPoses", "calibration_poses"]
 
 Array = NDArray[np.float64]
 
 CRITERIA: Final = ("d-optimal", "worst-sigma")
 """The smallest volume of the ellipsoid of all unknowns; the smallest of the worst sigma of an exit point."""
 
+MOST_CANDIDATES: Final = 20_000
+MOST_POSES: Final = 500
 _PASSES: Final = 12  # of exchanging poses
 _RIDGE: Final = 1e-6  # of the mean information: lets the first poses be compared
 _NULL: Final = 1e-9
 _DRAWS: Final = 20  # of random poses, to compare with
 
 
-@dataclass(frozen=True, eq=False)
-class Chosen:
+@dataclass(frozen=True, eq=False, repr=False)
+class CalibrationPoses(Result):
     """Poses (N, n) in the order to go to them, home first, and what they promise, at *sigma* (m) of the encoders."""
 
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok.", lambda _: "ok"),
+        Figure("robot", "", "Name of the robot.", "robot.name"),
+        Figure("criterion", "", "What was made small: d-optimal, worst-sigma."),
+        Figure("count", "1", "How many poses.", lambda found: len(found.poses)),
+        Figure("sigma_rms", "m", "Sigma over the coordinates of the exit points, root mean square.", digits=3),
+        Figure("sigma_worst", "m", "The largest of these.", digits=3),
+        Figure("random_sigma_rms", "m", "As sigma_rms, of as many random poses.", "random_rms", digits=3),
+        Figure("random_sigma_worst", "m", "As sigma_worst, of as many random poses.", "random_worst", digits=3),
+        Figure("travel", "m", "Way from pose to pose."),
+        Figure("travel_unordered", "m", "That way in the order in which the poses were drawn."),
+        Figure("poses", "m, rad", "The poses, world."),
+        Figure("counted", "m", "Length changes of the lines since the first pose."),
+    )
+    HEADLINES: ClassVar = ("robot", "criterion", "count", "sigma_rms", "sigma_worst")
+
+    robot: Robot
+    criterion: str
     poses: Array
     counted: Array  # (N, m) m: length changes since the first pose
     sigma_rms: float  # m, over coordinates of exit points, in the inner constraint
@@ -43,24 +67,43 @@ class Chosen:
     travel_unordered: float  # m, in the order in which the candidates were drawn
 
 
-def choose(
-    robot: Robot,
-    count: int,
+def calibration_poses(
+    robot: Robot | Model,
+    count: int = 40,
     *,
     criterion: str = "d-optimal",
     candidates: int = 1000,
     sigma: float = 1e-4,
-    plan: CalibrationPlan | None = None,
+    plan: str | Path | CalibrationPlan | None = None,
+    tension_limits: tuple[float, float] | None = None,
     seed: int = 0,
-) -> Chosen:
-    """Choose *count* of random *candidates* in the workspace under the tension limits.
+) -> CalibrationPoses:
+    """Choose which *count* of random *candidates* in the workspace to measure for a calibration of *robot*.
 
+    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: what is unknown, or the TOML
+    that says so. Poses are held within *tension_limits* (N), by default those of the lines, by straight rigid lines.
     Greedy first, then poses are exchanged while that helps. Raises `InputError` for too few poses or candidates.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> found = cw.calibration_poses(cw.load("wang2021"), 14, candidates=100)
+    >>> found.sigma_rms < found.random_rms
+    True
     """
     if criterion not in CRITERIA:
         raise UnknownName("criterion", criterion, CRITERIA)
+    for name, value, most in (("count", count, MOST_POSES), ("candidates", candidates, MOST_CANDIDATES)):
+        if not 1 <= value <= most:
+            raise InputError(f"{name} = {value}: from 1 to {most} are wanted")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: must not be negative")
+    if not 0.0 < sigma < 1.0:
+        raise InputError(f"sigma = {sigma:g}: over 0 and under 1 m is wanted")
+    model = Model.of(robot, tension_limits=tension_limits, default=CableLaw.RIGID)
+    robot, plan = model.robot, plan_of(plan)
     rng = np.random.default_rng(seed)
-    places = random_poses(robot, candidates, rng)
+    places = random_poses(model, candidates, rng)
     problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
     needed = min_poses(problem)
     if not needed <= count <= candidates:
@@ -75,7 +118,9 @@ def choose(
     rms, worst = search.sigmas(chosen)
     lengths = problem.lengths(problem.start, path)
     middle = np.median(np.array(random), axis=0)
-    return Chosen(
+    return CalibrationPoses(
+        robot,
+        criterion,
         path,
         lengths - lengths[0],
         rms,

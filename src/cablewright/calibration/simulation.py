@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.calibration.data import MAX_POSES
 from cablewright.calibration.elastic_lines import FREED, Hanging
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
-from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
+from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["Beside", "Simulated", "aligned", "measure", "random_poses", "simulate"]
+__all__ = ["SensorNoise", "SimulatedCalibration", "aligned", "measure", "random_poses", "simulate_calibration"]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +32,7 @@ GUESS: Final = 0.05
 
 
 @dataclass(frozen=True)
-class Beside:
+class SensorNoise:
     """Standard deviations of what is measured beside the encoders; None: it is not."""
 
     tension: float | None = None  # N
@@ -39,51 +41,73 @@ class Beside:
     pose: float | None = None  # m, and rad
 
 
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """Measurements with what is true: poses (N, n), home lengths (m,)."""
+@dataclass(frozen=True, eq=False, repr=False)
+class SimulatedCalibration(Result):
+    """Measurements with what is true: poses (N, n), m and rad, and home lengths (m,), m."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok.", lambda _: "ok"),
+        Figure("poses", "1", "How many poses were measured.", lambda made: len(made.poses)),
+        Figure("noise", "m", "Standard deviation of the encoders."),
+        Figure("seed", "", "Seed of poses, noise and guesses; none where the caller drew them."),
+    )
+    HEADLINES: ClassVar = ("poses", "noise", "seed")
 
     measured: Measured
     poses: Array
     home_lengths: Array
+    noise: float  # m
+    seed: int | None = None
 
 
-def simulate(
-    robot: Robot,
+def simulate_calibration(
+    robot: Robot | Model,
     poses: int,
     noise: float,
-    seed: int,
     *,
+    seed: int = 0,
     guess: float = GUESS,
-    cable: str = "rigid",
-    beside: Beside | None = None,
-) -> Simulated:
-    """Measure *robot*, taken as true, with encoders of standard deviation *noise* (m) at random poses in its workspace.
+    cable: CableLaw | str | None = None,
+    sensors: SensorNoise | None = None,
+) -> SimulatedCalibration:
+    """Measure *robot*, taken as true, with encoders of standard deviation *noise* (m) at random *poses* it can hold.
 
-    The first pose is home. Guesses are uniform within *guess* (m, and rad) of the poses. Lines are "rigid", "elastic"
-    or "catenary".
+    The first pose is home. Guesses are uniform within *guess* (m, and rad) of the poses. *sensors*: what else is
+    measured, and how exactly. Lines are rigid unless a *cable* law or a model says otherwise. Raises `InputError` for
+    numbers that are none, and where hardly any place of the frame can be held.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> cw.simulate_calibration(cw.load("wang2021"), 20, 1e-4, seed=1).measured.counted.shape
+    (20, 4)
     """
-    if poses < 1:
-        raise InputError(f"poses = {poses}: at least 1 is wanted")
+    if not 1 <= poses <= MAX_POSES:
+        raise InputError(f"poses = {poses}: from 1 to {MAX_POSES} are wanted")
     if not (0.0 <= noise < np.inf and 0.0 <= guess < np.inf):
         raise InputError(f"noise = {noise:g}, guess = {guess:g}: numbers of metres from 0 are wanted")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: must not be negative")
+    model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
     rng = np.random.default_rng(seed)
-    return measure(robot, random_poses(robot, poses, rng, cable), noise, rng, guess, cable, beside)
+    made = measure(model, random_poses(model, poses, rng), noise, rng, guess, sensors=sensors)
+    return replace(made, seed=seed)
 
 
 def measure(
-    robot: Robot,
+    robot: Robot | Model,
     poses: Array,
     noise: float,
     rng: np.random.Generator,
     guess: float = GUESS,
-    cable: str = "rigid",
-    beside: Beside | None = None,
-) -> Simulated:
+    cable: CableLaw | str | None = None,
+    sensors: SensorNoise | None = None,
+) -> SimulatedCalibration:
     """Measure *robot* at *poses* (N, n), the first of which is home. Tensions are the least that hold it there."""
-    beside, model, count = beside or Beside(), Model(robot, Fidelity.of(cable)), len(poses)
-    _check(robot, beside)
-    problem, kept = _nothing_measured(model, poses, beside)
+    sensors, model, count = sensors or SensorNoise(), Model.of(robot, cable=cable, default=CableLaw.RIGID), len(poses)
+    robot = model.robot
+    _check(robot, sensors)
+    problem, kept = _nothing_measured(model, poses, sensors)
     told = problem.derivatives(problem.start, kept, np.ones(len(problem.values))).residual  # what sensors read
     if not np.isfinite(told).all():
         raise InputError(f"{robot.name}: pose {int(np.argmax(~np.isfinite(told).all(axis=1))) + 1} is in a sheave")
@@ -91,38 +115,38 @@ def measure(
     counted = lengths - lengths[0] + rng.normal(0.0, noise, lengths.shape)
     guesses = poses + rng.uniform(-guess, guess, poses.shape)
     tensions = swivel = tilt = sigma = None
-    if beside.tension is not None:
+    if sensors.tension is not None:
         held = solve_inverse(model, poses).checked().tensions if problem.measured.tensions is None else told
-        tensions = held[:, : robot.m] + rng.normal(0.0, beside.tension, lengths.shape)
+        tensions = held[:, : robot.m] + rng.normal(0.0, sensors.tension, lengths.shape)
         told = told if problem.measured.tensions is None else told[:, robot.m :]
-    if beside.swivel is not None:
-        swivel = told[:, : robot.m] + rng.normal(0.0, beside.swivel, lengths.shape)
-    if beside.tilt is not None:
-        tilt = told[:, -2:] + rng.normal(0.0, beside.tilt, (count, 2))
-    if beside.pose is not None:
-        guesses = poses + rng.normal(0.0, beside.pose, poses.shape)
-        sigma = np.full(poses.shape, max(beside.pose, _EXACT))
-    return Simulated(Measured(counted, guesses, sigma, tensions, swivel, tilt), poses, lengths[0])
+    if sensors.swivel is not None:
+        swivel = told[:, : robot.m] + rng.normal(0.0, sensors.swivel, lengths.shape)
+    if sensors.tilt is not None:
+        tilt = told[:, -2:] + rng.normal(0.0, sensors.tilt, (count, 2))
+    if sensors.pose is not None:
+        guesses = poses + rng.normal(0.0, sensors.pose, poses.shape)
+        sigma = np.full(poses.shape, max(sensors.pose, _EXACT))
+    return SimulatedCalibration(Measured(counted, guesses, sigma, tensions, swivel, tilt), poses, lengths[0], noise)
 
 
-def _check(robot: Robot, beside: Beside) -> None:
-    for name, value in vars(beside).items():
+def _check(robot: Robot, sensors: SensorNoise) -> None:
+    for name, value in vars(sensors).items():
         if value is not None and not 0.0 <= value < np.inf:
             raise InputError(f"{name} noise = {value:g}: a number from 0 is wanted")
-    if beside.tilt is not None and robot.n == 3:
-        raise InputError(f"tilt noise = {beside.tilt:g}: {robot.name!r} is a point platform, which has no tilt")
+    if sensors.tilt is not None and robot.n == 3:
+        raise InputError(f"tilt noise = {sensors.tilt:g}: {robot.name!r} is a point platform, which has no tilt")
 
 
-def _nothing_measured(model: Model, poses: Array, beside: Beside) -> tuple[CalibrationProblem, Array]:
+def _nothing_measured(model: Model, poses: Array, sensors: SensorNoise) -> tuple[CalibrationProblem, Array]:
     """The equations with zeros for what sensors read, and what is kept of each pose where the robot really is."""
     robot, count = model.robot, len(poses)
     nothing = np.zeros((count, robot.m))
-    swivel = None if beside.swivel is None else nothing
-    tilt = None if beside.tilt is None else np.zeros((count, 2))
+    swivel = None if sensors.swivel is None else nothing
+    tilt = None if sensors.tilt is None else np.zeros((count, 2))
     if model.fidelity.cable is CableLaw.RIGID:
         return CalibrationProblem.of(robot, Measured(nothing, poses, None, None, swivel, tilt), hold=False), poses
     held = solve_inverse(model, _given(robot, poses)).checked()
-    measured = Measured(nothing, poses, None, None if beside.tension is None else nothing, swivel, tilt)
+    measured = Measured(nothing, poses, None, None if sensors.tension is None else nothing, swivel, tilt)
     problem = Hanging.under(model, measured, CalibrationPlan(), hold=False)
     return problem, problem.kept(held)
 
@@ -134,9 +158,12 @@ def _given(robot: Robot, poses: Array) -> Array:
     return given
 
 
-def random_poses(robot: Robot, count: int, rng: np.random.Generator, cable: str = "rigid") -> Array:
+def random_poses(
+    robot: Robot | Model, count: int, rng: np.random.Generator, cable: CableLaw | str | None = None
+) -> Array:
     """Poses (count, n), uniform among those in the frame that lines hold within their tension limits."""
-    model = Model(robot, Fidelity.of(cable))
+    model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
+    robot = model.robot
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     inset = _INSET * (high - low)
     found: list[Array] = []

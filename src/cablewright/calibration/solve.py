@@ -7,176 +7,86 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.checks import check, check_lengths
+from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import Hanging
 from cablewright.calibration.elastic_start import hanging_fit
-from cablewright.calibration.observability import (
-    Direction,
-    Information,
-    Suggestion,
-    information,
-    open_freedoms,
-    projected,
-    suggestions,
-    weakest,
-)
+from cablewright.calibration.observability import Information, information, projected
 from cablewright.calibration.outliers import Rejected, without_outliers
-from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fit, to_file_frame
 from cablewright.calibration.problem import CalibrationProblem, Measured
-from cablewright.calibration.unknowns import Unknown, with_values
+from cablewright.calibration.result import Calibration
 from cablewright.errors import InputError
-from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 
-__all__ = ["ROUGH", "Calibration", "calibrate"]
+__all__ = ["ROUGH", "calibrate"]
 
 Array = NDArray[np.float64]
 
 ROUGH: Final = 0.5
 """How far starts are from the file's exit points, m, where nobody says."""
 
+MOST_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # times the rms without it: a datum that fits this badly says what the data deny
 _NO_FIT: Final = 0.01  # rms over the frame's diagonal from which the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # rms over the given sigma
 _FEW: Final = 10  # measurements left over that tell sigma to a quarter
-_MIN_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """What data say of a robot. `status` is "ok", or else `reason` says what went wrong and `robot` is the old one.
-
-    `values` and `sigma` are of `unknowns`, in their SI units; sigma is NaN where nothing tells it, 0 where the datum
-    holds the value. `alone` is what the data say by themselves, before datum and priors.
-    """
-
-    status: str
-    reason: str
-    problem: CalibrationProblem
-    fit: PoseFit
-    alone: Information
-    posterior: Information
-    rejected: tuple[Rejected, ...]
-    scale: float  # sigma of the encoders over that of the weights
-    rms: float  # m
-    iterations: int
-    notes: tuple[str, ...]
-
-    @property
-    def unknowns(self) -> tuple[Unknown, ...]:
-        """What was looked for."""
-        return self.problem.unknowns
-
-    @property
-    def poses(self) -> Array:
-        """The poses (N, n), m and rad."""
-        return self.problem.poses_of(self.fit.poses)
-
-    @property
-    def _sizes(self) -> Array:
-        return np.array([each.size for each in self.unknowns])
-
-    @cached_property
-    def values(self) -> Array:
-        """The unknowns (k,)."""
-        return np.asarray(self.problem.whole(self.fit.theta) * self._sizes)
-
-    @cached_property
-    def covariance(self) -> Array:
-        """Of the unknowns (k, k), datum and priors counted."""
-        free = ~self.problem.held
-        found = np.zeros((len(free), len(free)))
-        found[np.ix_(free, free)] = self.posterior.covariance * self.scale**2
-        return found * np.outer(self._sizes, self._sizes)
-
-    @property
-    def sigma(self) -> Array:
-        """Standard deviations of the unknowns (k,)."""
-        return np.asarray(np.sqrt(np.diag(self.covariance).clip(min=0.0)))
-
-    @property
-    def encoder_sigma(self) -> float:
-        """Standard deviation of the encoders, m: the given one, or that which the residuals tell."""
-        return self.scale * self.problem.encoder_sigma
-
-    @cached_property
-    def residuals(self) -> Array:
-        """What is left of each length (N, m), m, those left out too."""
-        found = self.problem.derivatives(self.fit.theta, self.fit.poses)
-        return found.residual[:, : self.problem.robot.m] * self.problem.encoder_sigma
-
-    @property
-    def used(self) -> NDArray[np.bool_]:
-        """Which lengths (N, m) count."""
-        return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
-
-    @cached_property
-    def gauge(self) -> tuple[str, ...]:
-        """The freedoms that the data alone leave open, in words."""
-        return open_freedoms(self.alone)
-
-    @cached_property
-    def weakest(self) -> tuple[Direction, ...]:
-        """The least known combinations that are not open, sigma as the data tell it."""
-        found = weakest(self.alone)
-        return tuple(replace(each, sigma=each.sigma * self.scale) for each in found)
-
-    @cached_property
-    def suggestions(self) -> tuple[Suggestion, ...]:
-        """What one more measurement would bring, the most helpful first."""
-        if not math.isfinite(self.scale) or self.scale <= 0.0:
-            return ()
-        counted = information(
-            self.problem.freed(),
-            self.problem.whole(self.fit.theta),
-            self.fit.poses,
-            self.fit.weights,
-            priors=True,
-        )
-        return suggestions(counted, max(self.scale, _MIN_SIGMA / self.problem.encoder_sigma))
-
-    @cached_property
-    def robot(self) -> Robot:
-        """The calibrated robot; the old one unless `status` is "ok"."""
-        if self.status != "ok":
-            return self.problem.robot
-        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.hangs)
 
 
 def calibrate(
-    robot: Robot,
-    measured: Measured,
-    plan: CalibrationPlan | None = None,
+    robot: Robot | Model,
+    data: str | Path | Measured,
+    plan: str | Path | CalibrationPlan | None = None,
     *,
-    seed: int = 0,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
     rough: float = ROUGH,
     outliers: bool = True,
-    cable: str = "rigid",
+    seed: int = 0,
     progress: Progress = silent,
 ) -> Calibration:
-    """Calibrate *robot*, whose numbers are the first guess; exit points may be *rough* (m) off in each coordinate.
+    """Calibrate *robot*, whose numbers are the first guess, from *data* measured at poses, or the CSV that has them.
 
-    *cable* is "rigid", or "elastic" or "catenary": lines that stretch, or sag too. Raises `InputError` for data or a
-    plan that cannot be used: too few poses, other units, a contradictory datum; `AnswerError` where lines that hang do
-    not hold the platform near any pose.
+    *plan* says what is unknown, how exact sensors are and what holds the frame, or names the TOML that does; by default
+    exit points and home lengths are unknown. Lines are rigid unless a *cable* law or a model says that they give, which
+    needs tensions or measured poses. Exit points may be *rough* (m) off in each coordinate: starts, drawn with *seed*,
+    are so far apart. Gross errors are taken out unless *outliers* is false.
+
+    Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
+    `AnswerError` where lines that hang do not hold the platform near any pose. Source: Wang, Caro 2021.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> robot = cw.load("wang2021")
+    >>> found = cw.calibrate(robot, cw.simulate_calibration(robot, 20, 1e-4, seed=1).measured)
+    >>> found.status, found.alone.rank
+    ('ok', 72)
     """
-    plan, law = plan or CalibrationPlan(), Fidelity.of(cable)
+    if not 0.0 <= rough <= MOST_ROUGH:
+        raise InputError(f"rough = {rough:g}: from 0 to {MOST_ROUGH:g} m is wanted")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: must not be negative")
+    model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
+    plan, robot = plan_of(plan), model.robot
+    measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
     held: CalibrationProblem
-    if law.cable is CableLaw.RIGID:
+    if model.fidelity.cable is CableLaw.RIGID:
         held = CalibrationProblem.of(robot, measured, plan)
     else:
-        held = Hanging.under(Model(robot, law), measured, plan)
+        held = Hanging.under(model, measured, plan)
     free = held.freed()
     if not free.unknowns:
         raise InputError("unknowns: there is nothing to be found")

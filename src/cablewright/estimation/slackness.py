@@ -20,18 +20,9 @@ from cablewright.models.packed_views import LineNumbers, LineStates, blank_state
 from cablewright.models.statics import Model
 from cablewright.signals import LineAngles
 from cablewright.solvers.one_line import hang
-from cablewright.solvers.taut import Taut, taut_at
+from cablewright.solvers.taut import Taut
 
-__all__ = [
-    "SlacknessSettings",
-    "SlacknessState",
-    "Taut",
-    "catenary_excess",
-    "parabolic_excess",
-    "start",
-    "step",
-    "taut_at",
-]
+__all__ = ["SlacknessSettings", "SlacknessState", "catenary_excess", "parabolic_excess", "start", "step"]
 
 Array = NDArray[np.float64]
 

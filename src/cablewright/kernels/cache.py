@@ -65,6 +65,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
     def __init__(self, function: Any) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}"
+        self._folder = re.sub(r"[^\w.]", "_", self._name)
         self._line = function.__code__.co_firstlineno
 
     def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
@@ -74,7 +75,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         if folder is None:
             return None
         key = self._key(signature, target.codegen())
-        data = _read(folder / self._file_name(key), key)
+        data = _read(folder / self._file(key), key)
         return None if data is None else CompileResult._rebuild(target, *data)
 
     def save_overload(self, signature: Any, result: CompileResult) -> None:
@@ -88,23 +89,20 @@ class KernelCache(NullCache):  # type: ignore[misc]
         key = self._key(signature, result.codegen)
         try:
             if stamp() == STAMP:
-                _write(folder / self._file_name(key), dumps((key, result._reduce())))
+                _write(folder / self._file(key), dumps((key, result._reduce())))
         except OSError as reason:
             _say_once(reason)
 
     def holds_any(self) -> bool:
         """Whether some signature of the function is kept."""
         folder = open_folder()
-        return folder is not None and any(file.name.startswith(self._prefix()) for file in folder.iterdir())
+        return folder is not None and any((folder / self._folder).glob("*"))
 
     def _key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
         return STAMP, self._name, self._line, signature, codegen.magic_tuple()
 
-    def _file_name(self, key: tuple[Any, ...]) -> str:
-        return self._prefix() + hashlib.sha256(repr(key).encode()).hexdigest()[:32]
-
-    def _prefix(self) -> str:
-        return re.sub(r"[^\w.]", "_", self._name) + "-"
+    def _file(self, key: tuple[Any, ...]) -> Path:
+        return Path(self._folder, hashlib.sha256(repr(key).encode()).hexdigest()[:32])
 
 
 def open_folder() -> Path | None:
@@ -173,10 +171,11 @@ def _read(file: Path, key: tuple[Any, ...]) -> Any:
 
 def _write(file: Path, payload: bytes) -> None:
     """Write *file* in one step: a process killed in between leaves no part of it under its name."""
-    handle, name = tempfile.mkstemp(dir=file.parent)
+    handle, name = tempfile.mkstemp(dir=file.parents[1])
     try:
         with open(handle, "wb") as out:
             out.write(hashlib.sha256(payload).digest() + payload)
+        file.parent.mkdir(0o700, exist_ok=True)
         Path(name).replace(file)
     finally:
         Path(name).unlink(missing_ok=True)  # it is there only if it was not moved

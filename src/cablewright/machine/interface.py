@@ -1,4 +1,4 @@
-"""What every machine is, simulated, replayed or real: it takes a command, lives for one step and tells its readings."""
+"""Interface of a machine, simulated, replayed or real: it takes a command for one step and returns its readings."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ __all__ = ["Machine"]
 
 
 class Machine(Protocol):
-    """A machine of m winches. Its clock begins at 0 and goes on by ``period`` with each step."""
+    """A machine with m winches. Its clock starts at 0 and advances by ``period`` with each step."""
 
     @property
     def period(self) -> float:
-        """The time that a step takes on the machine's clock, s."""
+        """Time of one step, s."""
 
     def step(self, command: Command) -> SensorFrame:
-        """Do as *command* says for one period. Returns what arrived meanwhile.
+        """Apply *command* for one period. Returns the readings that arrived.
 
         Raises `InputError` for a command that is none: of another number of winches, not finite, older than the last.
         Raises `StopIteration` when a replayed machine's log is over.

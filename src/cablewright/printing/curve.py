@@ -10,18 +10,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.progress import Progress, silent
+from cablewright.results import Figure, Pictured, Result
 
-__all__ = ["Curve", "Wanted", "draw", "draw_many", "ranked"]
+__all__ = ["Curve", "Curves", "RankedCurve", "Wanted", "curves", "draw"]
 
 Array = NDArray[np.float64]
 
+MOST_CURVES: Final = 1000
 _HARMONICS: Final = 6
 _AMPLITUDE: Final = 1.5  # rad, of the first; the others fall with the root of their number
 _MAX_TURNS: Final = 2
@@ -54,7 +56,7 @@ class Wanted:
         if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):
             raise InputError(f"least_radius = {self.min_radius:g} m: under half the area's shorter side is wanted")
         if not 0.0 <= self.min_angle < 0.5 * np.pi:
-            raise InputError(f"least_angle = {self.min_angle:g} rad: from 0 to a quarter turn is wanted")
+            raise InputError(f"min_angle = {self.min_angle:g} rad: from 0 to a quarter turn is wanted")
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,11 @@ class Curve:
         """(c, 4) where the curve meets itself: x, y (m), the angle between the branches (rad), and the share gone."""
         return _crossings(self.even(_PIECES)[::_COARSE])
 
+    @property
+    def least_angle(self) -> float | None:
+        """The least angle between the branches of a crossing, rad; None where there is none."""
+        return float(self.crossings[:, 2].min()) if len(self.crossings) else None
+
     def remoteness(self, area: tuple[float, float]) -> float:
         """How far places of *area* (sides, m) are from the curve on average, m: the less, the better it is covered."""
         sides = np.array(area)
@@ -127,19 +134,82 @@ def draw(wanted: Wanted, seed: int, number: int) -> Curve:
     )
 
 
-def draw_many(wanted: Wanted, seed: int, count: int, progress: Progress = silent) -> list[Curve]:
-    """Draw curves 0 to *count* - 1 of *seed*."""
-    curves = []
+@dataclass(frozen=True, eq=False, repr=False)
+class RankedCurve(Result):
+    """A curve that was drawn, its number, and how far places of the area are from it on average, m."""
+
+    FIGURES: ClassVar = (
+        Figure("number", "", "Of the curve: a job names it by this and the seed."),
+        Figure("length", "m", "Once round.", "curve.length"),
+        Figure("crossings", "1", "How often it crosses itself.", lambda one: len(one.curve.crossings)),
+        Figure("least_radius", "m", "The least radius of curvature.", "curve.min_radius"),
+        Figure("least_angle", "rad", "The least angle between the branches of a crossing.", "curve.least_angle"),
+        Figure("mean_distance", "m", "How far places of the area are from the curve on average."),
+    )
+    HEADLINES: ClassVar = ("number", "crossings", "least_radius", "mean_distance")
+
+    number: int
+    curve: Curve
+    mean_distance: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Curves(Pictured):
+    """Random closed curves, those first that cover the area best."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok.", lambda _: "ok"),
+        Figure("seed", "", "Same seed, same curves."),
+        Figure("curves", "", "The curves, the best cover of the area first.", "ranked"),
+    )
+    HEADLINES: ClassVar = ("seed",)
+
+    wanted: Wanted
+    seed: int
+    ranked: tuple[RankedCurve, ...]
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self.ranked)
+
+    def __getitem__(self, place: int) -> RankedCurve:
+        """The curve at *place*, counted from 0, the best cover."""
+        return self.ranked[place]
+
+
+def curves(
+    length: float = 28.0,
+    area: tuple[float, float] = (3.6, 8.0),
+    *,
+    count: int = 200,
+    seed: int = 0,
+    crossings: int = 2,
+    min_radius: float = 0.3,
+    progress: Progress = silent,
+) -> Curves:
+    """Random closed curves of *length* (m) within *area* (sides, m) for a print, the best cover of the area first.
+
+    *count* are drawn, from number 0 of *seed*; each crosses itself at least *crossings* times and bends no tighter than
+    *min_radius*, m. Raises `InputError` where no curve can be so, and where none is found among many.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> found = cw.curves(count=3, seed=2022)
+    >>> len(found), found[0].mean_distance <= found[1].mean_distance
+    (3, True)
+    """
+    if not 1 <= count <= MOST_CURVES:
+        raise InputError(f"count = {count}: from 1 to {MOST_CURVES} are allowed")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: 0 or more is wanted")
+    wanted = Wanted(length, area, crossings, min_radius)
+    found = []
     for number in range(count):
-        curves.append(draw(wanted, seed, number))
+        curve = draw(wanted, seed, number)
+        found.append(RankedCurve(number, curve, curve.remoteness(area)))
         progress("drawing curves", number + 1, count)
-    return curves
-
-
-def ranked(curves: list[Curve], area: tuple[float, float]) -> dict[int, float]:
-    """Numbers of *curves* and their `remoteness`, those first that cover *area* (sides, m) best."""
-    remoteness = {number: curve.remoteness(area) for number, curve in enumerate(curves)}
-    return dict(sorted(remoteness.items(), key=lambda each: each[1]))
+    return Curves(wanted, seed, tuple(sorted(found, key=lambda each: each.mean_distance)))
 
 
 def _shares(count: int) -> Array:

@@ -1,6 +1,6 @@
 """What a printer's controller remembers between lines of G-code, and what each word does to it.
 
-Choices where dialects differ:
+PrintOptions where dialects differ:
 
 * G90 and G91 rule E as well until the first M82 or M83, as RepRap firmwares do.
 * I and J are measured from the start of the arc; arcs lie in the XY plane, G18 and G19 are refused.

@@ -1,7 +1,7 @@
-"""A simulated machine driven along a path by a pilot who knows the truth, and what came of it.
+"""Drives a simulated machine along a path by its true state, and summarises the drive.
 
-The pilot stands in for control: it drives each winch by its true length, as no controller can. So a log is of a machine
-that does what it should, and how well that is found out is left to who reads the log.
+The pilot replaces the controller: it controls each winch by its true length, as no controller can. So the log shows a
+machine that moves as intended, for estimators to be tested on.
 """
 
 from __future__ import annotations
@@ -35,33 +35,33 @@ INSET: Final = 1.0
 """How far a random round keeps from the sides of the robot's frame, m."""
 
 _STEP: Final = 0.02  # m between places whose lengths are solved for
-_SMOOTH: Final = 0.3  # m along which a line is let slack
-_EVEN: Final = 0.15  # of the mean tension: lines nearer to each other than this share being the slackest
+_SMOOTHING: Final = 0.3  # m along which a line becomes slack
+_LEAD: Final = 0.15  # share of the mean tension by which one line's is smallest, for all of the slack
 
 
 @dataclass(frozen=True)
 class DriveSettings:
-    """How a pilot drives. All assumed; the paper only tells its speed."""
+    """Motion of a pilot. All assumed; the paper gives only its speed."""
 
     speed: float = 0.03
     """m/s along the path."""
     ramp: float = 2.0
     """s from rest to that speed."""
     slack: float = 0.03
-    """What the line with the least to do is let out by, m: as the paper's cables are slack one at a time."""
+    """Excess of the line with the smallest tension, m: as in the paper, one cable is slack at a time."""
     ease: float = 20.0
-    """s over which that begins, so that the start is calm."""
+    """s over which the slack begins, for a smooth start."""
     error: float = 2e-3
-    """Standard deviation of what each length is off what it should be, m ..."""
+    """Standard deviation of each length's error, m ..."""
     memory: float = 20.0
-    """... and how long that stays, s."""
+    """... and its correlation time, s."""
     gain: float = 2.0
-    """Share of a length's error that is driven out, 1/s."""
+    """Gain of the control of lengths, 1/s."""
     valve: float = 1.0
     """Opening of the powder's valve."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no drive."""
+        """Refuse numbers out of their ranges."""
         for name in ("speed", "ramp", "ease", "memory", "gain"):
             if not 0.0 < getattr(self, name) < 1e6:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
@@ -73,13 +73,13 @@ class DriveSettings:
 
 
 class Pilot:
-    """Drives the winches of one machine round after round, or holds it where it hangs."""
+    """Drives the winches of one machine along a closed path again and again, or holds it in place."""
 
     def __init__(self, machine: SimulatedMachine, path: Array | None, settings: DriveSettings, seed: int) -> None:
-        """Work out the lengths along *way* at the height where *machine* hangs; None: it stays.
+        """Solve the lengths along *path* at the present height of *machine*; None: hold it in place.
 
-        *way* (k, 2), m, world: places evenly along a closed path, the first again at the end. Raises `AnswerError`
-        where the drum cannot be held somewhere on it.
+        *path* (k, 2), m, world: evenly spaced points of a closed path, the first one repeated at the end. Raises
+        `AnswerError` where the drum cannot be held.
         """
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])
@@ -96,18 +96,18 @@ class Pilot:
         self._taut, self._slack = held.lengths, settings.slack * self._share(held.tensions)  # (k, m)
 
     def distance(self, now: float) -> float:
-        """How far along the path one should be at *now* (s), m."""
+        """Distance along the path at *now* (s), m."""
         settings = self.settings
         if now < settings.ramp:
             return settings.speed * now * now / (2.0 * settings.ramp)
         return settings.speed * (now - 0.5 * settings.ramp)
 
     def rounds(self, now: float) -> int:
-        """How many whole rounds one should have gone at *now* (s)."""
+        """Completed rounds at *now* (s)."""
         return int(self.distance(now) / self._length) if self._length else 0
 
     def command(self) -> Command:
-        """What to do in the next step."""
+        """Return the command for the next step."""
         now, period, truth, settings = self.machine.time, self.machine.period, self.machine.truth, self.settings
         here, there = self._wanted(now), self._wanted(now + period)
         keep = float(np.exp(-period / settings.memory))
@@ -127,13 +127,13 @@ class Pilot:
         return np.asarray(weights @ self._taut[both] + eased * (weights @ self._slack[both]))
 
     def _share(self, tensions: Array) -> Array:
-        """Which line is let slack where, (k, m) from 0 to 1: that with the least tension, where it has least by far."""
+        """Share of the slack (k, m), 0 to 1, of each line: 1 where its tension is by far the smallest."""
         order = np.sort(tensions, axis=1)
-        lead = np.clip((order[:, 1] - order[:, 0]) / (_EVEN * tensions.mean(axis=1)), 0.0, 1.0)
+        lead = np.clip((order[:, 1] - order[:, 0]) / (_LEAD * tensions.mean(axis=1)), 0.0, 1.0)
         share = np.where(tensions == order[:, :1], lead[:, None], 0.0)
         if not self._length:
             return share
-        width = max(1, round(_SMOOTH / _STEP))
+        width = max(1, round(_SMOOTHING / _STEP))
         kernel = np.ones(width) / width
         round_twice = np.concatenate([share[-width - 1 : -1], share, share[1 : width + 1]])
         smooth = [np.convolve(column, kernel, mode="same")[width:-width] for column in round_twice.T]
@@ -142,26 +142,26 @@ class Pilot:
 
 @dataclass
 class Drive:
-    """What came of a drive; grows with `add`."""
+    """Summary of a drive; `add` adds a step."""
 
     lines: tuple[str, ...]
     steps: int = 0
     duration: float = 0.0
     """s on the machine's clock."""
     distance: float = 0.0
-    """m that B went, between steps."""
+    """m, path of B."""
     elapsed: float = 0.0
-    """s that it took."""
+    """s of computing time."""
     slack_steps: Array = field(default_factory=lambda: np.zeros(0))
     """Steps in which each line's excess was over `SLACK`, (m,)."""
     max_tension: float = 0.0
-    """N at a sheave."""
+    """N, largest at a sheave."""
     refills: int = 0
-    """How often the drum was filled up."""
+    """Number of refills of the drum."""
     max_tilt: float = 0.0
-    """rad of the drum's axis from the vertical."""
+    """rad, largest angle of the drum's axis from the vertical."""
     yaw: tuple[float, float] = (0.0, 0.0)
-    """rad: the least and the most."""
+    """rad, smallest and largest."""
     powder: float = 0.0
     """kg left."""
     readings: Counter[str] = field(default_factory=Counter)
@@ -175,7 +175,7 @@ class Drive:
         return self.slack_steps / max(self.steps, 1)
 
     def add(self, frame: SensorFrame, truth: Truth, before: Truth) -> None:
-        """Count one step in."""
+        """Add one step."""
         if not self.steps:
             self.slack_steps = np.zeros(len(self.lines))
             self.yaw = (float(truth.rotation[2]),) * 2
@@ -224,9 +224,9 @@ def drive(
     log: LogWriter | None = None,
     progress: Progress | None = None,
 ) -> Drive:
-    """Drive *machine* for *duration* (s) along *way*, or hold it, and write each step to *log*.
+    """Drive *machine* for *duration* (s) along *path*, or hold it, and write each step to *log*.
 
-    After each round an attendant fills the drum up to what it began with.
+    After each round the drum is refilled to its initial level.
 
     Raises `InputError` for a duration of no step, `AnswerError` where the path cannot be held.
     """

@@ -1,4 +1,4 @@
-"""What an estimator is told of a machine: its description and its sensors' data sheets, never how it was built."""
+"""Settings of the estimators, from a machine's description and data sheets, never from the machine as built."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from cablewright.signals import Estimate, SensorFrame
 
 __all__ = ["OBSERVERS", "Observer", "filter_settings", "observer_settings", "surveyed_walls", "with_drum_mass"]
 
-_MIN_WALL: Final = 3.0  # m: a shorter face is a window or a corner
-_SAME: Final = 1e-6  # m, by which two faces may be off one line
-_RADII: Final = (0.8, 1.5)  # of the bare drum's radius: what a wound one may have
-_WIDE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
+_MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
+_TOLERANCE: Final = 1e-6  # m, of faces on one line
+_RADIUS_BOUNDS: Final = (0.8, 1.5)  # times the bare drum's radius
+_FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
 
 
@@ -39,8 +39,8 @@ def observer_settings(
 ) -> ObserverSettings:
     """Return settings for the machine that *robot* and *settings* describe.
 
-    *lasers*: an operator's at the start. Tolerances, biases and faults are not looked at. Raises `InputError` for a
-    machine without what the estimation needs: a horizontal lidar, walls, line angles; and for a *laser* to no wall.
+    *lasers*: an operator's distances at the start. Tolerances, biases and faults are not used. Raises `InputError` for
+    a machine without what the estimation needs (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
     """
     model = Model(with_drum_mass(robot, settings))
     walls = surveyed_walls(settings.room)
@@ -62,42 +62,42 @@ def observer_settings(
         slackness=SlacknessSettings(
             model, settings.line_angles.from_platform, timeout=max(0.5, 2.5 / settings.line_angles.rate)
         ),
-        radius=RadiusSettings(radii, _RADII[0] * min(radii), _RADII[1] * max(radii)),
+        radius=RadiusSettings(radii, _RADIUS_BOUNDS[0] * min(radii), _RADIUS_BOUNDS[1] * max(radii)),
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         height=None
         if vertical is None
-        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, floor_cone=_WIDE),
+        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, floor_cone=_FLOOR_CONE),
         tilt=TiltSettings(robot.scene.gravity),
         max_drum_speed=winch.max_speed,
         valve_depth=settings.drum.valve,
         lasers=tuple(lasers),
-        timeouts=_quiet(settings),
+        timeouts=_timeouts(settings),
     )
 
 
 def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Sequence[Laser] = ()) -> FilterSettings:
-    """Return what the filter is told, from the same sources as `observer_settings`; raises what that raises."""
+    """Return the filter's settings, from the same sources as `observer_settings`; raises the same errors."""
     chain = observer_settings(robot, settings, lasers)
     winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
-    walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # of what forgets in some turns
-    known: dict[str, float] = {"radius_noise": walk} if walk > 0.0 else {}
+    walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # per root radian
+    sigmas: dict[str, float] = {"radius_noise": walk} if walk > 0.0 else {}
     if inertial is not None:
-        known |= {
+        sigmas |= {
             "gyro_bias_sigma": max(inertial.rate_bias, 1e-5),
             "gyro_noise": max(inertial.rate_deviation, 1e-5) / math.sqrt(inertial.rate),
             "accelerometer_bias_sigma": max(inertial.acceleration_bias / robot.scene.gravity, 1e-5),
         }
     if vertical is not None:
-        known["height_bias_sigma"] = max(vertical.bias, 1e-4)
+        sigmas["height_bias_sigma"] = max(vertical.bias, 1e-4)
     if settings.distance is not None:
-        known["distance_sigma"] = max(settings.distance.deviation, 1e-4)
-    return FilterSettings(chain, **known)
+        sigmas["distance_sigma"] = max(settings.distance.deviation, 1e-4)
+    return FilterSettings(chain, **sigmas)
 
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """How an estimator is told of a machine, begun and given frames: ``step(settings, state, frame)``."""
+    """Functions of one estimator: `settings` from the machine, `start` a state, and `step` with a frame."""
 
     settings: Callable[[Robot, machine.MachineSettings, Sequence[Laser]], Any]
     start: Callable[[Any], Any]
@@ -108,19 +108,19 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
     "paper": Observer(observer_settings, observer.start, observer.step),
     "filter": Observer(filter_settings, error_state.start, error_state.step),
 })  # fmt: skip
-"""By name: the chain of Merlet and Papegay 2023, and the filter that fuses all of it."""
+"""By name: the chain of Merlet and Papegay 2023, and the Kalman filter of all sensors."""
 
 
 def with_drum_mass(robot: Robot, settings: machine.MachineSettings) -> Robot:
-    """Return *robot* with the drum as heavy as it is at the beginning: it was weighed when it was filled."""
+    """Return *robot* with the initial mass of the drum and its powder, which is known: it was weighed."""
     mass = settings.drum.empty_mass + settings.drum.powder
     return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
 
 
 def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
-    """Return the walls that a survey has: faces on one line are one wall, named by what is before their comma.
+    """Return the walls of a survey: faces on one line are one wall, named by the text before their comma.
 
-    Windows and corners, faces of under 3 m together, are left out. Raises `InputError` where no wall remains.
+    Walls of under 3 m in all (windows, corners) are omitted. Raises `InputError` if no wall remains.
     """
     if not room.walls:
         raise InputError("room.walls: none, and the estimation needs walls")
@@ -135,7 +135,7 @@ def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
         if distance < nx * middle[0] + ny * middle[1]:
             nx, ny, distance = -nx, -ny, -distance
         for i, (wall, before) in enumerate(found):
-            same = math.dist(wall.normal, (nx, ny)) < _SAME and abs(wall.distance - distance) < _SAME
+            same = math.dist(wall.normal, (nx, ny)) < _TOLERANCE and abs(wall.distance - distance) < _TOLERANCE
             if same:
                 found[i] = wall, before + length
                 break
@@ -146,15 +146,15 @@ def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
 
 
 def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel:
-    """A horizontal lidar by its data sheet; it sees the walls that it is not masked towards while the drum is unturned.
+    """Return the model of a horizontal lidar; it sees the walls outside its masks at a yaw of 0.
 
     Raises `InputError` for one that is not level.
     """
     (ax, ay, az), (bx, by, bz) = lidar.axes
-    if abs(az) > _SAME or abs(bz) > _SAME or ax * by - ay * bx < 0.0:
+    if abs(az) > _TOLERANCE or abs(bz) > _TOLERANCE or ax * by - ay * bx < 0.0:
         raise InputError(f"lidars.{name}.axes: a level plane, x to y counter-clockwise from above, is wanted")
     yaw = math.atan2(ay, ax)
-    sees = tuple(wall.name for wall in room.walls if not _masked(lidar, wall.azimuth - yaw))
+    visible = tuple(wall.name for wall in room.walls if not _masked(lidar, wall.azimuth - yaw))
     return LidarModel(
         name,
         lidar.place,
@@ -164,7 +164,7 @@ def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel
         max(lidar.deviation, 1e-4),
         bias_sigma=lidar.bias,
         masks=lidar.masks,
-        visible_walls=sees,
+        visible_walls=visible,
     )
 
 
@@ -172,9 +172,9 @@ def _masked(lidar: machine.LidarSettings, bearing: float) -> bool:
     return any((bearing - begin) % math.tau <= (end - begin) for begin, end in lidar.masks)
 
 
-def _quiet(settings: machine.MachineSettings) -> dict[str, float]:
-    """After how long without a reading a source is quiet, s."""
-    quiet: dict[str, float] = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
+def _timeouts(settings: machine.MachineSettings) -> dict[str, float]:
+    """Time without a reading, s, by source, after which it is a fault."""
+    timeouts: dict[str, float] = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
     rates = {
         "inertial": settings.inertial,
         "line_angles": settings.line_angles,
@@ -182,5 +182,5 @@ def _quiet(settings: machine.MachineSettings) -> dict[str, float]:
         "encoders": settings.encoders,
         "climate": settings.climate_sensor,
     }
-    quiet |= {name: max(0.5, 2.5 / unit.rate) for name, unit in rates.items() if unit is not None}
-    return quiet
+    timeouts |= {name: max(0.5, 2.5 / unit.rate) for name, unit in rates.items() if unit is not None}
+    return timeouts

@@ -1,4 +1,4 @@
-"""Estimators by name, all alike to who asks them: told a frame, they say what they believe."""
+"""Estimators by name, with one interface: a frame in, an estimate out."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ __all__ = ["ESTIMATORS", "Estimator", "estimator"]
 Array = NDArray[np.float64]
 
 ESTIMATORS: Final = (*OBSERVERS, "encoders")
-"""All that a print may be told by."""
+"""Names of the estimators of a print."""
 
 
 class Estimator(Protocol):
-    """What finds out a machine's state."""
+    """Estimates a machine's state."""
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """Take one frame. Raises nothing for what it holds."""
+        """Return the estimate after one frame. Raises nothing for what it holds."""
 
     @property
     def tensions(self) -> Array | None:
-        """Tensions at the sheaves (m,), N, that the lengths believed in would give; None before anything is known."""
+        """Tensions at the sheaves (m,), N, by the estimated lengths; None while these are unknown."""
 
 
 def estimator(
@@ -52,9 +52,9 @@ def estimator(
 ) -> Estimator:
     """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
 
-    *place* (3,), m: where the platform hangs, which only ``encoders`` has to be told. *radii* (m,), m: of the winch
-    drums, as an earlier estimator of this machine found them, 0 where not. Raises `UnknownName`, and `InputError` for a
-    machine without the sensors that it needs.
+    *place* (3,), m: the platform's position, which only ``encoders`` uses. *radii* (m,), m: of the winch drums, by an
+    earlier estimator of this machine; 0: unknown. Raises `UnknownName`, and `InputError` for a machine without the
+    sensors that it needs.
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
@@ -67,7 +67,7 @@ def estimator(
 
 
 def reckoning_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
-    """What is known of a machine's winches by description."""
+    """Return the settings of dead reckoning from a machine's description."""
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)
     model = Model(with_drum_mass(robot, settings))
@@ -75,19 +75,19 @@ def reckoning_settings(robot: Robot, settings: MachineSettings) -> ReckoningSett
 
 
 class _ChainEstimator:
-    """The chain, which follows an equilibrium itself."""
+    """The paper's chain, which follows an equilibrium itself."""
 
     def __init__(
         self, name: str, robot: Robot, settings: MachineSettings, lasers: Sequence[Laser], radii: Array | None
     ) -> None:
-        self._one = OBSERVERS[name]
-        told = self._one.settings(robot, settings, lasers)
+        self._observer = OBSERVERS[name]
+        own = self._observer.settings(robot, settings, lasers)
         if radii is not None and (radii > 0.0).all():
-            told = _with_radii(told, radii)
-        self._settings, self._state = told, self._one.start(told)
+            own = _with_radii(own, radii)
+        self._settings, self._state = own, self._observer.start(own)
 
     def step(self, frame: SensorFrame) -> Estimate:
-        return self._one.step(self._settings, self._state, frame)
+        return self._observer.step(self._settings, self._state, frame)
 
     @property
     def tensions(self) -> Array | None:
@@ -95,7 +95,7 @@ class _ChainEstimator:
 
 
 class _FilterEstimator(_ChainEstimator):
-    """The filter: what its lengths would give is followed apart from where it sees the platform."""
+    """The Kalman filter; the equilibrium of its lengths is followed besides, for the tensions."""
 
     _tracker: Tracker | None = None
 
@@ -106,7 +106,7 @@ class _FilterEstimator(_ChainEstimator):
         elif self._tracker is None:
             try:
                 self._tracker = Tracker(self._settings.chain.model, estimate.lengths, TrackerSettings(certify=False))
-            except AnswerError:  # they give nothing, so no tensions either
+            except AnswerError:  # no equilibrium, so no tensions
                 self._tracker = None
         elif self._tracker.step(estimate.lengths) is not Status.OK:
             self._tracker = None
@@ -117,15 +117,17 @@ class _FilterEstimator(_ChainEstimator):
         return _tensions(self._tracker)
 
 
-def _with_radii(told: Any, radii: Array) -> Any:
-    """The settings of an observer, or of the filter over it, that begins with *radii* (m,), m."""
-    if isinstance(told, FilterSettings):
-        return replace(told, chain=_with_radii(told.chain, radii))
-    inside = np.clip(radii, told.radius.min_radius, told.radius.max_radius)
-    return replace(told, radius=replace(told.radius, nominal=tuple(inside.tolist())))
+def _with_radii(settings: Any, radii: Array) -> Any:
+    """Return the *settings* of the chain, or of the filter, with *radii* (m,), m, to start from."""
+    if isinstance(settings, FilterSettings):
+        return replace(settings, chain=_with_radii(settings.chain, radii))
+    inside = np.clip(radii, settings.radius.min_radius, settings.radius.max_radius)
+    return replace(settings, radius=replace(settings.radius, nominal=tuple(inside.tolist())))
 
 
 class _EncoderEstimator:
+    """Dead reckoning by the encoders."""
+
     def __init__(self, settings: ReckoningSettings, place: Array) -> None:
         self._settings, self._state = settings, dead_reckoning.start(settings, place)
 

@@ -1,4 +1,4 @@
-"""What went wrong along a log: the faults that estimates name, each once."""
+"""Counts the faults that the estimates along a log report."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from cablewright.signals import Fault
 __all__ = ["FaultCount", "count_faults"]
 
 FaultCount = dict[tuple[str, str], tuple[float, float, int]]
-"""By source and sentence: since and until when, s, and in how many steps."""
+"""By source and sentence: start and end, s, and number of steps."""
 
 _MAX_FAULTS: Final = 1000
 
 
 def count_faults(counted: FaultCount, faults: Iterable[Fault], now: float) -> None:
-    """Add the *faults* of the step at *now*, s; of a log with very many kinds the last ones are left out."""
+    """Add the *faults* of the step at *now*, s; only the first 1000 kinds are counted."""
     for fault in faults:
         key = fault.source, fault.sentence
         if key in counted:

@@ -1,4 +1,4 @@
-"""Estimation run again on a machine's log, beside the truth where the log has it."""
+"""Runs an estimator on a machine's log and compares it with the truth where the log has it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
-from cablewright.estimation.slackness import Taut
 from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.progress import Progress
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
+from cablewright.solvers.taut import Taut
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
 
@@ -28,13 +28,13 @@ __all__ = ["CHI2_95", "SLACK", "ErrorStatistics", "Replay", "bound", "replay", "
 Array = NDArray[np.float64]
 
 CHI2_95: Final = 7.8147
-"""Squared size of an error in space, in standard deviations, under which 95 of 100 are."""
+"""95 % quantile of the chi-square distribution with 3 degrees of freedom."""
 
 SLACK: Final = 5e-3
-"""True excess from which a slack line has to be named, m."""
+"""True excess from which a slack line has to be identified, m."""
 
-_STILL: Final = 3e-3  # m in the last second: what moves less is static ...
-_WHILE: Final = 0.75  # s that have to be known of that second
+_MAX_REST_MOTION: Final = 3e-3  # m in the last second, for a step to count as static ...
+_MIN_HISTORY: Final = 0.75  # s of that second that have to be known
 _TURNS: Final = 3  # of each horizontal lidar, before errors count
 _TRACE: Final = 0.1  # s between points of a picture
 _MAX_TRACE: Final = 100_000
@@ -42,7 +42,7 @@ _MAX_TRACE: Final = 100_000
 
 @dataclass(frozen=True)
 class ErrorStatistics:
-    """Of some errors: how many, and their root mean square, middle, 95 and 99 in a hundred, and most."""
+    """Count, root mean square, median, 95 % and 99 % quantiles and largest size of some errors."""
 
     count: int
     rms: float
@@ -53,7 +53,7 @@ class ErrorStatistics:
 
 
 def spread(values: Array) -> ErrorStatistics:
-    """Return the spread of the sizes of *values* (k,); NaN of none."""
+    """Return the statistics of the sizes of *values* (k,); NaN for none."""
     size = np.abs(values[np.isfinite(values)])
     if not len(size):
         return ErrorStatistics(0, *(math.nan,) * 5)
@@ -62,9 +62,9 @@ def spread(values: Array) -> ErrorStatistics:
 
 
 def bound(covariance: Array) -> float:
-    """Distance, m, that 95 of 100 errors with that *covariance* (3, 3), m^2, stay under; by two moments of its square.
+    """95 % quantile, m, of the size of an error with that *covariance* (3, 3), m^2.
 
-    As the square's law is near a chi-square of as many numbers as count (Satterthwaite), by Wilson and Hilferty.
+    By two moments of its square, as a chi-square distribution (Satterthwaite; Wilson and Hilferty).
     """
     trace, square = float(np.trace(covariance)), float(np.sum(covariance * covariance))
     if not square > 0.0:
@@ -81,7 +81,7 @@ _COLUMNS: Final = (
 
 @dataclass(eq=False)
 class Replay:
-    """What came of a replay. Errors are estimated less true, of steps that count; see `column`."""
+    """Result of a replay. Errors are estimated less true, of counted steps; see `column`."""
 
     head: LogHead
     estimator: str
@@ -89,45 +89,45 @@ class Replay:
     duration: float = 0.0
     """s on the machine's clock."""
     notes: tuple[str, ...] = ()
-    """What is wrong with the file."""
+    """Faults of the file."""
     faults: FaultCount = field(default_factory=dict)
-    """By source and sentence: since when, until when (s), in how many steps."""
+    """By source and sentence: start and end (s), number of steps."""
     valid: int = 0
-    """Steps whose estimate is not a guess."""
+    """Number of steps with a valid estimate."""
     begin: float = math.nan
-    """s, from when on errors count: each horizontal lidar has turned three times."""
+    """s, from which errors are counted: each horizontal lidar has turned three times."""
     slack_steps: Array = field(default_factory=lambda: np.zeros(0))
-    """Valid steps in which each line was said to be slack, (m,)."""
+    """Number of valid steps in which each line was estimated to be slack, (m,)."""
     step_times: array[float] = field(default_factory=lambda: array("d"))
-    """s of processor time that each step took: what else the machine does meanwhile does not count."""
+    """s of processor time of each step."""
     trace: list[tuple[float, ...]] = field(default_factory=list)
     """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position and its `bound`, then gamma taut and measured
     by line."""
     errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
-    """By column, steps that count: see `column`."""
+    """By column, of counted steps: see `column`."""
     radii: list[array[float]] = field(default_factory=list)
-    """By line: relative errors of the winch drums' radii, steps that count."""
+    """By line: relative errors of the winch drums' radii, of counted steps."""
 
     def column(self, name: str) -> Array:
         """Return a column of the errors (k,): m and rad; ``moving``, ``named`` and ``clean`` are 0 or 1.
 
-        ``true_excess``: of the loosest line, ``excess_error`` the estimate's of it. ``named``: each line with an excess
-        over `SLACK` is called slack; ``clean``: no line is that has none. ``nees``: the position's squared error by its
-        covariance; NaN without one.
+        ``true_excess``: of the slackest line, ``excess_error``: of its estimate. ``named``: each line with an excess
+        over `SLACK` is estimated to be slack; ``clean``: no taut line is. ``nees``: the position's normalised
+        estimation error squared; NaN without a covariance.
         """
         return np.array(self.errors[name])
 
     @property
     def radius_errors(self) -> Array:
-        """Relative errors of the radii (k, m), steps that count."""
+        """Relative errors of the radii (k, m), of counted steps."""
         return np.array(self.radii).reshape(len(self.radii), -1).T
 
     def counted(self, *, moving: bool) -> NDArray[np.bool_]:
-        """Return which steps count as moving, or as static, (k,)."""
+        """Return which counted steps are moving, or static, (k,)."""
         return np.asarray((self.column("moving") > 0.5) == moving)
 
     def position(self, *, moving: bool) -> Array:
-        """Return sizes of the position's errors in space, (k,) m, of steps that move or stand."""
+        """Return sizes of the position's errors in space, (k,) m, of moving or static steps."""
         columns = [self.column(name)[self.counted(moving=moving)] for name in ("x", "y", "z")]
         return np.asarray(np.sqrt(sum(c**2 for c in columns)))
 
@@ -137,7 +137,7 @@ class Replay:
         return np.asarray(np.hypot(*columns))
 
     def slack_identified(self) -> tuple[int, float]:
-        """Return in how many steps a line is slack by over `SLACK`, and in which share the slack are named rightly."""
+        """Return the number of steps with a line slack by over `SLACK`, and the share with exactly these identified."""
         due = self.column("true_excess") > SLACK
         right = due & (self.column("named") > 0.5) & (self.column("clean") > 0.5)
         count = int(np.count_nonzero(due))
@@ -148,9 +148,9 @@ class Replay:
 
         NaN for an estimator without a covariance.
         """
-        told = self.column("nees")
-        told = told[np.isfinite(told)]
-        return (float(np.mean(told <= CHI2_95)), float(told.mean())) if len(told) else (math.nan, math.nan)
+        nees = self.column("nees")
+        nees = nees[np.isfinite(nees)]
+        return (float(np.mean(nees <= CHI2_95)), float(nees.mean())) if len(nees) else (math.nan, math.nan)
 
 
 def replay(
@@ -170,19 +170,19 @@ def replay(
         one = OBSERVERS[estimator]
         settings = one.settings(log.head.robot, log.head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in log.head.settings.lidars)
-        state, judge = one.start(settings), _ErrorCollector(Replay(log.head, estimator), turning)
+        state, collector = one.start(settings), _ErrorCollector(Replay(log.head, estimator), turning)
         for entry in log.entries():
             begin = time.thread_time()
             estimate = one.step(settings, state, entry.frame)
-            judge.add(entry, estimate, state.taut, time.thread_time() - begin)
-            if progress is not None and judge.found.steps % 500 == 0:
+            collector.add(entry, estimate, state.taut, time.thread_time() - begin)
+            if progress is not None and collector.found.steps % 500 == 0:
                 progress("replaying (bytes)", log.position, log.size)
-        judge.found.notes = tuple(log.notes)
-    return judge.found
+        collector.found.notes = tuple(log.notes)
+    return collector.found
 
 
 class _ErrorCollector:
-    """Compares estimates with the truth, step by step."""
+    """Collects the errors of estimates, step by step."""
 
     def __init__(self, found: Replay, lidars: tuple[str, ...]) -> None:
         """Fill *found*."""
@@ -191,12 +191,12 @@ class _ErrorCollector:
         found.slack_steps = np.zeros(m)
         found.radii = [array("d") for _ in range(m)]
         self._turns = dict.fromkeys(lidars, 0)
-        self._way: deque[tuple[float, Array]] = deque()
+        self._recent: deque[tuple[float, Array]] = deque()
         self._angles = np.full(m, np.nan)
         self._traced = -math.inf
 
     def add(self, entry: Entry, estimate: Estimate, taut: Taut | None, seconds: float) -> None:
-        """Count one step in."""
+        """Add one step."""
         found, now = self.found, entry.frame.time
         found.steps += 1
         found.duration = now
@@ -206,9 +206,9 @@ class _ErrorCollector:
             assert isinstance(scan, Scan)
             if scan.source in self._turns:
                 self._turns[scan.source] += 1
-        for told in entry.frame.of(LineAngles):
-            assert isinstance(told, LineAngles)
-            self._angles = told.angles
+        for reading in entry.frame.of(LineAngles):
+            assert isinstance(reading, LineAngles)
+            self._angles = reading.angles
         if not estimate.valid:
             return
         found.valid += 1
@@ -220,21 +220,21 @@ class _ErrorCollector:
             self._compare(now, estimate, entry.truth)
         if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MAX_TRACE:
             self._traced = now
-            self._draw(now, estimate, entry.truth, taut)
+            self._add_trace(now, estimate, entry.truth, taut)
 
     def _compare(self, now: float, estimate: Estimate, truth: Truth) -> None:
-        self._way.append((now, truth.position))
-        while now - self._way[0][0] > 1.0 + 1e-9:
-            self._way.popleft()
+        self._recent.append((now, truth.position))
+        while now - self._recent[0][0] > 1.0 + 1e-9:
+            self._recent.popleft()
         off = estimate.position - truth.position
-        told = estimate.covariance
-        nees = math.nan if told is None else float(off @ np.linalg.solve(told[:3, :3], off))
+        covariance = estimate.covariance
+        nees = math.nan if covariance is None else float(off @ np.linalg.solve(covariance[:3, :3], off))
         line = int(np.argmax(truth.excess))
         slack, excess = estimate.slack, truth.excess
         row = (
             now, *off.tolist(), math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
-            _lean(estimate.rotation) - _lean(truth.rotation),
-            float(not self._stands(now, truth)),
+            _tilt_of(estimate.rotation) - _tilt_of(truth.rotation),
+            float(not self._is_static(now, truth)),
             float(estimate.excess[line] - excess[line]), float(excess[line]),
             float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()), nees,
         )  # fmt: skip
@@ -243,23 +243,22 @@ class _ErrorCollector:
         for column, value in zip(self.found.radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
             column.append(value)
 
-    def _stands(self, now: float, truth: Truth) -> bool:
-        """Whether the drum has hardly moved for a second."""
-        since, place = self._way[0]
-        return now - since > _WHILE and float(np.sqrt(((truth.position - place) ** 2).sum())) <= _STILL
+    def _is_static(self, now: float, truth: Truth) -> bool:
+        """Whether the drum has hardly moved in the last second."""
+        since, place = self._recent[0]
+        return now - since > _MIN_HISTORY and float(np.sqrt(((truth.position - place) ** 2).sum())) <= _MAX_REST_MOTION
 
-    def _draw(self, now: float, estimate: Estimate, truth: Truth | None, taut: Taut | None) -> None:
-        nothing = (math.nan,) * 3
-        true = nothing
+    def _add_trace(self, now: float, estimate: Estimate, truth: Truth | None, taut: Taut | None) -> None:
+        true = (math.nan,) * 3
         if truth is not None:
             away = float(np.sqrt(((estimate.position - truth.position) ** 2).sum()))
-            true = float(truth.rotation[2]), _lean(truth.rotation), away
+            true = float(truth.rotation[2]), _tilt_of(truth.rotation), away
         within = math.nan if estimate.covariance is None else bound(estimate.covariance[:3, :3])
         angles = np.full(len(self._angles), np.nan) if taut is None else taut.angles
-        row = (now, estimate.yaw, _lean(estimate.rotation), *true, within, *angles.tolist(), *self._angles.tolist())
+        row = (now, estimate.yaw, _tilt_of(estimate.rotation), *true, within, *angles.tolist(), *self._angles.tolist())
         self.found.trace.append(row)
 
 
-def _lean(rotation: Array) -> float:
-    """Angle between the drum's axis and the vertical, rad, where it is leaned by little."""
+def _tilt_of(rotation: Array) -> float:
+    """Angle between the drum's axis and the vertical, rad, for small tilts."""
     return float(np.hypot(rotation[0], rotation[1]))

@@ -1,4 +1,4 @@
-"""Numbers that come by the million, in portions: their exact moments, and some of them to draw."""
+"""Statistics of millions of numbers that arrive in portions: exact moments, histograms, and thinned rows to plot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_ROWS: Final = 20_000
 
 @dataclass(frozen=True)
 class Summary:
-    """Of some numbers: how many, their mean, their variance about it, the least and the most; NaN of none."""
+    """Count, mean, variance, minimum and maximum of some numbers; NaN for none."""
 
     count: int
     mean: float
@@ -33,21 +33,21 @@ class Summary:
 
     @property
     def size(self) -> float:
-        """The largest in size."""
+        """Largest absolute value."""
         return max(abs(self.min), abs(self.max))
 
 
 class Moments:
-    """Exact moments of w columns of numbers, NaN left out, portion by portion (Chan, Golub, LeVeque 1979)."""
+    """Exact moments of w columns of numbers without NaN, portion by portion (Chan, Golub, LeVeque 1979)."""
 
     def __init__(self, width: int = 1) -> None:
-        """Begin with none."""
+        """Start with no numbers."""
         self.count = np.zeros(width, dtype=np.int64)
         self._mean, self._squares = np.zeros(width), np.zeros(width)
         self._min, self._max = np.full(width, np.inf), np.full(width, -np.inf)
 
     def add(self, values: Array) -> None:
-        """Count in *values*, (k,) of one column or (k, w)."""
+        """Add *values*, (k,) of one column or (k, w)."""
         if not len(values):
             return
         rows = values.reshape(len(values), -1)
@@ -55,53 +55,53 @@ class Moments:
         count = known.sum(axis=0)
         if not count.any():
             return
-        some = np.maximum(count, 1)
-        mean = np.where(known, rows, 0.0).sum(axis=0) / some
+        divisor = np.maximum(count, 1)
+        mean = np.where(known, rows, 0.0).sum(axis=0) / divisor
         squares = (np.where(known, rows - mean, 0.0) ** 2).sum(axis=0)
-        whole = np.maximum(self.count + count, 1)
-        away = np.where(count > 0, mean - self._mean, 0.0)
-        self._mean += away * count / whole
-        self._squares += squares + away**2 * self.count * count / whole
+        total = np.maximum(self.count + count, 1)
+        shift = np.where(count > 0, mean - self._mean, 0.0)
+        self._mean += shift * count / total
+        self._squares += squares + shift**2 * self.count * count / total
         self.count += count
         self._min = np.minimum(self._min, np.where(known, rows, np.inf).min(axis=0))
         self._max = np.maximum(self._max, np.where(known, rows, -np.inf).max(axis=0))
 
     @property
     def mean(self) -> Array:
-        """(w,); NaN of none."""
+        """(w,); NaN for none."""
         return np.where(self.count > 0, self._mean, np.nan)
 
     @property
     def variance(self) -> Array:
-        """(w,) mean square of the distance from the mean; NaN of none."""
+        """(w,) population variance; NaN for none."""
         return np.where(self.count > 0, self._squares / np.maximum(self.count, 1), np.nan)
 
     @property
     def max(self) -> Array:
-        """(w,); NaN of none."""
+        """(w,); NaN for none."""
         return np.where(self.count > 0, self._max, np.nan)
 
     @property
     def min(self) -> Array:
-        """(w,); NaN of none."""
+        """(w,); NaN for none."""
         return np.where(self.count > 0, self._min, np.nan)
 
     def summary(self, column: int = 0) -> Summary:
-        """All of one column."""
+        """Return the summary of one column."""
         columns = (self.mean, self.variance, self.min, self.max)
         return Summary(int(self.count[column]), *(float(each[column]) for each in columns))
 
 
 class Histogram:
-    """How many numbers fall between even edges; those beyond count at the ends."""
+    """Counts between evenly spaced edges; numbers beyond count at the ends."""
 
     def __init__(self, low: float, high: float, bins: int) -> None:
-        """Begin with none."""
+        """Start with no numbers."""
         self.edges = np.linspace(low, high, bins + 1)
         self.counts = np.zeros(bins, dtype=np.int64)
 
     def add(self, values: Array) -> None:
-        """Count in *values* (k,)."""
+        """Add *values* (k,)."""
         known = values[np.isfinite(values)]
         share = (known - self.edges[0]) / (self.edges[-1] - self.edges[0])
         bins = len(self.counts)
@@ -110,16 +110,16 @@ class Histogram:
 
 
 class ThinnedRows:
-    """Every so manyth of rows of numbers, so that there are never more than some; the first always is."""
+    """Every n-th row of numbers, with n growing so that there are never more than *capacity* rows."""
 
     def __init__(self, width: int, capacity: int = MAX_ROWS) -> None:
-        """Keep at most *most* rows of *width* numbers."""
+        """Keep at most *capacity* rows of *width* numbers."""
         self.every = 1
         self._kept = np.empty((capacity, width))
         self._count = self._seen = 0
 
     def add(self, rows: Array) -> None:
-        """Take *rows* (k, width), which follow on those before."""
+        """Add *rows* (k, width), which follow the earlier ones."""
         while True:
             first = -self._seen % self.every
             picked = rows[first :: self.every]
@@ -138,5 +138,5 @@ class ThinnedRows:
 
     @property
     def rows(self) -> Array:
-        """(k, width) what is kept, in order."""
+        """Kept rows (k, width), in order."""
         return self._kept[: self._count]

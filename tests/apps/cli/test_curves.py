@@ -35,9 +35,9 @@ def test_the_table_names_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--count", "0"], "--count = 0"),
+        (["--count", "0"], "count = 0"),
         (["--area", "3"], "--area = '3'"),
-        (["--seed", "-1"], "--seed = -1"),
+        (["--seed", "-1"], "seed = -1"),
         (["--length", "-3"], "length = -3"),
         (["--least-radius", "5"], "least_radius = 5"),
         (["--plot", "sheet.pdf"], "--plot"),

@@ -10,7 +10,7 @@ import pytest
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.studies.prints.plan import Choices, twin_of
+from cablewright.studies.prints.plan import PrintOptions, twin_of
 from cablewright.studies.prints.run import run_print
 from printed import RING
 
@@ -101,7 +101,7 @@ def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:
 
 
 def test_a_print_begun_from_python_goes_on_too(job, tmp_path) -> None:
-    twin = twin_of(load("merlet2023"), load_job(job), None, Choices(plant="quasi-static"))
+    twin = twin_of(load("merlet2023"), load_job(job), None, PrintOptions(plant="quasi-static"))
     assert run_print(twin, tmp_path / "run", {}, {}).finished
     again = run_print(twin, tmp_path / "run", {}, {}, resume=True)
     assert again.finished

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.control.guide import course_of
+from cablewright.control.guide import TimedPath
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.signals import Scan
@@ -52,7 +52,7 @@ def killed(job: Path, out: Path, after: float, *options: str) -> None:
 
 def laid(out: Path, job: Path) -> np.ndarray:
     """Stretches of path (k, 2), m, along which the valve was open, in the order of time, by the true place."""
-    track = course_of(load_job(job)).track
+    track = TimedPath.of(load_job(job)).track
     stretches, before = [], None
     with read_log(out) as log:
         for entry in log.entries(without={Scan}):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from numpy import float64
     from numpy.typing import NDArray
 
-    from cablewright.calibration.observability import Direction
     from cablewright.calibration.plan import CalibrationPlan
-    from cablewright.calibration.solve import Calibration
+    from cablewright.calibration.result import Calibration
     from cablewright.calibration.unknowns import Unknown
     from cablewright.robot import Robot
 
@@ -55,20 +54,13 @@ def calibrate(
     as_json: AsJson = False,
 ) -> int:
     """Calibrate a robot from length changes at poses: exit points, home lengths, sigmas, and what stays open."""
-    from cablewright.calibration.data import read_measured
     from cablewright.calibration.solve import calibrate as solve
     from cablewright.robot import load
 
-    if not 0.0 <= rough <= 100.0:
-        raise InputError(f"--rough = {rough:g}: from 0 to 100 m is wanted")
-    if seed < 0:
-        raise InputError(f"--seed = {seed}: must not be negative")
-    machine = load(robot)
-    measured = read_measured(data, machine)
-    asked = _plan(plan, data, datum)
+    machine, asked = load(robot), _plan(plan, data, datum)
     with progress() as show:
-        found = solve(machine, measured, asked, seed=seed, rough=rough, cable=cable, progress=show)
-    good = found.status == "ok"
+        found = solve(machine, data, asked, seed=seed, rough=rough, cable=cable, progress=show)
+    good = found.ok
     page = report or (out.with_suffix(".html") if out is not None and good else None)
     text = _updated(robot, found.robot) if out is not None and good else None
     if page is not None:
@@ -80,10 +72,10 @@ def calibrate(
     for note in found.notes:
         tell(f"note: {note}")
     if as_json:
-        print_json(summary(found) | {"out": written, "report": None if page is None else str(page)})
-    elif found.status == "ok":
+        print_json(found.to_dict() | {"out": written, "report": None if page is None else str(page)})
+    elif good:
         _print(found, written, page)
-    if found.status != "ok":
+    if not good:
         raise AnswerError(f"not calibrated: {found.reason}")
     return 0
 
@@ -116,30 +108,27 @@ def simulate_calibration(
     """Make data for calibrate: ROBOT is taken as true; x,y,z are guesses to start from, not data."""
     import json
 
-    from cablewright.calibration.data import MAX_POSES, write_measured
-    from cablewright.calibration.simulation import Beside, simulate
+    from cablewright.calibration.data import write_measured
+    from cablewright.calibration.simulation import SensorNoise
+    from cablewright.calibration.simulation import simulate_calibration as simulate
     from cablewright.robot import load
 
-    if not 1 <= poses <= MAX_POSES:
-        raise InputError(f"--poses = {poses}: from 1 to {MAX_POSES} are wanted")
-    if seed < 0:
-        raise InputError(f"--seed = {seed}: must not be negative")
     machine = load(robot)
-    beside = Beside(tension_noise, swivel_noise, tilt_noise, pose_noise)
-    made = simulate(machine, poses, noise, seed, guess=guess, cable=cable, beside=beside)
+    sensors = SensorNoise(tension_noise, swivel_noise, tilt_noise, pose_noise)
+    made = simulate(machine, poses, noise, seed=seed, guess=guess, cable=cable, sensors=sensors)
     lines = "" if cable == "rigid" else f", {cable} lines"
     made_up = f"made up: {poses} poses of {machine.name}{lines}, encoder noise {noise:g} m, seed {seed}"
     comments = (
         f"{made_up}; the first pose is home",
         f"x,y,z are guesses within {guess:g} m of the poses, not data" if pose_noise is None else "poses are measured",
-        *(f"{what} noise {value:g}, SI" for what, value in vars(beside).items() if value is not None),
+        *(f"{what} noise {value:g}, SI" for what, value in vars(sensors).items() if value is not None),
     )
     write_whole(out, write_measured(made.measured, machine, comments).encode())
     if truth is not None:
         told = {"schema": 1, "poses": made.poses.tolist(), "home_lengths": made.home_lengths.tolist()}
         write_whole(truth, (json.dumps(told) + "\n").encode())
     if as_json:
-        print_json({"status": "ok", "poses": poses, "noise": noise, "seed": seed, "out": str(out)})
+        print_json(made.to_dict() | {"out": str(out)})
     else:
         typer.echo(f"{poses} poses of {machine.name}, noise {noise * 1e3:g} mm, written to {out}")
     return 0
@@ -160,10 +149,6 @@ def _plan(file: Path | None, data: Path, datum: str | None) -> CalibrationPlan:
     if asked.datum and set(asked.datum) != set(parts):
         raise InputError(f"--datum = {datum!r}: {file} has datum = {list(asked.datum)}; give one of them")
     return asked.model_copy(update={"datum": parts})
-
-
-def _directions(weakest: Sequence[Direction]) -> list[dict[str, Any]]:
-    return [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in weakest]
 
 
 def _print_values(unknowns: Sequence[Unknown], values: Array, sigmas: Array) -> None:
@@ -191,54 +176,6 @@ def _write_report(found: Calibration, page: Path, data: Path) -> None:
     from cablewright.apps.report.calibration import calibration_page
 
     write_whole(page, calibration_page(found, data.name).encode())
-
-
-def summary(found: Calibration) -> dict[str, Any]:
-    """What --json prints."""
-    names = [each.label for each in found.unknowns]
-    places = found.problem.measured.places
-    return {
-        "status": found.status,
-        "reason": found.reason or None,
-        "cable": found.problem.cable,
-        "rms": found.rms,
-        "iterations": found.iterations,
-        "poses": found.problem.poses,
-        "unknowns": found.alone.total,
-        "rank": found.alone.rank,
-        "gauge": found.gauge,
-        "datum": found.problem.plan.datum or ("inner",),
-        "weakest": _directions(found.weakest),
-        "encoder_sigma": found.encoder_sigma,
-        "sigma": dict(zip(names, found.sigma.tolist(), strict=True)),
-        "values": dict(zip(names, found.values.tolist(), strict=True)),
-        "covariance": found.covariance,
-        "rejected": [
-            {
-                "pose": each.pose + 1,
-                "row": places[each.pose] if len(places) else None,
-                "line": each.line,
-                "sensor": each.sensor,
-                "size": each.size,
-                "unit": each.unit,
-            }
-            for each in found.rejected
-        ],
-        "suggestions": [
-            {
-                "measurement": each.words,
-                "sigma_before": each.before,
-                "sigma_after": each.after,
-                "open_before": each.open_before,
-                "open_after": each.open_after,
-            }
-            for each in found.suggestions
-        ],
-        "pose": found.poses,
-        "starts": found.fit.starts,
-        "notes": found.notes,
-        "robot": found.robot.model_dump(mode="json"),
-    }
 
 
 def _print(found: Calibration, written: str | None, page: Path | None) -> None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, check_plot
-from cablewright.apps.cli.output import numbers, print_json, progress, write_picture
+from cablewright.apps.cli.output import numbers, print_json, progress
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.printing.curve import Curve
+    from cablewright.printing.curve import Curves
 
 __all__ = ["curves"]
 
-_MAX_COUNT = 1000
 _SHOWN = 20
 
 
@@ -30,49 +29,29 @@ def curves(
     as_json: AsJson = False,
 ) -> int:
     """Random closed curves for a print, the best cover of the area first; --plot draws all to choose from."""
-    from cablewright.printing.curve import Wanted, draw_many, ranked
+    from cablewright.printing.curve import curves as draw
 
     check_plot(plot)
     sides = numbers(area, "--area") or []
     if len(sides) != 2:
         raise InputError(f"--area = {area!r}: two numbers are wanted, X,Y in m")
-    if not 1 <= count <= _MAX_COUNT:
-        raise InputError(f"--count = {count}: from 1 to {_MAX_COUNT} are allowed")
-    if seed < 0:
-        raise InputError(f"--seed = {seed}: 0 or more is wanted")
-    wanted = Wanted(length, (sides[0], sides[1]), crossings, min_radius)
+    side = sides[0], sides[1]
     with progress() as show:
-        found = draw_many(wanted, seed, count, show)
-    order = ranked(found, wanted.area)
+        found = draw(length, side, count=count, seed=seed, crossings=crossings, min_radius=min_radius, progress=show)
     if plot is not None:
-        from cablewright.apps.pictures.curves import curves_picture
-
-        write_picture(plot, curves_picture, [(number, found[number]) for number in order], wanted)
-    rows = [_row(number, found[number], distance) for number, distance in order.items()]
+        found.plot(plot)
     if as_json:
-        print_json({"status": "ok", "seed": seed, "curves": rows, "plot": None if plot is None else str(plot)})
+        print_json(found.to_dict() | {"plot": None if plot is None else str(plot)})
     else:
-        _print(rows, seed)
+        _print(found)
     return 0
 
 
-def _row(number: int, curve: Curve, distance: float) -> dict[str, Any]:
-    return {
-        "number": number,
-        "length": curve.length,
-        "crossings": len(curve.crossings),
-        "least_radius": curve.min_radius,
-        "least_angle": float(curve.crossings[:, 2].min()) if len(curve.crossings) else None,
-        "mean_distance": distance,
-    }
-
-
-def _print(rows: list[dict[str, Any]], seed: int) -> None:
+def _print(found: Curves) -> None:
     typer.echo("number  crossings  least radius m  places of the area are off it by m")
-    for row in rows[:_SHOWN]:
-        typer.echo(
-            f"{row['number']:6d}  {row['crossings']:9d}  {row['least_radius']:14.3f}  {row['mean_distance']:34.3f}"
-        )
-    if len(rows) > _SHOWN:
-        typer.echo(f"and {len(rows) - _SHOWN} more: --plot draws all, --json lists all")
-    typer.echo(f"a job names one by its number, with seed = {seed}")
+    for one in found.ranked[:_SHOWN]:
+        curve = one.curve
+        typer.echo(f"{one.number:6d}  {len(curve.crossings):9d}  {curve.min_radius:14.3f}  {one.mean_distance:34.3f}")
+    if len(found) > _SHOWN:
+        typer.echo(f"and {len(found) - _SHOWN} more: --plot draws all, --json lists all")
+    typer.echo(f"a job names one by its number, with seed = {found.seed}")

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, check_plot
-from cablewright.apps.cli.output import numbers, print_json, tell, write_picture
+from cablewright.apps.cli.output import numbers, print_json, tell
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.calibration.tensile.modulus import TensileResult, TensileTest
+    from cablewright.calibration.tensile.result import TensileResult
     from cablewright.robot import Cable
     from cablewright.units import Dimension
 
@@ -44,18 +44,16 @@ def modulus(
     as_json: AsJson = False,
 ) -> int:
     """Young's modulus of a cable from a tensile test, how far it varies, and its hysteresis."""
-    from cablewright.calibration.tensile.modulus import read_test, young_modulus
+    from cablewright.calibration.tensile.modulus import modulus as judged
 
     check_plot(plot)
     length = _length(initial_length)
     cable = _specimen(section, diameter, breaking_load, robot, line)
-    low, high = _band(band)
-    recording = read_test(test)
-    found = young_modulus(recording, initial_length=length, **cable._asdict(), low=low, high=high)
+    found = judged(test, initial_length=length, **cable._asdict(), band=_band(band))
     if plot is not None:
-        _draw(recording, found, plot)
+        found.plot(plot)
     if as_json:
-        _print_json(found, plot)
+        print_json(found.to_dict() | {"plot": None if plot is None else str(plot)})
     else:
         _print(found, plot)
     for note in found.notes:
@@ -142,39 +140,6 @@ def _band(text: str) -> tuple[float, float]:
     if len(values) != 2 or not 0 < values[0] < values[1] <= 1:
         raise InputError(f"--band = {text!r}: two shares of the breaking load are wanted, 0 < LOW < HIGH <= 1")
     return values[0], values[1]
-
-
-def _draw(test: TensileTest, found: TensileResult, file: Path) -> None:
-    from cablewright.apps.pictures.tensile import tensile_picture
-
-    write_picture(file, tensile_picture, test, found)
-
-
-def _print_json(found: TensileResult, plot: Path | None) -> None:
-    print_json(
-        {
-            "modulus": found.modulus,
-            "axial_stiffness": found.axial_stiffness,
-            "modulus_range": found.modulus_range,
-            "branch_factors": found.branch_factors,
-            "tangent_factors": found.tangent_factors,
-            "loading": found.loading,
-            "unloading": found.unloading,
-            "cycles": found.cycles,
-            "partial": found.partial,
-            "hysteresis": found.hysteresis,
-            "permanent_set": found.permanent_set,
-            "r_squared": found.r_squared,
-            "initial_length": found.initial_length,
-            "length": found.length,
-            "stretch": found.stretch,
-            "section": found.section,
-            "breaking_load": found.breaking_load,
-            "band": found.band,
-            "notes": found.notes,
-            "plot": None if plot is None else str(plot),
-        }
-    )
 
 
 def _print(found: TensileResult, plot: Path | None) -> None:

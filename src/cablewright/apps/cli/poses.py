@@ -9,13 +9,9 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, RobotName
 from cablewright.apps.cli.output import limits, print_json
-from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 
 __all__ = ["poses"]
-
-MAX_CANDIDATES = 20_000
-MAX_POSES = 500
 
 
 def poses(
@@ -36,50 +32,26 @@ def poses(
 ) -> int:
     """Poses that tell most of what a calibration looks for, within tension limits, in an order that moves little."""
     from cablewright.calibration.data import write_measured
-    from cablewright.calibration.plan import load_plan
-    from cablewright.calibration.poses import choose
+    from cablewright.calibration.poses import calibration_poses
     from cablewright.calibration.problem import Measured
     from cablewright.robot import load
 
-    for option, value, limit in (("--count", count, MAX_POSES), ("--candidates", candidates, MAX_CANDIDATES)):
-        if not 1 <= value <= limit:
-            raise InputError(f"{option} = {value}: from 1 to {limit} are wanted")
-    if seed < 0:
-        raise InputError(f"--seed = {seed}: must not be negative")
-    if not 0.0 < sigma < 1.0:
-        raise InputError(f"--sigma = {sigma:g}: over 0 and under 1 m is wanted")
-    machine, within = load(robot), limits(tension_limits)
-    if within is not None:
-        machine = machine.limited(within)
-    found = choose(
+    machine = load(robot)
+    found = calibration_poses(
         machine,
         count,
         criterion=criterion,
         candidates=candidates,
         sigma=sigma,
-        plan=None if plan is None else load_plan(plan),
+        plan=plan,
+        tension_limits=limits(tension_limits),
         seed=seed,
     )
     if out is not None:
         comments = (f"poses to measure of {machine.name}, {criterion}; lengths are those of the file, home first",)
         write_whole(out, write_measured(Measured(found.counted, found.poses), machine, comments).encode())
-    told = {
-        "status": "ok",
-        "robot": machine.name,
-        "criterion": criterion,
-        "count": count,
-        "sigma_rms": found.sigma_rms,
-        "sigma_worst": found.sigma_worst,
-        "random_sigma_rms": found.random_rms,
-        "random_sigma_worst": found.random_worst,
-        "travel": found.travel,
-        "travel_unordered": found.travel_unordered,
-        "poses": found.poses,
-        "counted": found.counted,
-        "out": None if out is None else str(out),
-    }
     if as_json:
-        print_json(told)
+        print_json(found.to_dict() | {"out": None if out is None else str(out)})
         return 0
     typer.echo(f"{count} poses of {candidates} candidates, {criterion}, encoders {sigma * 1e3:g} mm")
     typer.echo(f"sigma of exit points   rms {found.sigma_rms * 1e3:.3g} mm, worst {found.sigma_worst * 1e3:.3g} mm")

@@ -11,9 +11,7 @@ from cablewright.apps.cli.options import AsJson, RobotName
 from cablewright.apps.cli.output import print_json, progress, tell
 
 if TYPE_CHECKING:
-    from cablewright.progress import Progress
-    from cablewright.studies.prints.plan import MachineTwin
-    from cablewright.studies.prints.run import PrintRun
+    pass
 
 __all__ = ["print_job"]
 
@@ -45,61 +43,34 @@ def print_job(
     as_json: AsJson = False,
 ) -> int:
     """Print a job closed-loop on a simulated machine; the run folder gets its log, its figures and a report."""
-    from cablewright.errors import UnknownName
-    from cablewright.machine.simulated.simulated_machine import PLANTS
+    from cablewright.apps.report import print as report
     from cablewright.printing.job import load_job
     from cablewright.robot import load
-    from cablewright.studies import store
-    from cablewright.studies.prints.plan import HEIGHTS, Choices, twin_of
-    from cablewright.studies.prints.run import run_print
+    from cablewright.studies.prints.plan import PrintOptions
+    from cablewright.studies.prints.print_job import print_job as run_job
+    from cablewright.studies.store import folder_name
 
-    for name, value, known in (("plant", plant, PLANTS), ("height", height or "job", HEIGHTS)):
-        if value not in known:
-            raise UnknownName(name, value, known)
-    described, wanted = load(robot), load_job(job)
-    choices = Choices(estimator, control, height, layers, plant, period, seed, intrusions)  # type: ignore[arg-type]
-    twin = twin_of(described, wanted, machine, choices)
-    folder = out or Path("runs") / store.folder_name("print", described.name, job.stem)
-    inputs = {"robot": store.robot_hash(robot)} | store.job_hashes(job, wanted)
-    options = _options(choices) | {"machine": twin.settings.model_dump(mode="json")}
+    options = PrintOptions(estimator, control, height, layers, plant, period, seed, intrusions)  # type: ignore[arg-type]
+    name = load_job(job).name
+    folder = out or Path("runs") / folder_name("print", load(robot).name, job.stem)
     try:
         with progress() as show:
-            run = run_print(twin, folder, inputs, options, resume=resume, real_time=real_time, progress=show)
+            found = run_job(
+                robot, job, folder, machine=machine, options=options, resume=resume, real_time=real_time, progress=show
+            )
             show("writing report", 0, 1)
-            values = _finished(twin, run, wanted.name, show)
+            found = found.with_report(report.write(found.record, folder, name, found.step_times))
     except KeyboardInterrupt:
         tell(f"cablewright: stands where it was; go on with --out {folder} --resume and the same options")
         raise
+    values = found.to_dict()
     if as_json:
         print_json(values)
     else:
         _print(values)
-    if not run.finished:
-        tell(f"cablewright: {values['status']}: {run.reason}")
-    return 0 if run.finished else 1
-
-
-def _options(choices: Any) -> dict[str, Any]:
-    """What was chosen, as the manifest has it."""
-    import dataclasses
-
-    return {key: value for key, value in dataclasses.asdict(choices).items() if key != "lasers"}
-
-
-def _finished(twin: MachineTwin, run: PrintRun, name: str, show: Progress) -> dict[str, Any]:
-    """Make and write all that is known of the print; return what is told of it."""
-    import numpy as np
-
-    from cablewright.apps.report import print as report
-    from cablewright.studies.prints.finish import finish, write_metrics
-
-    track, ground = twin.path.track, run.machine.rig.ground.field
-    found, log = finish(run.folder, track, twin.path.print_speed, ground, show)
-    page = report.write(found, run.folder, name, np.array(run.timing.wall))
-    status = "finished" if run.finished else run.state.value
-    more: dict[str, object] = {"status": status, "reason": run.reason, "log": str(log), "report": str(page)}
-    told = write_metrics(run.folder, found, run.timing, more)
-    return {"robot": twin.robot.name, "machine": twin.settings.name, "estimator": twin.estimator} | told
+    if not found.finished:
+        tell(f"cablewright: {found.status}: {found.run.reason}")
+    return 0 if found.finished else 1
 
 
 def _print(values: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, check_plot
-from cablewright.apps.cli.output import print_json, tell, write_picture
+from cablewright.apps.cli.output import print_json, tell
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 
@@ -38,25 +38,21 @@ def survey(
     as_json: AsJson = False,
 ) -> int:
     """Exits, sheave axes and walls from markers, in a frame along the west wall, each with its sigma."""
-    from cablewright.calibration.survey.survey import load_plan, read_shots
     from cablewright.calibration.survey.survey import survey as evaluate
 
     check_plot(plot)
     if out is not None and robot is None:
         raise InputError(f"--out = {str(out)!r}: there is no --robot whose exits it could have")
     own = None if robot is None else _described(robot)
-    shots = read_shots(file)
-    lines = None if own is None else [line.name for line in own[0].lines]
-    found = evaluate(shots, None if plan is None else load_plan(plan), lines)
+    found = evaluate(file, plan, robot=None if own is None else own[0])
     notes = list(found.notes)
     if out is not None and own is not None:
         notes += _write(own, found, out)
     if plot is not None:
-        from cablewright.apps.pictures.survey import survey_picture
-
-        write_picture(plot, survey_picture, found)
+        found.plot(plot)
     if as_json:
-        print_json(_values(found, notes, out, plot))
+        written = {"robot": None if out is None else str(out), "plot": None if plot is None else str(plot)}
+        print_json(found.to_dict() | {"notes": notes} | written)
     else:
         _print(found, out, plot)
     for note in notes:
@@ -80,75 +76,6 @@ def _write(own: tuple[Robot, str], found: Survey, out: Path) -> tuple[str, ...]:
     robot, notes = surveyed(own[0], found)
     write_whole(out, update(own[1], robot).encode())
     return notes
-
-
-def _values(found: Survey, notes: list[str], out: Path | None, plot: Path | None) -> dict[str, Any]:
-    """What the JSON has."""
-    frame = found.frame
-    return {
-        "exits": {
-            one.line: {
-                "exit_point": one.exit_point,
-                "winch_exit": one.winch_exit,
-                "dead_length": one.dead_length,
-            }
-            for one in found.exits
-        },
-        "axes": [
-            {
-                "line": one.line,
-                "kind": one.kind,
-                "point": one.point,
-                "direction": one.direction,
-                "radius": one.radius,
-                "arc": one.arc,
-            }
-            for one in found.axes
-        ],
-        "walls": {
-            one.name: {
-                "normal": one.normal,
-                "distance": one.distance,
-                "lean": one.lean,
-                "rms": one.rms,
-                "points": one.points,
-            }
-            for one in found.walls
-        },
-        "residuals": [
-            {
-                "point": row.point,
-                "feature": row.feature,
-                "residual": row.residual,
-                "sigma": row.sigma,
-                "repeat": row.repeat,
-                "shots": row.shots,
-                "suspect": row.suspect,
-            }
-            for row in found.residuals
-        ],
-        "rms": found.rms,
-        "unit_weight": found.unit_weight,
-        "frame": {
-            "along": frame.along,
-            "origin": frame.origin,
-            "zero_height": frame.floor,
-            "rotation": frame.rotation,
-            "offset": frame.offset.value,
-        },
-        "sigma": {
-            "exits": {one.line: {"exit_point": one.exit_sigma, "winch_exit": one.winch_sigma} for one in found.exits},
-            "axes": [{"line": one.line, "point": one.sigma, "radius": one.radius_sigma} for one in found.axes],
-            "walls": {
-                one.name: {"angle": one.angle_sigma, "distance": one.distance_sigma, "lean": one.lean_sigma}
-                for one in found.walls
-            },
-        },
-        "covariance": found.covariance,
-        "notes": notes,
-        "robot": None if out is None else str(out),
-        "plot": None if plot is None else str(plot),
-    }
 
 
 _ZERO = {"floor": "the floor", "height": "the floor, by the instrument's height", "instrument": "the instrument's zero"}

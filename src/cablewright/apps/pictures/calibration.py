@@ -11,7 +11,7 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
 from cablewright.apps import style
-from cablewright.calibration.solve import Calibration
+from cablewright.calibration.result import Calibration
 
 __all__ = ["correlation_picture", "exits_picture", "residuals_picture"]
 

@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.printing.curve import Curve, Wanted
+from cablewright.printing.curve import Curves
 
 __all__ = ["curves_picture"]
 
@@ -19,8 +19,9 @@ _GAP = 0.12  # between two, of the area's shorter side
 _TITLE = 0.19  # inches, for a curve's number
 
 
-def curves_picture(curves: list[tuple[int, Curve]], wanted: Wanted) -> Figure:
-    """Draw numbered *curves* row by row, each in its area, m, all at one scale."""
+def curves_picture(found: Curves) -> Figure:
+    """Draw numbered curves row by row, each in its area, m, all at one scale."""
+    curves, wanted = found.ranked, found.wanted
     x, y = wanted.area
     gap = _GAP * min(x, y)
     columns = min(len(curves), max(4, round(_WIDE * math.sqrt(y / x))))
@@ -31,12 +32,12 @@ def curves_picture(curves: list[tuple[int, Curve]], wanted: Wanted) -> Figure:
     axes = drawn.add_subplot()
     axes.set_title(f"{len(curves)} closed curves of {wanted.length:g} m in {x:g} x {y:g} m, the best cover first")
     lines, frames = [], []
-    for place, (number, curve) in enumerate(curves):
+    for place, one in enumerate(curves):
         row, column = divmod(place, columns)
         centre = pitch * [column, -row]
-        lines.append(curve.even(400) + centre)
+        lines.append(one.curve.even(400) + centre)
         frames.append(centre + 0.5 * np.array([[-x, -y], [x, -y], [x, y], [-x, y], [-x, -y]]))
-        axes.text(centre[0], centre[1] + 0.5 * y, str(number), ha="center", va="bottom", fontsize=7.5)
+        axes.text(centre[0], centre[1] + 0.5 * y, str(one.number), ha="center", va="bottom", fontsize=7.5)
     axes.add_collection(LineCollection(frames, colors=style.GREY, linewidths=0.5))
     axes.add_collection(LineCollection(lines, colors=style.BLUE, linewidths=1.0))
     ends = 0.5 * pitch

@@ -15,6 +15,8 @@ from cablewright.results import Pictured
 __all__ = ["PICTURES", "draw"]
 
 PICTURES: Final = {
+    "Calibration": ("calibration", "residuals_picture"),
+    "Curves": ("curves", "curves_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "Modes": ("modes", "modes_picture"),
@@ -23,6 +25,9 @@ PICTURES: Final = {
     "Retraction": ("retraction", "retraction_picture"),
     "Trade": ("trade", "trade_picture"),
     "Workspace": ("volume", "volume_picture"),
+    "Survey": ("survey", "survey_picture"),
+    "TensileResult": ("tensile", "tensile_picture"),
+    "Walls": ("walls", "walls_picture"),
 }
 """The module of `apps.pictures` and the function in it that draw a result, by the name of its class."""
 

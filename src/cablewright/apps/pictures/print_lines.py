@@ -24,7 +24,7 @@ _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, 
 
 def angles_picture(found: PrintRecord) -> Figure | None:
     """Measured angle and the taut line's, of the most and the least loaded line: Fig. 7 of Merlet and Papegay 2023."""
-    taut, measured = found.drawn["taut"], found.rows["measured"]
+    taut, measured = found.plotted["taut"], found.rows["measured"]
     if not (np.isfinite(taut).any() and np.isfinite(measured).any()):
         return None
     shares = np.array([line.taut for line in found.lines])
@@ -69,7 +69,7 @@ def _reach(values: Array) -> tuple[float, float]:
 def tensions_picture(found: PrintRecord) -> Figure | None:
     """Tension of each line in the last layer: true, and as the lines that are taut must bear the drum."""
     rows = _last_layer(found)
-    true, believed = found.rows["tensions"][rows], found.drawn["believed"][rows]
+    true, believed = found.rows["tensions"][rows], found.plotted["estimated_tensions"][rows]
     if not (np.isfinite(true).any() or np.isfinite(believed).any()):
         return None
     count = min(found.rows.m, _MAX_LINES)

@@ -10,21 +10,23 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from cablewright.apps import style
-from cablewright.calibration.tensile.modulus import PAPER_SPREAD, TensileResult, TensileTest
+from cablewright.calibration.tensile.modulus import PAPER_SPREAD
+from cablewright.calibration.tensile.recording import TensileTest
+from cablewright.calibration.tensile.result import TensileResult
 
 __all__ = ["tensile_picture"]
 
 _MAX_POINTS: Final = 20_000  # of a curve: more cannot be told apart in the picture
 
 
-def tensile_picture(test: TensileTest, result: TensileResult) -> Figure:
+def tensile_picture(result: TensileResult) -> Figure:
     """Draw the test and what was found. Call within `style.drawing`."""
     drawn = style.figure(9.0, 4.4)
     curves, slopes = drawn.subplots(1, 2, sharey=True, width_ratios=(1.25, 1))
     low, high = (load / 1e3 for load in result.loads)
     for axes in (curves, slopes):
         axes.axhspan(low, high, color=style.GREY, alpha=0.13, linewidth=0)
-    _draw_curves(curves, test, result)
+    _draw_curves(curves, result.test, result)
     _draw_slopes(slopes, result)
     name = f"band, {100 * result.band[0]:g} to {100 * result.band[1]:g} % of the breaking load"
     curves.fill_between([], [], color=style.GREY, alpha=0.13, linewidth=0, label=name)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.estimation.lidar.scan import Points
-from cablewright.estimation.lidar.wall_lines import WallLine
+from cablewright.studies.walls import Walls
 
 __all__ = ["walls_picture"]
 
@@ -19,8 +17,9 @@ _LABEL_AT: Final = (0.5, 0.3, 0.6, 0.4, 0.7)  # along the wall: a window's numbe
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED)
 
 
-def walls_picture(points: Points, lines: Sequence[WallLine]) -> Figure:
+def walls_picture(found: Walls) -> Figure:
     """Draw a scan and its walls, numbered as the table has them. Call within `style.drawing`."""
+    points, lines = found.points, found.lines
     drawn = style.figure(7.4, 6.4)
     axes = drawn.subplots()
     shown = points.xy[:: 1 + len(points) // _MAX_POINTS]

@@ -9,7 +9,7 @@ from cablewright.apps.pictures.calibration import correlation_picture, exits_pic
 from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.report.quantities import count, quantity
-from cablewright.calibration.solve import Calibration
+from cablewright.calibration.result import Calibration
 
 __all__ = ["calibration_page"]
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.survey.frame import SurveyFrame
+from cablewright.results import Figure, Pictured
 
 __all__ = ["Axis", "Exit", "MarkerResidual", "Survey", "SurveyedWall"]
 
@@ -82,9 +83,67 @@ class MarkerResidual:
         return self.residual > _SUSPECT * self.sigma > 0
 
 
-@dataclass(frozen=True, eq=False)
-class Survey:
+def _exits(found: Survey) -> dict[str, dict[str, Any]]:
+    return {one.line: _taken(one, "exit_point", "winch_exit", "dead_length") for one in found.exits}
+
+
+def _sigmas(found: Survey) -> dict[str, Any]:
+    return {
+        "exits": {one.line: {"exit_point": one.exit_sigma, "winch_exit": one.winch_sigma} for one in found.exits},
+        "axes": [{"line": one.line, "point": one.sigma, "radius": one.radius_sigma} for one in found.axes],
+        "walls": {
+            one.name: {"angle": one.angle_sigma, "distance": one.distance_sigma, "lean": one.lean_sigma}
+            for one in found.walls
+        },
+    }
+
+
+def _frame(found: Survey) -> dict[str, Any]:
+    frame = found.frame
+    return _taken(frame, "along", "origin", "rotation") | {"zero_height": frame.floor, "offset": frame.offset.value}
+
+
+def _taken(value: object, *names: str) -> dict[str, Any]:
+    return {name: getattr(value, name) for name in names}
+
+
+_AXIS: Final = ("line", "kind", "point", "direction", "radius", "arc")
+_WALL: Final = ("normal", "distance", "lean", "rms", "points")
+_MARKER: Final = ("point", "feature", "residual", "sigma", "repeat", "shots", "suspect")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Survey(Pictured):
     """What a survey found, in the frame of the answer."""
+
+    FIGURES: ClassVar = (
+        Figure("exits", "m", "Exit point, winch exit and dead length of each line.", _exits),
+        Figure(
+            "axes",
+            "m, rad",
+            "Axes of the sheaves and of their swivels.",
+            lambda found: [_taken(one, *_AXIS) for one in found.axes],
+        ),
+        Figure(
+            "walls",
+            "m, rad",
+            "Walls, floor and ceiling: normal . p = distance.",
+            lambda found: {one.name: _taken(one, *_WALL) for one in found.walls},
+        ),
+        Figure(
+            "residuals",
+            "m",
+            "How far each marker is from what was fitted.",
+            lambda found: [_taken(row, *_MARKER) for row in found.residuals],
+        ),
+        Figure("rms", "m", "Of all residuals that are checked, root mean square."),
+        Figure("unit_weight", "1", "Residuals over their sigmas: about 1 where the instrument is as good as stated."),
+        Figure("frame", "", "Where the answer's frame is.", _frame),
+        Figure("sigma", "m, rad", "Standard deviations of exits, axes and walls.", _sigmas),
+        Figure("covariance", "m^2", "Of the coordinates of all exits: exit point, then winch exit."),
+        Figure("notes", "", "What a careful person would ask."),
+    )
+    HEADLINES: ClassVar = ("rms", "unit_weight")
 
     exits: tuple[Exit, ...]
     axes: tuple[Axis, ...]

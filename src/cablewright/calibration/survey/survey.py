@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -20,8 +21,10 @@ from cablewright.calibration.survey.result import Axis, Exit, MarkerResidual, Su
 from cablewright.calibration.survey.shape_fits import Linear, ShapeFit
 from cablewright.calibration.survey.shots import Shots, read_shots
 from cablewright.errors import InputError, UnknownName
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
 
-__all__ = ["load_plan", "read_shots", "survey"]
+__all__ = ["survey"]
 
 Array = NDArray[np.float64]
 
@@ -33,12 +36,29 @@ _FLAT: Final = 1e-3  # how much flatter than long a set of marks on a circle may
 _MIN_LEVEL: Final = 0.01  # m: two markers nearer than this in plan give no direction
 
 
-def survey(shots: Shots, plan: SurveyPlan | None = None, lines: Sequence[str] | None = None) -> Survey:
-    """Find exits, axes and walls. ``lines``: the names of the robot's lines, None: called by their numbers.
+def survey(
+    shots: str | Path | Shots, plan: str | Path | SurveyPlan | None = None, *, robot: Robot | Model | None = None
+) -> Survey:
+    """Exits, sheave axes and walls from a total station's *shots* at markers, or the file that has them.
 
-    Raises `InputError` for too few markers, markers nearly in one place or on one line, contradictory names.
+    *plan*: markers, instrument and frame where they differ from what is usual, or the TOML that says so. *robot*: whose
+    lines the markers' numbers count; without it lines are called by their numbers.
+
+    Raises `InputError` for too few markers, markers nearly in one place or on one line, contradictory names. Source:
+    Merlet, Papegay 2023, II.B.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> places = {"WEST1": (0, 0, 1), "WEST2": (0, 4, 1), "NORTH1": (1, 5, 1), "NORTH2": (3, 5, 1)}
+    >>> shots = [cw.Shot(name, row, place) for row, (name, place) in enumerate(places.items())]
+    >>> [(wall.name, round(wall.distance, 6)) for wall in cw.survey(cw.Shots(tuple(shots), (), "by hand")).walls]
+    [('west', 0.0), ('north', 5.0)]
     """
-    plan = SurveyPlan() if plan is None else plan
+    shots = shots if isinstance(shots, Shots) else read_shots(shots)
+    if not isinstance(plan, SurveyPlan):
+        plan = SurveyPlan() if plan is None else load_plan(plan)
+    lines = None if robot is None else [line.name for line in Model.of(robot).robot.lines]
     return _Work(shots, plan, lines).done()
 
 

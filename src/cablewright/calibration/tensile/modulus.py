@@ -5,19 +5,19 @@ Nominal is the secant modulus of Paty et al. 2021, section 2.2.3, Eq. 22.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.calibration.tensile.recording import MIN_POINTS, TensileTest, read_test
+from cablewright.calibration.tensile.result import Branch, TensileResult
 from cablewright.errors import InputError
 
-__all__ = ["PAPER_SPREAD", "Branch", "TensileResult", "TensileTest", "read_test", "young_modulus"]
+__all__ = ["PAPER_SPREAD", "modulus"]
 
 Array = NDArray[np.float64]
 
@@ -40,110 +40,38 @@ _SENSIBLE: Final = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Branch:
-    """One loading or unloading across the whole band, in the order of rising force; read-only arrays."""
-
-    rising: bool  # whether it is a loading
-    place: str  # where it is in the test: ``lines 7 to 120``
-    force: Array  # (k,) N, the samples within the band
-    elongation: Array  # (k,) m
-    ends: tuple[float, float]  # m, elongation at the band's lower and upper load
-    modulus: float  # Pa, secant over the band
-    tangents: Array  # (w,) Pa, least-squares slopes over a fifth of the stretch each
-    tangent_forces: Array  # (w,) N, mean force of each
-
-    @property
-    def word(self) -> str:
-        """``loading`` or ``unloading``."""
-        return "loading" if self.rising else "unloading"
-
-
-@dataclass(frozen=True, eq=False)
-class TensileResult:
-    """What a tensile test says of a cable: `young_modulus` makes it."""
-
-    modulus: float  # Pa, nominal: secant of the last full loading
-    length: float  # m, of the cable at the band's lower load, on the nominal branch: l_init of Eq. 22
-    stretch: float  # m, over the band, on the nominal branch: delta l of Eq. 22
-    r_squared: float  # of the secant line, over the nominal branch's forces
-    branches: tuple[Branch, ...]  # those that span the band, in the order of time
-    hysteresis: tuple[float, ...]  # of each full cycle: loop over what loading took in, within the band
-    permanent_set: tuple[float, ...]  # m, from each full loading to the next, at the band's lower load
-    partial: int  # branches that do not span the band
-    notes: tuple[str, ...]  # sentences for whoever uses the numbers
-    initial_length: float  # m
-    section: float  # m^2
-    breaking_load: float  # N
-    band: tuple[float, float]  # shares of the breaking load
-
-    @property
-    def axial_stiffness(self) -> float:
-        """EA, N; the section cancels out of it."""
-        return self.modulus * self.section
-
-    @property
-    def loads(self) -> tuple[float, float]:
-        """The band's lower and upper load, N."""
-        return self.band[0] * self.breaking_load, self.band[1] * self.breaking_load
-
-    @property
-    def cycles(self) -> int:
-        """How many loadings are followed by an unloading, both across the band."""
-        return len(self.hysteresis)
-
-    @property
-    def loading(self) -> tuple[float, ...]:
-        """Secant modulus of each full loading, Pa."""
-        return tuple(branch.modulus for branch in self.branches if branch.rising)
-
-    @property
-    def unloading(self) -> tuple[float, ...]:
-        """Secant modulus of each full unloading, Pa."""
-        return tuple(branch.modulus for branch in self.branches if not branch.rising)
-
-    @property
-    def branch_factors(self) -> tuple[float, float]:
-        """Lowest and highest secant modulus of all full branches, over the nominal one."""
-        secants = self.loading + self.unloading
-        return min(secants) / self.modulus, max(secants) / self.modulus
-
-    @property
-    def tangent_factors(self) -> tuple[float, float]:
-        """Lowest and highest tangent modulus of all full branches, over the nominal one."""
-        tangents = np.concatenate([branch.tangents for branch in self.branches])
-        return float(tangents.min()) / self.modulus, float(tangents.max()) / self.modulus
-
-    @property
-    def modulus_range(self) -> tuple[float, float]:
-        """Lowest and highest modulus found anywhere, over the nominal one; rounded outwards to a hundredth."""
-        low = min(self.branch_factors[0], self.tangent_factors[0])
-        high = max(self.branch_factors[1], self.tangent_factors[1])
-        return math.floor(low * 100 + 1e-6) / 100, math.ceil(high * 100 - 1e-6) / 100
-
-
-def young_modulus(
-    test: TensileTest,
+def modulus(
+    test: str | Path | TensileTest,
     *,
     initial_length: float,
     section: float,
     breaking_load: float,
-    low: float = 0.05,
-    high: float = 0.5,
+    band: tuple[float, float] = (0.05, 0.5),
 ) -> TensileResult:
-    """Judge a tensile test: nominal modulus, its spread, hysteresis (Paty et al. 2021, Eq. 22).
+    """Young's modulus of a cable from a tensile *test* or the CSV that has it, its spread, and its hysteresis.
 
     ``initial_length`` (m) is the specimen's length, between the points whose distance the elongation is the growth of,
     where the elongation column is zero. Eq. 22 wants the length at the lower load; the elongation there is added.
-    ``section`` (m^2), ``breaking_load`` (N). The band goes from ``low`` to ``high`` times the breaking load.
+    ``section`` (m^2), ``breaking_load`` (N). ``band``: shares of the breaking load that the modulus spans.
 
     The paper does not say which branch. Nominal is the **last** full loading: the first ones also settle the strands,
     which a cable in service has behind it. The elongation at a load is the mean over the places where the branch
     crosses it: one, or some where noise goes back and forth.
 
     Raises `InputError` where an argument is out of all bounds, no loading spans the band with samples close enough, or
-    elongation does not rise with force.
+    elongation does not rise with force. Source: Paty et al. 2021, Eq. 22.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> force, elongation = [50.0 * i for i in range(100)], [3e-5 * i for i in range(100)]
+    >>> test = cw.TensileTest(force, elongation)
+    >>> found = cw.modulus(test, initial_length=2.0, section=12.566e-6, breaking_load=9000.0)
+    >>> round(found.modulus / 1e9)
+    265
     """
+    low, high = band
+    test = test if isinstance(test, TensileTest) else read_test(test)
     given = {"initial length": initial_length, "section": section, "breaking load": breaking_load}
     for name, value in given.items():
         _require(name, value)
@@ -159,6 +87,7 @@ def young_modulus(
         raise InputError(f"{test.origin}: {search.why_none(any_unloading=bool(branches))}")
     _require("modulus", nominal.modulus, f"{test.origin}: ")
     return TensileResult(
+        test=test,
         modulus=nominal.modulus,
         length=initial_length + nominal.ends[0],
         stretch=nominal.ends[1] - nominal.ends[0],
@@ -171,7 +100,7 @@ def young_modulus(
         initial_length=initial_length,
         section=section,
         breaking_load=breaking_load,
-        band=(low, high),
+        band=band,
     )
 
 

@@ -8,18 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.errors import AnswerError, Status
-from cablewright.estimation.slackness import (
-    SlacknessSettings,
-    SlacknessState,
-    Taut,
-    catenary_excess,
-    parabolic_excess,
-    taut_at,
-)
+from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, catenary_excess, parabolic_excess
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
+from cablewright.solvers.taut import Taut, taut_at
 
 __all__ = ["current_excess", "hang_at", "move_to", "visibly_slack"]
 

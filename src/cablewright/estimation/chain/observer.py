@@ -31,7 +31,6 @@ from cablewright.estimation.reading_checks import (
     queue_scan,
     report_line_sensors,
 )
-from cablewright.estimation.slackness import taut_at
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.signals import (
     DistanceReading,
@@ -45,6 +44,7 @@ from cablewright.signals import (
     frozen,
 )
 from cablewright.solvers.continuation import TrackerSettings
+from cablewright.solvers.taut import taut_at
 
 __all__ = ["ObserverSettings", "ObserverState", "start", "step"]
 
@@ -134,9 +134,8 @@ def _restart_clock(state: ObserverState, now: float) -> None:
     state.pending_scans.clear()
     state.gathered_sources.clear()
     state.tilt = state.tilt._replace(time=-math.inf)
-    state.slackness = state.slackness._replace(
-        time=-math.inf, last_times=np.full_like(state.slackness.last_times, -np.inf)
-    )
+    slack = state.slackness
+    state.slackness = slack._replace(time=-math.inf, last_times=np.full_like(slack.last_times, -np.inf))
     state.wall_state = WallState(yaw=state.wall_state.yaw, position=state.wall_state.position)
     state.last_turn_times.clear()
     state.extracted_turn = None
@@ -148,17 +147,14 @@ def _restart_clock(state: ObserverState, now: float) -> None:
 
 def _process(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
     """Process any reading but line angles."""
+    sources = (*settings.lidars, "vertical")
     if isinstance(reading, Inertial):
         _predict_attitude(settings, state, reading)
     elif isinstance(reading, Encoders):
         _predict_lengths(settings, state, reading)
     elif isinstance(reading, DistanceReading):
         state.last_distance = reading
-    elif (
-        isinstance(reading, Scan)
-        and accept_scan(state.checks, reading)
-        and reading.source in (*settings.lidars, "vertical")
-    ):
+    elif isinstance(reading, Scan) and accept_scan(state.checks, reading) and reading.source in sources:
         queue_scan(state.pending_scans, reading, settings.walls.kept_turns)
         state.gather_start = min(state.gather_start, state.time)
 
@@ -383,20 +379,10 @@ def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
     rotation = frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y))
     clearance = float(state.odometry[2]) + state.clearance_offset
     if state.tracker is None or state.lengths is None or state.taut is None:
-        unknown = frozen(np.full(m, np.nan))
-        return Estimate(
-            state.time,
-            frozen(state.position_offset + state.odometry),
-            frozen(np.zeros(3)),
-            rotation,
-            unknown,
-            unknown,
-            np.zeros(m, dtype=np.bool_),
-            frozen(state.radius.radii),
-            faults=state.monitor.faults,
-            valid=False,
-            clearance=clearance,
-        )
+        position, unknown = frozen(state.position_offset + state.odometry), frozen(np.full(m, np.nan))
+        rest, slack, radii = frozen(np.zeros(3)), np.zeros(m, dtype=np.bool_), frozen(state.radius.radii)
+        now, faults = state.time, state.monitor.faults
+        return Estimate(now, position, rest, rotation, unknown, unknown, slack, radii, None, faults, False, clearance)
     current = state.time - state.last_position_time <= settings.position_timeout
     excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, state.lengths)
     return Estimate(

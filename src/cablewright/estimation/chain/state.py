@@ -17,12 +17,13 @@ from cablewright.estimation.height import HeightEstimate, HeightSettings
 from cablewright.estimation.lidar.localisation import LidarTurn, TurnFeatures, WallPose, WallSettings, WallState
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.reading_checks import ReadingChecks
-from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, Taut
+from cablewright.estimation.slackness import SlacknessSettings, SlacknessState
 from cablewright.estimation.tilt import TiltSettings, TiltState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.models.statics import Model
 from cablewright.signals import DistanceReading, Scan
 from cablewright.solvers.continuation import Tracker
+from cablewright.solvers.taut import Taut
 
 __all__ = ["ExtractedTurn", "ObserverSettings", "ObserverState"]
 

@@ -225,17 +225,15 @@ def _restart_clock(state: FilterState, now: float) -> None:
 
 def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> None:
     """Process any reading but line angles."""
-    own = settings.chain
+    own, checks = settings.chain, state.checks
     if isinstance(reading, Inertial):
-        if accept_imu(state.checks, own.tilt, reading):
+        if accept_imu(checks, own.tilt, reading):
             attitude.predict(settings, state, reading)
     elif isinstance(reading, Encoders):
         _predict_from_encoders(settings, state, reading)
     elif isinstance(reading, DistanceReading):
         _update_ground(settings, state, reading)
-    elif (
-        isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and accept_scan(state.checks, reading)
-    ):
+    elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and accept_scan(checks, reading):
         queue_scan(state.pending_scans, reading, own.walls.kept_turns)
 
 

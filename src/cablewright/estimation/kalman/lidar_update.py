@@ -18,8 +18,8 @@ from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
     inject_correction,
-    innovation_gate,
     kalman_update,
+    passes_gate,
 )
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.constraints import ObservedLine, wrap_angle
@@ -186,9 +186,8 @@ def _wall_observation(
         H[0, lay.radii] = by_rates = slope * toward * state.drum_rates
         H[1, lay.radii] = along * by_rates - toward * sweep.change[1, :m]
         H[1, lay.velocity][:2] = -coasting_time * n
-    H[1, lay.attitude] = _attitude_slopes(
-        n, yaw, np.array([ahead, left, settings.chain.walls.lidars[one.lidar].mount[2]])
-    )
+    height = settings.chain.walls.lidars[one.lidar].mount[2]
+    H[1, lay.attitude] = _attitude_slopes(n, yaw, np.array([ahead, left, height]))
     late = state.last_imu_time - extracted.scan.time
     angle = late + sweep.angle_per_rate
     offset = late * (along + sweep.lidar_offset) + sweep.offset_per_rate
@@ -201,7 +200,7 @@ def _wall_observation(
     _add_motion_noise(settings, state, sweep, extracted.scan.begin, since_middle, R)
     R *= noise_factor(state)
     innovation = np.array([-turn, -off])
-    passes, nis = innovation_gate(state.P, H, innovation, R)
+    passes, nis = passes_gate(state.P, H, innovation, R)
     return WallObservation(i, j, innovation, H, R, nis, passes)
 
 
@@ -263,7 +262,7 @@ def gated_update(
     state: FilterState, what: str, H: Array, innovation: Array, R: Array, fault: tuple[str, str], sentence: str
 ) -> bool:
     """Update by one measurement if it passes the gate, else count the rejection and report it; return whether."""
-    passes, nis = innovation_gate(state.P, H, innovation, R)
+    passes, nis = passes_gate(state.P, H, innovation, R)
     if state.nis is not None:
         state.nis.append((what, nis, len(innovation)))
     if not passes:

@@ -18,10 +18,11 @@ from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
     inject_correction,
-    innovation_gate,
     kalman_update,
+    passes_gate,
 )
-from cablewright.estimation.slackness import parabolic_excess, taut_at
+from cablewright.estimation.slackness import parabolic_excess
+from cablewright.solvers.taut import taut_at
 
 __all__ = ["excess", "predict", "update", "update_jacobian"]
 
@@ -117,7 +118,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     innovation = measured - excess(state)
     for i in np.flatnonzero(known):
         R = np.array([[sigmas[i] ** 2]])
-        passes, nis = innovation_gate(state.P, H[i : i + 1], innovation[i : i + 1], R)
+        passes, nis = passes_gate(state.P, H[i : i + 1], innovation[i : i + 1], R)
         if state.nis is not None:
             state.nis.append(("line", nis, 1))
         if not passes:  # the position is measured, so the length must be wrong

@@ -13,9 +13,10 @@ from cablewright.errors import InputError
 from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.reading_checks import ReadingChecks
-from cablewright.estimation.slackness import SlacknessState, Taut
+from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.signals import Scan
+from cablewright.solvers.taut import Taut
 
 __all__ = [
     "FilterSettings",
@@ -24,8 +25,8 @@ __all__ = [
     "MotionSince",
     "inflate_position",
     "inject_correction",
-    "innovation_gate",
     "kalman_update",
+    "passes_gate",
 ]
 
 Array = NDArray[np.float64]
@@ -213,7 +214,7 @@ def kalman_update(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Arra
     return K @ innovation, 0.5 * (updated + updated.T)
 
 
-def innovation_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
+def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
     """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square."""
     S = H @ P @ H.T + R
     nis = float(innovation[0] ** 2 / S[0, 0] if len(H) == 1 else innovation @ np.linalg.solve(S, innovation))

@@ -101,12 +101,9 @@ class WallSettings:
     @cached_property
     def visible(self) -> NDArray[np.bool_]:
         """(l, w): which walls each lidar can see."""
-        return np.array(
-            [
-                [lidar.visible_walls is None or wall.name in lidar.visible_walls for wall in self.room.walls]
-                for lidar in self.lidars
-            ]
-        )
+        names = [wall.name for wall in self.room.walls]
+        seen = [names if each.visible_walls is None else each.visible_walls for each in self.lidars]
+        return np.array([[name in visible for name in names] for visible in seen])
 
 
 class LidarTurn(NamedTuple):
@@ -185,12 +182,8 @@ def extract(settings: WallSettings, turn: LidarTurn) -> TurnFeatures:
     lines = find_lines(points, lidar, settings.search)
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
     rotation = np.array([[c, -s], [s, c]])
-    observed = tuple(
-        ObservedLine(
-            turn.lidar, mount, line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ rotation.T + mount)
-        )
-        for line in lines
-    )
+    turned = (line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ rotation.T + mount) for line in lines)
+    observed = tuple(ObservedLine(turn.lidar, mount, line) for line in turned)
     return TurnFeatures(turn.lidar, observed, points.xy @ rotation.T + mount)
 
 

@@ -1,4 +1,4 @@
-"""The segments of a log made into one file, as other programs read it."""
+"""Joins the segments of a log into one file that other programs can read."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def join_log(folder: Path) -> Path:
             chunk = min(max(_CHUNKS[0], segments.size // _SHARE), _CHUNKS[1])
             writer, channels = begin_log(file, segments.files[0].head, chunk)
             for step in segments.steps():
-                for told in step:
-                    if told.topic in channels:
-                        writer.add_message(channels[told.topic], told.logged, told.data, told.measured)
+                for message in step:
+                    if message.topic in channels:
+                        writer.add_message(channels[message.topic], message.logged, message.data, message.measured)
             writer.finish()  # type: ignore[no-untyped-call]
     finally:
         segments.close()

@@ -1,4 +1,4 @@
-"""A machine's log: an MCAP file with all frames, commands and, of a simulation, the truth; read as far as it goes."""
+"""A machine's log: an MCAP file with all frames, commands and, of a simulation, the truth; readable even if cut off."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _Kind = TypeVar("_Kind")
 
 @dataclass(frozen=True)
 class LogHead:
-    """What a log says of itself: whose it is and how it was made. ``robot`` is the description, not the truth."""
+    """Metadata of a log: its machine and how it was made. ``robot`` is the description, not the truth."""
 
     robot: Robot
     settings: MachineSettings
@@ -45,7 +45,7 @@ class LogHead:
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One step: what was commanded, what came back, and what was true after it, where the log has that."""
+    """One step: the command, the frame, and, where the log has them, truth, estimate and progress at its end."""
 
     frame: SensorFrame
     command: Command | None
@@ -78,7 +78,7 @@ class LogWriter:
         self._file, self._failed = file, False
         self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
         with self._writing():
-            self._writer, self._channels = begin_log(file, _told(head), _CHUNK)
+            self._writer, self._channels = begin_log(file, _metadata(head), _CHUNK)
 
     def write(
         self,
@@ -88,12 +88,12 @@ class LogWriter:
         estimate: Estimate | None = None,
         progress: Progress | None = None,
     ) -> None:
-        """Write one step: the command that it began with, its readings, the truth at its end, what was made of them."""
+        """Write one step: its command, its readings, and the truth, estimate and progress at its end."""
         now = round(frame.time * 1e9)
         counts = self.head.settings.winch.counts
-        told: tuple[Signal | None, ...] = (command, *frame.readings, truth, estimate, progress)
+        signals: tuple[Signal | None, ...] = (command, *frame.readings, truth, estimate, progress)
         with self._writing():
-            for signal in told:
+            for signal in signals:
                 if signal is not None:
                     self._add(*encode(signal, self._lines, counts), now, round(max(signal.time, 0.0) * 1e9))
             self._add(*encode_frame(frame), now, now)
@@ -104,7 +104,7 @@ class LogWriter:
                 self.flush()
 
     def flush(self) -> None:
-        """Hand all that was written to the system, which keeps it whatever becomes of this program."""
+        """Hand all that was written to the operating system, which keeps it even if this program is killed."""
         with self._writing():
             self._writer.flush()  # type: ignore[no-untyped-call]
 
@@ -113,7 +113,7 @@ class LogWriter:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Where the file may refuse."""
+        """Turn an `OSError` of the file into an `EnvironmentFault`."""
         if self._failed:
             raise EnvironmentFault(f"{self._name}: could not be written before")
         try:
@@ -132,7 +132,7 @@ class LogWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the file, so that it is whole as far as it goes, whatever happened but a file that refuses."""
+        """Complete the file, unless it could not be written."""
         if self._failed:
             return
         with self._writing():
@@ -170,7 +170,7 @@ def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Wri
 
 
 class Log:
-    """A log open for reading. ``notes`` grows while frames are read: what is wrong with the file, a sentence each."""
+    """A log open for reading. ``notes`` grows while frames are read: faults of the file, a sentence each."""
 
     def __init__(self, path: Path) -> None:
         """Read the head of the log in the file or run folder *path*. Raises `InputError` for what is no log."""
@@ -193,21 +193,21 @@ class Log:
 
     @property
     def notes(self) -> list[str]:
-        """What is wrong with the file, as far as it has been read."""
+        """Faults of the file, as far as it has been read."""
         return self._segments.notes
 
     @property
     def position(self) -> int:
-        """Bytes that have been read."""
+        """Bytes read so far."""
         return self._segments.position
 
     @property
     def size(self) -> int:
-        """Bytes of all that there is to read."""
+        """Bytes in all."""
         return self._segments.size
 
     def entries(self, without: Collection[type[Signal] | str] = ()) -> Iterator[Entry]:
-        """Yield the steps in order, once. What a cut or damaged file still holds is yielded, and a note says the rest.
+        """Yield the steps in order, once. A cut or damaged file is read as far as possible, with a note.
 
         Kinds of signals, or topics, *without* are left out, which is faster: ``entries(without={Scan, "/command"})``. A
         frame whose clock is not past the one before is left out, with a notice in the next good one. Raises
@@ -218,7 +218,7 @@ class Log:
         last, skipped = -1.0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):
-            *told, frame = (decode(each.topic, each.data, str(self._segments.file.path)) for each in step)
+            *signals, frame = (decode(each.topic, each.data, str(self._segments.file.path)) for each in step)
             assert isinstance(frame, SensorFrame)  # it closes the step
             if frame.time > last:
                 if self._segments.file is not file:
@@ -227,22 +227,22 @@ class Log:
                         self.notes.append(f"nothing is told from {last:g} to {frame.time:g} s")
                 notices = frame.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
                 last, skipped = frame.time, 0
-                yield _entry(frame.time, notices, told)
+                yield _entry(frame.time, notices, signals)
             else:
                 if not skipped:
                     self.notes.append(f"the clock jumps back from {last:g} to {frame.time:g} s: frames left out")
                 skipped += 1
 
 
-def _entry(time: float, notices: tuple[Notice, ...], told: Sequence[Signal | SensorFrame | None]) -> Entry:
-    """A step of what was *told* in it."""
-    readings = tuple(each for each in told if isinstance(each, Reading))
-    beside = (_last(told, Command), _last(told, Truth), _last(told, Estimate), _last(told, Progress))
-    return Entry(SensorFrame(time, readings, notices), *beside)
+def _entry(time: float, notices: tuple[Notice, ...], signals: Sequence[Signal | SensorFrame | None]) -> Entry:
+    """Return the step with these *signals*."""
+    readings = tuple(each for each in signals if isinstance(each, Reading))
+    others = (_last(signals, Command), _last(signals, Truth), _last(signals, Estimate), _last(signals, Progress))
+    return Entry(SensorFrame(time, readings, notices), *others)
 
 
-def _last(told: Sequence[object], kind: type[_Kind]) -> _Kind | None:
-    return next((each for each in reversed(told) if isinstance(each, kind)), None)
+def _last(signals: Sequence[object], kind: type[_Kind]) -> _Kind | None:
+    return next((each for each in reversed(signals) if isinstance(each, kind)), None)
 
 
 def read_log(path: str | Path) -> Log:
@@ -253,7 +253,7 @@ def read_log(path: str | Path) -> Log:
     return Log(Path(path))
 
 
-def _told(head: LogHead) -> dict[str, str]:
+def _metadata(head: LogHead) -> dict[str, str]:
     """The log's own metadata."""
     about = {
         "schema": NEWEST_SCHEMA,

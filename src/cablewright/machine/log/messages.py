@@ -1,4 +1,4 @@
-"""Signals as the JSON messages of a log, and back: exactly what was told comes out again."""
+"""Signals as the JSON messages of a log, and back, exactly."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from cablewright.signals import (
 __all__ = ["TOPICS_OF", "Signal", "decode", "encode", "encode_frame"]
 
 Signal = Reading | Command | Truth | Estimate | Progress
-"""All that has a message of its own."""
+"""Types with a message of their own."""
 
 TOPICS_OF: Final[dict[type[Signal], tuple[str, ...]]] = {
     Scan: tuple(f"/scan/{name}" for name in LIDARS),
@@ -52,14 +52,14 @@ TOPICS_OF: Final[dict[type[Signal], tuple[str, ...]]] = {
     Estimate: ("/estimate",),
     Progress: ("/progress",),
 }
-"""On which topics each kind of signal is."""
+"""Topics of each type of signal."""
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
 _MAX_NUMBERS: Final = 100_000  # numbers in one array of a message
-_LONGEST: Final = 99.99  # m: of ranges that tables write ...
-_GRAINS: Final = 1e5  # ... in steps of 10 um
+_MAX_RANGE: Final = 99.99  # m, of ranges that are written by table ...
+_STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
 _COVARIANCE: Final = 9  # rows of an estimate's covariance
 
 
@@ -94,7 +94,7 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[
 
 
 def encode_frame(frame: SensorFrame) -> tuple[str, bytes]:
-    """Return topic and JSON of what closes a step: its time, its notices, and how many readings came before."""
+    """Return topic and JSON of the message that closes a step: its time, notices and number of readings."""
     notices = [{"condition": notice.condition.name, "whose": notice.subject} for notice in frame.notices]
     return "/frame", _dump({"time": frame.time, "readings": len(frame.readings), "notices": notices})
 
@@ -116,7 +116,7 @@ def decode(topic: str, data: bytes, origin: str) -> Signal | SensorFrame | None:
 
 
 class _Message:
-    """The values of a message, read key by key. Raises `InputError` for what is not as it should be."""
+    """The values of a message, read key by key. Raises `InputError` for an invalid value."""
 
     def __init__(self, values: Any, origin: str) -> None:
         if not isinstance(values, dict):
@@ -138,10 +138,10 @@ class _Message:
         return self._floats(key, (int, float, type(None)), "numbers or null")
 
     def integers(self, key: str) -> NDArray[np.int64]:
-        told = self._list(key, (int,), "whole numbers")
-        if not all(map(_finite, told)):
+        values = self._list(key, (int,), "whole numbers")
+        if not all(map(_finite, values)):
             raise self._no_list(key, "whole numbers")
-        found = np.array(told, dtype=np.int64)
+        found = np.array(values, dtype=np.int64)
         found.flags.writeable = False
         return found
 
@@ -169,12 +169,12 @@ class _Message:
 
     def _floats(self, key: str, kinds: tuple[type, ...], what: str) -> Array:
         """A list as floats; null is NaN, and nothing else is."""
-        told = self._list(key, kinds, what)
+        values = self._list(key, kinds, what)
         try:
-            found = np.array(told, dtype=np.float64)
+            found = np.array(values, dtype=np.float64)
         except OverflowError:
             raise self._no_list(key, what) from None
-        if np.count_nonzero(np.isfinite(found)) + told.count(None) < len(told):
+        if np.count_nonzero(np.isfinite(found)) + values.count(None) < len(values):
             raise self._no_list(key, what)
         found.flags.writeable = False
         return found
@@ -321,9 +321,9 @@ def _letters(text: str, width: int) -> NDArray[np.uint8]:
 
 def _ranges(ranges: Array) -> bytes:
     """*ranges* as JSON. A lidar's are whole numbers of some grain, which tables write several times as fast."""
-    if (ranges < _LONGEST).all():  # not of what is infinite
-        counts = np.rint(ranges * _GRAINS).astype(np.int64)
-        if (counts >= 0).all() and (counts / _GRAINS == ranges).all():
+    if (ranges < _MAX_RANGE).all():  # not of what is infinite
+        counts = np.rint(ranges * _STEPS).astype(np.int64)
+        if (counts >= 0).all() and (counts / _STEPS == ranges).all():
             whole, rest = _tables()
             return b"[" + np.hstack([whole[counts // 1000], rest[counts % 1000]]).tobytes()[:-1] + b"]"
     return to_json(ranges.tolist())

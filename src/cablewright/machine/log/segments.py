@@ -1,7 +1,7 @@
-"""The files of one log in order. A run that was killed and went on leaves several; each takes back the end of the last.
+"""The files of one log in order. A run that was killed and resumed leaves several; each replaces the end of the last.
 
 In a run folder they are ``log.mcap``, if segments were joined before, then ``log-000.mcap``, ``log-001.mcap``, ...
-What a file tells of times at or after the first step of a later one was taken back: the later one tells it anew.
+Steps of a file at or after the first step of a later one are superseded by the later one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 __all__ = ["CLOSING_TOPIC", "JOINED_NAME", "Segment", "Segments", "log_files", "next_segment"]
 
 JOINED_NAME: Final = "log.mcap"
-"""Name of the log of a run folder, once it is in one piece."""
+"""Name of the log of a run folder, once its segments are joined."""
 
 CLOSING_TOPIC: Final = "/frame"
 """Topic of the message that comes last in each step."""
@@ -29,7 +29,7 @@ _NAME: Final = re.compile(r"log-(\d{3,9})\.mcap")
 
 @dataclass(frozen=True)
 class Segment:
-    """One file, and from when on what it tells is taken back, ns."""
+    """One file, and the time, ns, from which a later one supersedes it."""
 
     path: Path
     head: Mapping[str, str]
@@ -62,10 +62,10 @@ def _numbered(folder: Path) -> list[tuple[int, str]]:
 
 
 class Segments:
-    """The files of one log, read one after another. ``notes`` grows: what is wrong with them, a sentence each."""
+    """The files of one log, read one after another. ``notes`` grows: their faults, a sentence each."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        """Find out where each file ends. Raises `InputError` where there is no log, or they are of several machines."""
+        """Find where each file ends. Raises `InputError` where there is no log, or for files of different machines."""
         self.notes: list[str] = []
         found: list[Segment] = []
         until = math.inf
@@ -86,12 +86,12 @@ class Segments:
             if each.head != self.files[0].head:
                 raise InputError(f"{each.path}: of another machine or run than {self.files[0].path.name}")
         self.file = LogFile(self.files[0].path)
-        """The one that is being read."""
+        """The file that is being read."""
         self._read = 0  # bytes of the files before it
 
     @property
     def position(self) -> int:
-        """Bytes that have been read."""
+        """Bytes read so far."""
         return self._read + self.file.position
 
     @property
@@ -113,26 +113,26 @@ class Segments:
                 self._read += self.files[number - 1].size
                 self.file.close()
                 self.file = LogFile(segment.path)
-            told, size, last = list[RawMessage](), 0, 0
+            step, size, last = list[RawMessage](), 0, 0
             for each in self.file.messages(without):
                 size += len(each.data)
                 if size > MAX_RECORD:
                     raise InputError(f"{segment.path}: a step of over {MAX_RECORD} bytes")
-                told.append(each)
+                step.append(each)
                 if each.topic == CLOSING_TOPIC:
                     if each.logged >= segment.end:
                         break
-                    yield told
-                    told, size, last = [], 0, each.logged
+                    yield step
+                    step, size, last = [], 0, each.logged
             if segment is self.files[-1]:
                 if self.file.cut:
                     self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to there")
-                if told:
+                if step:
                     self.notes.append(f"the step after {1e-9 * last:g} s is not whole: left out")
 
 
 def _begin(path: Path, *, alone: bool) -> tuple[Mapping[str, str], float]:
-    """The head of a file, and when its first whole step ends, ns, unless it is *alone*. Raises `InputError`."""
+    """Return the head of a file and the end of its first step, ns; infinite if it is *alone*. Raises `InputError`."""
     file = LogFile(path)
     try:
         if alone:

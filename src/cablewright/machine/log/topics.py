@@ -1,4 +1,4 @@
-"""The channels of a log and the JSON schemas of what is on them.
+"""The channels of a log and the JSON schemas of their messages.
 
 Scans, inertial readings and encoders have the schemas that Foxglove draws by itself (foxglove.LaserScan, and ROS'
 sensor_msgs/Imu and JointState); what those do not hold stands beside as further keys.
@@ -73,7 +73,7 @@ _JOINTS = _object(
     counts=_array({"type": "integer"}),
     time=_NUMBER,
 )
-_MAYBE: Final = {"type": ["number", "null"]}
+_NUMBER_OR_NULL: Final = {"type": ["number", "null"]}
 TRUTH_FIELDS: Final = ("position", "velocity", "rotation", "rate", "lengths", "tensions", "excess", "radii")
 ESTIMATE_FIELDS: Final = ("position", "velocity", "rotation", "lengths", "excess", "radii")
 
@@ -81,8 +81,8 @@ TOPICS: Final = (
     *(Topic(f"/scan/{name}", "foxglove.LaserScan", _SCAN) for name in LIDARS),
     Topic("/imu", "sensor_msgs/Imu", _IMU),
     Topic("/encoders", "sensor_msgs/JointState", _JOINTS),
-    Topic("/line_angles", "cablewright.LineAngles", _object(time=_NUMBER, angles=_array(_MAYBE))),
-    Topic("/distance", "cablewright.Distance", _object(time=_NUMBER, distance=_MAYBE)),
+    Topic("/line_angles", "cablewright.LineAngles", _object(time=_NUMBER, angles=_array(_NUMBER_OR_NULL))),
+    Topic("/distance", "cablewright.Distance", _object(time=_NUMBER, distance=_NUMBER_OR_NULL)),
     Topic("/climate", "cablewright.Climate", _object(time=_NUMBER, temperature=_NUMBER, humidity=_NUMBER)),
     Topic("/barrier", "cablewright.Barrier", _object(time=_NUMBER, broken={"type": "boolean"})),
     Topic("/command", "cablewright.Command", _object(time=_NUMBER, winch_speeds=_NUMBERS, valve=_NUMBER)),
@@ -96,12 +96,12 @@ TOPICS: Final = (
         "cablewright.Estimate",
         _object(
             time=_NUMBER,
-            **dict.fromkeys(ESTIMATE_FIELDS, _array(_MAYBE)),
+            **dict.fromkeys(ESTIMATE_FIELDS, _array(_NUMBER_OR_NULL)),
             slack=_array({"type": "boolean"}),
             covariance=_array(_NUMBER),
             faults=_array(_object(source=_TEXT, since=_NUMBER, sentence=_TEXT)),
             valid={"type": "boolean"},
-            clearance=_MAYBE,
+            clearance=_NUMBER_OR_NULL,
         ),
     ),
     Topic(
@@ -113,7 +113,7 @@ TOPICS: Final = (
             layer={"type": "integer"},
             distance=_NUMBER,
             target=_NUMBERS,
-            error=_MAYBE,
+            error=_NUMBER_OR_NULL,
             reason=_TEXT,
         ),
     ),

@@ -1,4 +1,4 @@
-"""What a simulated machine is made of besides its robot: tolerances, drum, winches, room and sensors, in one file."""
+"""Settings of a simulated machine: tolerances, drum, winches, room and sensors, in one file."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _require_rising(key: str, spans: tuple[tuple[float, float], ...]) -> None:
 
 
 class Tolerances(Description):
-    """How far the true machine is off its description."""
+    """Standard deviations of the true machine from its description; ``modulus``: largest relative error."""
 
     anchor: NonNegative[Length]
     sheave_radius: NonNegative[Length]
@@ -68,9 +68,9 @@ class Tolerances(Description):
 
 
 class Drum(Description):
-    """What hangs from the platform point B. Depths are below B, along the drum's axis; dampings N m s/rad.
+    """The drum that hangs from the platform point B. Depths are below B, along its axis; dampings in N m s/rad.
 
-    Without ``capacity`` it holds nothing: what it lays comes through a hose and never ends. ``flow``: kg/s.
+    Without ``capacity`` it holds no powder: material comes through a hose and never ends. ``flow``: kg/s.
     """
 
     empty_mass: Positive[Mass]
@@ -102,14 +102,14 @@ class Drum(Description):
 
 
 class Extrusion(Description):
-    """That strands are laid and no powder is poured, and of what. How wide and high they are is the job's to say."""
+    """Material of a machine that lays strands instead of powder; the job sets their width and height."""
 
     density: Positive[Density]
     bead: Bead = Bead()
 
 
 class WinchSettings(Description):
-    """One winch as all are: its motor, its drum, and how cable lies on it. Speeds and torques are the drum's."""
+    """Each winch: motor, drum, and the winding of the cable. Speeds and torques are the drum's."""
 
     max_speed: Positive[float]
     max_torque: Positive[Torque]
@@ -132,7 +132,7 @@ class WinchSettings(Description):
 
 
 class LineSettings(Description):
-    """How lines move by themselves."""
+    """Relaxation and vibration of the lines."""
 
     relaxation: NonNegative[Duration]
     vibration: NonNegative[Length]
@@ -140,7 +140,7 @@ class LineSettings(Description):
 
 
 class ClimateLaw(Description):
-    """The room's air over a day of 24 hours."""
+    """Temperature and humidity of the room over a day."""
 
     temperature: float
     swing: _Size
@@ -163,7 +163,7 @@ class WallFace(Description):
 
 
 class RoomSettings(Description):
-    """What lidars see besides the floor and what lies on it, whose height is kept in cells of a side of ``cell``."""
+    """Walls and ceiling that lidars see. ``cell``: m, grid of the material on the floor."""
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
     ceiling: Positive[Length]
@@ -177,9 +177,9 @@ class RoomSettings(Description):
 
 
 class Link(Description):
-    """How readings come: late by ``latency`` and an exponential law of mean ``jitter``, or never (``loss``).
+    """Delays of readings: ``latency`` plus an exponentially distributed ``jitter`` of that mean; ``loss``: lost share.
 
-    ``gaps``: from and to when nothing passes; what is sent meanwhile comes afterwards.
+    ``gaps``: start and end of times without connection; readings sent then arrive at the end.
     """
 
     latency: NonNegative[Duration] = 0.0
@@ -194,7 +194,7 @@ class Link(Description):
 
 
 class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: where it is blind."""
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: blind angles."""
 
     turn: Positive[Duration]
     rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
@@ -224,7 +224,7 @@ class LidarSettings(Description):
 
 
 class _TimedSensor(Description):
-    """What every timed sensor has: readings lost, and readings that are anything, as shares."""
+    """Base of the timed sensors: rate, and shares of lost readings and of outliers."""
 
     rate: _Rate
     dropout: _Share = 0.0
@@ -249,7 +249,7 @@ class LineSensor(_TimedSensor):
 
 
 class DistanceSensor(_TimedSensor):
-    """From the valve down the drum's axis."""
+    """Distance from the valve along the drum's axis."""
 
     least: NonNegative[Length]
     most: Positive[Length]
@@ -257,7 +257,7 @@ class DistanceSensor(_TimedSensor):
 
 
 class Encoder(_TimedSensor):
-    """How often the counters are read; an outlier is one counter with one bit turned."""
+    """Encoders; an outlier is one counter with one bit flipped."""
 
 
 class ClimateSensor(Description):
@@ -271,7 +271,7 @@ class ClimateSensor(Description):
 
 
 class BarrierSensor(_TimedSensor):
-    """The light barrier. ``intrusions``: from and to when somebody is in its light; an outlier tells the opposite."""
+    """The light barrier. ``intrusions``: start and end of interruptions; an outlier is the opposite state."""
 
     intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
 
@@ -282,7 +282,7 @@ class BarrierSensor(_TimedSensor):
 
 
 class FaultPlan(Description):
-    """A fault to come: a source, or one line's accelerometer, that is silent or stuck from ``begin`` to ``end``."""
+    """A planned fault: a source, or one line's accelerometer, is silent or stuck from ``begin`` to ``end``."""
 
     source: Literal[
         "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier"
@@ -302,7 +302,7 @@ class FaultPlan(Description):
 
 
 class MachineSettings(Description):
-    """All of it. ``period``: of one step of the machine; ``substep``: of the dynamic plant within it."""
+    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it."""
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]

@@ -1,4 +1,4 @@
-"""What is made of a print once it stands: one log, and its record."""
+"""Finishes a print: joins its log and makes its record."""
 
 from __future__ import annotations
 
@@ -49,20 +49,19 @@ def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[s
     """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
     text = metrics_text(found, {"step_time": step_times(timing), **more})
     write_whole(folder / METRICS, text.encode())
-    told: dict[str, Any] = json.loads(text)
-    return told
+    values: dict[str, Any] = json.loads(text)
+    return values
 
 
 def step_times(timing: Timing) -> dict[str, float | int]:
-    """How long control steps took, s, by the clock and of the processor, and how many were over the machine's period.
+    """Duration of the control steps, s, by the wall clock and by the processor, and how many exceeded the period.
 
-    ``over``: by the clock; ``over_by_itself``: of the processor, what else the computer did left out. Of a paced print
-    also how many periods ended late.
+    ``over``: by the wall clock; ``over_by_itself``: by the processor. Of a real-time print also how many ended late.
     """
     if not timing.wall:
         return {"count": 0}
     wall, processor = np.array(timing.wall), np.array(timing.processor)
-    told: dict[str, float | int] = {
+    times: dict[str, float | int] = {
         "count": len(wall),
         "mean": float(wall.mean()),
         "p99": float(np.percentile(wall, 99.0)),
@@ -75,5 +74,5 @@ def step_times(timing: Timing) -> dict[str, float | int]:
     }
     if timing.lateness:
         late = np.array(timing.lateness)
-        told |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
-    return told
+        times |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
+    return times

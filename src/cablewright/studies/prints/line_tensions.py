@@ -1,4 +1,4 @@
-"""What each line bears by what is believed: the taut lines' tensions that hold the drum, and their wave's frequency."""
+"""Tensions of the taut lines by the estimated position, and their first natural frequencies."""
 
 from __future__ import annotations
 
@@ -19,45 +19,45 @@ __all__ = ["LineTensions"]
 
 Array = NDArray[np.float64]
 
-_UNDER: Final = 1e-6  # of the drum's weight: less pull than that is rounding
+_ROUNDING: Final = 1e-6  # share of the drum's weight, of a negative tension that counts as zero
 
 
 class LineTensions:
-    """A point platform on its lines, drawn straight: whose angles, tensions and frequencies are asked for."""
+    """Angles, tensions and frequencies of a point platform's lines, taken as straight."""
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
-        """Take the description. Of a platform that may turn nothing is told: every answer is NaN."""
+        """From the description. For a rigid platform every result is NaN."""
         self.robot, self._settings = robot, settings
         self._model = Model(with_drum_mass(robot, settings)) if robot.platform.kind == "point" else None
         weight = None if self._model is None else self._model.lines.weight.copy()
         self._weight = weight if weight is not None and (weight > 0.0).all() else None
 
     def at(self, position: Array) -> Taut | None:
-        """All lines drawn straight to *position* (3,), m; None where nothing is known of them."""
+        """Return the taut lines at *position* (3,), m; None for a rigid platform or an unknown position."""
         return taut_at(self._model, position) if self._model is not None and np.isfinite(position).all() else None
 
     def tensions(self, taut: Taut | None, slack: Array, mass: float) -> Array:
-        """Tensions (m,), N, at the platform of the lines that are not *slack* (m,), of which there are three.
+        """Tensions (m,), N, at the platform, if exactly three lines are not *slack* (m,); 0 for the slack ones.
 
-        NaN where these do not hold a drum of that *mass* (kg) there, or are more: how they share it is not known.
+        NaN where these cannot hold a drum of that *mass* (kg), or where more lines share it in an unknown way.
         """
-        nothing = np.full(self.robot.m, np.nan)
+        unknown = np.full(self.robot.m, np.nan)
         tight = np.flatnonzero(slack == 0.0)
         if taut is None or len(tight) != self.robot.n:
-            return nothing
+            return unknown
         weight = mass * self.robot.scene.gravity
         try:
             found = np.linalg.solve(-taut.toward[tight].T, [0.0, 0.0, weight])
         except np.linalg.LinAlgError:
-            return nothing
-        if not (found >= -_UNDER * weight).all():
-            return nothing
+            return unknown
+        if not (found >= -_ROUNDING * weight).all():
+            return unknown
         tensions = np.zeros(self.robot.m)
         tensions[tight] = np.maximum(found, 0.0)
         return tensions
 
     def frequencies(self, estimate: Estimate, mass: float) -> Array:
-        """First frequencies (m,), Hz, of the lines that bear something; NaN of the others, as `tensions`."""
+        """First natural frequencies (m,), Hz, of the lines with a tension; NaN for the others, as in `tensions`."""
         taut = self.at(estimate.position)
         if taut is None or self._weight is None:
             return np.full(self.robot.m, np.nan)

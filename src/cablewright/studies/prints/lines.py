@@ -1,4 +1,4 @@
-"""What each line bore and did in a print: how long it was taut, how much it pulled, how much cable went to and fro."""
+"""Statistics of each line in a print: time taut, tensions, excess, cable wound and paid out."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ Bools = NDArray[np.bool_]
 
 
 class LineStatistics:
-    """Sums by line."""
+    """Accumulated statistics by line."""
 
     def __init__(self, head: LogHead) -> None:
-        """Begin with none."""
+        """Start with no steps."""
         m = head.robot.m
         self._names = tuple(line.name for line in head.robot.lines)
         self._taut, self._true_taut, self._tension, self._excess = (Moments(m) for _ in range(4))
         self._hours, self._wound = np.zeros(m), np.zeros(m)
-        self._coils = SpoolStatistics(head.robot, head.settings.winch)
-        self._before: Columns | None = None
+        self._spools = SpoolStatistics(head.robot, head.settings.winch)
+        self._last_row: Columns | None = None
 
     def add(self, rows: Columns, printing: Bools) -> None:
-        """Count in *rows*, of which some are *printing* (k,)."""
+        """Add *rows*, of which some are *printing* (k,)."""
         slack, valid = rows["slack"], rows["valid"] == 1.0
         taut = np.where(valid[:, None] & np.isfinite(slack), slack == 0.0, np.nan)
         excess = rows["true_excess"]
@@ -44,26 +44,26 @@ class LineStatistics:
         step = np.nan_to_num(np.maximum(rows["step"], 0.0))
         self._hours += (step[:, None] * (taut == 1.0)).sum(axis=0) / 3600.0
         chosen = printing & valid
-        self._coils.add(rows["lengths"][chosen], rows["radii"][chosen])
-        self._coils.add(rows["true_lengths"][printing], rows["true_radii"][printing], true=True)
+        self._spools.add(rows["lengths"][chosen], rows["radii"][chosen])
+        self._spools.add(rows["true_lengths"][printing], rows["true_radii"][printing], true=True)
         self._wind(rows)
 
     def _wind(self, rows: Columns) -> None:
-        """How much cable went: by the encoders and believed radii where there are any, else by true lengths."""
-        whole = rows if self._before is None else self._before.then(rows)
-        self._before = rows.where(np.arange(len(rows)) == len(rows) - 1)
-        turned = np.abs(np.diff(whole["turned"], axis=0)) * whole["radii"][1:]
-        gone = np.abs(np.diff(whole["true_lengths"], axis=0))
-        self._wound += np.nan_to_num(np.where(np.isfinite(turned), turned, gone)).sum(axis=0)
+        """Add the cable wound and paid out: by encoders and estimated radii if known, else by true lengths."""
+        joined = rows if self._last_row is None else self._last_row.then(rows)
+        self._last_row = rows.where(np.arange(len(rows)) == len(rows) - 1)
+        measured = np.abs(np.diff(joined["turned"], axis=0)) * joined["radii"][1:]
+        true = np.abs(np.diff(joined["true_lengths"], axis=0))
+        self._wound += np.nan_to_num(np.where(np.isfinite(measured), measured, true)).sum(axis=0)
 
     def spools(self) -> tuple[SpoolRadii, ...]:
-        """How cable lies on each drum."""
-        return self._coils.result()
+        """Return the radii of each drum."""
+        return self._spools.result()
 
-    def result(self, spools: tuple[SpoolRadii, ...], vibration: LineVibration, believed: Array) -> tuple[LineUse, ...]:
-        """All lines, with *believed* tensions (k, m), N, of some steps."""
-        pull = Moments(len(self._names))
-        pull.add(believed)
+    def result(self, spools: tuple[SpoolRadii, ...], vibration: LineVibration, estimated: Array) -> tuple[LineUse, ...]:
+        """Return all lines' statistics, with the *estimated* tensions (k, m), N, of some steps."""
+        tension = Moments(len(self._names))
+        tension.add(estimated)
         return tuple(
             LineUse(
                 name,
@@ -71,8 +71,8 @@ class LineStatistics:
                 float(self._true_taut.mean[i]),
                 float(self._tension.mean[i]),
                 float(self._tension.max[i]),
-                float(pull.mean[i]),
-                float(pull.max[i]),
+                float(tension.mean[i]),
+                float(tension.max[i]),
                 float(self._excess.max[i]),
                 float(self._hours[i]),
                 float(self._wound[i]),

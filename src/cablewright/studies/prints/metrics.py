@@ -77,21 +77,21 @@ def _spot(worst: ErrorLocation | None) -> _Values | None:
     return None if worst is None else dataclasses.asdict(worst)
 
 
-def _range(told: Summary) -> _Values:
-    return {"mean": told.mean, "min": told.min, "max": told.max}
+def _range(found: Summary) -> _Values:
+    return {"mean": found.mean, "min": found.min, "max": found.max}
 
 
 def _structure(found: PrintedStructure) -> _Values:
-    likeness = HeightDifference(*(math.nan,) * 5) if found.difference is None else found.difference
+    difference = HeightDifference(*(math.nan,) * 5) if found.difference is None else found.difference
     return {
         "mass": found.mass,
         "volume": found.mass / found.density,
         "estimated_mass": found.estimated_mass,
         "estimated_volume": found.estimated_mass / found.density,
         "max_height": found.highest,
-        "mean_difference": likeness.mean,
-        "rms_difference": likeness.rms,
-        "max_difference": likeness.max,
-        "rms_difference_on_structure": likeness.on_structure,
-        "share_seen": likeness.share_seen,
+        "mean_difference": difference.mean,
+        "rms_difference": difference.rms,
+        "max_difference": difference.max,
+        "rms_difference_on_structure": difference.on_structure,
+        "share_seen": difference.share_seen,
     }

@@ -1,4 +1,4 @@
-"""How far beside its path a print was, and how fast along it, step by step."""
+"""Cross-track errors of a print and its speed along the path, step by step."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ __all__ = ["PathErrors"]
 
 Array = NDArray[np.float64]
 
-_WITHIN: Final = 0.3  # m along the path either way of where the print was
-_MAX_ERROR: Final = 0.1  # m: beyond it a histogram's last bar counts
+_SEARCH: Final = 0.3  # m along the path, before and after the current distance
+_MAX_ERROR: Final = 0.1  # m, range of the histogram
 
 
 class PathErrors:
-    """Compares one column of places with the path near where the print was."""
+    """Errors of one column of positions from the path near the current distance."""
 
-    def __init__(self, track: Track, print_speed: float, own: str) -> None:
-        """Of the columns that begin with *own*: ``true_`` or none."""
-        self._track, self._own = track, own
+    def __init__(self, track: Track, print_speed: float, prefix: str) -> None:
+        """Of the columns that begin with *prefix*: ``true_`` or none."""
+        self._track, self._prefix = track, prefix
         self._error, self._height, self._speed = Moments(), Moments(), Moments()
         self._layers = [Moments() for _ in track.visits.begin]
         self._worst: ErrorLocation | None = None
@@ -33,14 +33,14 @@ class PathErrors:
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
     def add(self, rows: Columns) -> tuple[Array, Array]:
-        """Count in *rows* that print: cross-track errors (k,), m, and speeds along the path (k,), m/s."""
-        places, distance = rows[f"{self._own}position"], rows["distance"]
-        reached, error = self._track.nearest_of_each(places, distance, _WITHIN)
+        """Add *rows* that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
+        places, distance = rows[f"{self._prefix}position"], rows["distance"]
+        reached, error = self._track.nearest_of_each(places, distance, _SEARCH)
         known = np.isfinite(reached)
         piece = self._track.pieces(np.where(known, reached, 0.0))
         way = self._track.positions[piece + 1] - self._track.positions[piece]
         length = self._track.distance[piece + 1] - self._track.distance[piece]
-        speed = (rows[f"{self._own}velocity"] * way).sum(axis=1) / length
+        speed = (rows[f"{self._prefix}velocity"] * way).sum(axis=1) / length
         self._error.add(error)
         self._speed.add(speed)
         self._height.add(places[:, 2] - rows["target"][:, 2])
@@ -53,7 +53,7 @@ class PathErrors:
         return error, speed
 
     def _update_worst(self, rows: Columns, reached: Array, error: Array) -> None:
-        """Keep the place of the largest error."""
+        """Update the place of the largest error."""
         if not np.isfinite(error).any():
             return
         k = int(np.nanargmax(np.abs(error)))
@@ -63,7 +63,7 @@ class PathErrors:
             self._worst = ErrorLocation(float(error[k]), time, layer, float(reached[k]), (x, y))
 
     def result(self) -> PathFollowing:
-        """What all steps told."""
+        """Return the errors of all steps."""
         layers = [each.summary() for each in self._layers]
         columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "min", "max"))
         mean, variance, lowest, highest = columns

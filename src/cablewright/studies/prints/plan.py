@@ -1,4 +1,4 @@
-"""What is to be printed, how and by which machine: from a robot, a job and a few choices to a plan that is sound."""
+"""The plan of a print: from robot, job, machine and options to a checked plan."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
-from cablewright.control.velocity import LawName, VelocitySettings
+from cablewright.control.velocity import LAWS, LawName, VelocitySettings
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.simulated.settings import MachineSettings, extruding, load_settings, settings_names
-from cablewright.machine.simulated.simulated_machine import PlantName
+from cablewright.machine.simulated.simulated_machine import PLANTS, PlantName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -26,26 +26,26 @@ from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.loop import PrintPlan
 
-__all__ = ["HEIGHTS", "Choices", "HeightRule", "MachineTwin", "plan_print", "twin_of"]
+__all__ = ["HEIGHTS", "HeightRule", "MachineTwin", "PrintOptions", "plan_print", "twin_of"]
 
 Array = NDArray[np.float64]
 HeightRule = Literal["structure", "job"]
 HEIGHTS: Final = ("structure", "job")
 
-_SPARE: Final = 3.0  # times the job's fastest motion that the platform may move at before it is stopped
-_EASY: Final = 0.05  # m/s beyond that, for a drum that swings
-_BREAKS: Final = 0.5  # of its breaking load, at which a line stops the machine
+_SPEED_FACTOR: Final = 3.0  # speed limit, times the job's fastest motion, ...
+_SWING_SPEED: Final = 0.05  # ... plus so many m/s, for a drum that swings
+_LOAD_SHARE: Final = 0.5  # of its breaking load, at which a line stops the machine
 _MAX_INTRUSIONS: Final = 1000
-_INSIDE: Final = 20.0  # s that somebody is in the light barrier
+_INTRUSION_TIME: Final = 20.0  # s of one interruption of the light barrier
 
 
 @dataclass(frozen=True)
-class Choices:
-    """What a person decides on; what is None is decided by what the machine has.
+class PrintOptions:
+    """Options of a print; None: chosen by the machine's sensors.
 
-    ``estimator``: see `studies/estimators.py`. ``height``: whether the platform keeps its height over the structure, by
-    the vertical lidar, or the job's. ``layers``: print the first so many. ``period``: s of a quasi-static step.
-    ``intrusions``: how often somebody walks into the light barrier.
+    ``estimator``: see `studies/estimators.py`. ``height``: ``structure`` keeps the height over the structure, by the
+    vertical lidar; ``job`` follows the job's. ``layers``: number of layers to print. ``period``: s, of a quasi-static
+    step. ``intrusions``: number of simulated light-barrier interruptions.
     """
 
     estimator: str | None = None
@@ -58,33 +58,39 @@ class Choices:
     intrusions: int = 0
     lasers: tuple[Laser, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse words that are none of the choices. Raises `UnknownName`."""
+        known = (("plant", self.plant, PLANTS), ("height", self.height, HEIGHTS), ("control law", self.law, LAWS))
+        for name, value, allowed in (*known, ("estimator", self.estimator, ESTIMATORS)):
+            if value is not None and value not in allowed:
+                raise UnknownName(name, value, allowed)
+
 
 @dataclass(frozen=True, eq=False)
 class MachineTwin:
-    """A machine to be simulated, and what is chosen for it."""
+    """A machine to be simulated, and the options of its print."""
 
     robot: Robot
     settings: MachineSettings
-    choices: Choices
+    choices: PrintOptions
     estimator: str
     path: TimedPath
 
 
-def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices) -> MachineTwin:
-    """Put together what is printed on. *machine*: a file, or a name of the library; None: that of the robot's name.
+def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's).
 
     Raises `InputError` for a robot without a machine, a job of another robot, layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
-    if choices.estimator is not None and choices.estimator not in ESTIMATORS:
-        raise UnknownName("estimator", choices.estimator, ESTIMATORS)
     if machine is None:
         if robot.name not in settings_names():
             known = ", ".join(settings_names())
             raise InputError(f"robot {robot.name!r}: has no machine of its own; --machine FILE, or one of {known}")
         machine = robot.name
-    settings = extruding(load_settings(machine), job.bead, job.motion.print_speed)
+    own = machine if isinstance(machine, MachineSettings) else load_settings(machine)
+    settings = extruding(own, job.bead, job.motion.print_speed)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: over 0 and up to 60 s is wanted")
@@ -92,18 +98,18 @@ def twin_of(robot: Robot, job: Job, machine: str | Path | None, choices: Choices
     nozzle = 0.0 if settings.extrusion is None else settings.drum.valve  # a strand's path is the nozzle's
     path = TimedPath.of(job, choices.layers, nozzle)
     settings = _intruded(settings, choices, path.duration)
-    return MachineTwin(robot, settings, choices, choices.estimator or _best(settings, choices), path)
+    return MachineTwin(robot, settings, choices, choices.estimator or _best_estimator(settings, choices), path)
 
 
-def _best(settings: MachineSettings, choices: Choices) -> str:
-    """The estimator for what a machine has: the filter, or over long steps, for which it is not made, the chain."""
+def _best_estimator(settings: MachineSettings, choices: PrintOptions) -> str:
+    """The best estimator for a machine's sensors: the filter, or for long steps the chain."""
     if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
         return "encoders"
     return "filter" if choices.plant == "dynamic" else "paper"
 
 
-def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> MachineSettings:
-    """The machine with somebody walking into its light barrier at times drawn by the seed."""
+def _intruded(settings: MachineSettings, choices: PrintOptions, duration: float) -> MachineSettings:
+    """The machine with interruptions of its light barrier at random times, by the seed."""
     if not choices.intrusions:
         return settings
     if settings.barrier is None:
@@ -111,7 +117,7 @@ def _intruded(settings: MachineSettings, choices: Choices, duration: float) -> M
     if not 0 < choices.intrusions <= _MAX_INTRUSIONS:
         raise InputError(f"intrusions = {choices.intrusions}: 0 to {_MAX_INTRUSIONS} is wanted")
     begins = np.sort(np.random.default_rng([choices.seed, 8]).uniform(0.0, duration, choices.intrusions)).tolist()
-    times = tuple((begin, begin + _INSIDE) for begin in begins)
+    times = tuple((begin, begin + _INTRUSION_TIME) for begin in begins)
     barrier = settings.barrier.model_copy(update={"intrusions": (*settings.barrier.intrusions, *times)})
     return settings.model_copy(update={"barrier": barrier})
 
@@ -121,9 +127,9 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     robot, settings, choices, path = twin.robot, twin.settings, twin.choices, twin.path
     model = Model(with_drum_mass(robot, settings))
     _check_path(model, path)
-    seen = "vertical" in settings.lidars and twin.estimator != "encoders"
-    rule = choices.height or ("structure" if seen else "job")
-    if rule == "structure" and not seen:
+    sees_structure = "vertical" in settings.lidars and twin.estimator != "encoders"
+    rule = choices.height or ("structure" if sees_structure else "job")
+    if rule == "structure" and not sees_structure:
         raise InputError(f"height = structure: estimator {twin.estimator!r} on {settings.name!r} does not see it")
     begin = path.track.at(0.0).position
     scene = robot.scene
@@ -132,7 +138,7 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     limits = SupervisorSettings(
         scene.frame_min,
         scene.frame_max,
-        _SPARE * fastest + _EASY,
+        _SPEED_FACTOR * fastest + _SWING_SPEED,
         _max_tensions(robot),
         max_error=max(0.15, fastest),
         barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * _period(twin)),
@@ -160,9 +166,11 @@ def _period(twin: MachineTwin) -> float:
 
 
 def _max_tensions(robot: Robot) -> Array:
-    """N of each line, at which the machine is stopped: its limit, and half of its breaking load."""
+    """Tensions (m,), N, at which the machine stops: each line's limit or half of its breaking load."""
     breaking = [line.cable.breaking_load or math.inf for line in robot.lines]
-    return np.array([min(line.tension_limits[1], _BREAKS * b) for line, b in zip(robot.lines, breaking, strict=True)])
+    return np.array(
+        [min(line.tension_limits[1], _LOAD_SHARE * b) for line, b in zip(robot.lines, breaking, strict=True)]
+    )
 
 
 def _check_path(model: Model, path: TimedPath) -> None:

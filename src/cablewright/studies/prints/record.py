@@ -1,8 +1,8 @@
-"""The record of a print, from its log alone, in one pass with bounded memory however long it was.
+"""The record of a print, from its log alone, in one pass with bounded memory.
 
-Errors are cross-track, seen from above, positive left of the path, of the steps in which it printed: the true ones
-where the log has the truth, and as the estimation believed. Each is counted against the path near where the print was,
-so that neither another branch at a crossing nor another layer is taken for it.
+Errors are cross-track, seen from above, positive left of the path, of the steps that printed: true ones where the log
+has the truth, and estimated ones. Each is measured to the path near the current distance, so that neither another
+branch at a crossing nor another layer is taken for it.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ __all__ = ["UNUSED", "Recorder", "record"]
 Array = NDArray[np.float64]
 
 UNUSED: Final = (Inertial, DistanceReading, "/scan/north", "/scan/south")
-"""Signals that are not looked at: ``log.entries(without=UNUSED)`` is faster and gives the same record."""
+"""Signals that are not used: ``log.entries(without=UNUSED)`` is faster and gives the same record."""
 
-_PORTION: Final = 2048  # steps that are looked at in one go
+_BLOCK: Final = 2048  # steps that are processed together
 _MAX_SPANS: Final = 10_000
 _DONE: Final = 0.02  # m before its end a layer counts as finished
-_DRAWN: Final = ("offset", "speed", "seen_offset", "seen_speed")
+_PLOTTED: Final = ("offset", "speed", "estimated_offset", "estimated_speed")
 
 
 def record(
@@ -52,7 +52,7 @@ def record(
 ) -> PrintRecord:
     """Make the record of the print whose log has *entries* and *head*, and which followed *track* (of the platform).
 
-    *print_speed*: m/s, wanted. *true_structure*: what truly lies at the end, where that is known.
+    *print_speed*: m/s, planned. *true_structure*: the true structure at the end, if known.
     """
     recorder = Recorder(head, track, print_speed)
     for entry in entries:
@@ -61,125 +61,124 @@ def record(
 
 
 class Recorder:
-    """Takes a print's steps one after another. What it holds grows with the number of layers alone."""
+    """Accumulates the steps of a print. Its memory grows with the number of layers alone."""
 
     def __init__(self, head: LogHead, track: Track, print_speed: float) -> None:
-        """Begin with no step."""
+        """Start with no steps."""
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
-        self._rows = StepsTable(m, head.settings, head.period, _PORTION)
-        self._true, self._seen = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
+        self._table = StepsTable(m, head.settings, head.period, _BLOCK)
+        self._true, self._estimated = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
         self._lines = LineStatistics(head)
-        self._off, self._turned, self._air = Moments(), Moments(2), Moments(2)
-        self._thinned = ThinnedRows(Columns.width(m) + len(_DRAWN))
+        self._estimation_error, self._attitude, self._climate = Moments(), Moments(2), Moments(2)
+        self._rows = ThinnedRows(Columns.width(m) + len(_PLOTTED))
         self._states, self._travelled = np.zeros(len(STATES)), 0.0
-        self._place = np.full((1, 3), np.nan)  # true, of the last row
-        self._steps, self._begin, self._time = 0, math.nan, math.nan
-        self._first, self._distance = math.nan, 0.0
+        self._last_position = np.full((1, 3), np.nan)  # m, true, of the last row
+        self._steps, self._start_time, self._time = 0, math.nan, math.nan
+        self._first_distance, self._distance = math.nan, 0.0
         self._spans: list[Span] = []
         self._barrier_stops = self._refills = 0
         self._faults: FaultCount = {}
         self._notices: Counter[str] = Counter()
-        self._expected = np.full(m, np.nan)  # Hz, as the window of vibration began
-        self._vibration, self._believed = VibrationWindows(m), LineTensions(head.robot, head.settings)
+        self._expected = np.full(m, np.nan)  # Hz, at the start of the vibration window
+        self._vibration, self._tensions = VibrationWindows(m), LineTensions(head.robot, head.settings)
         lidar = head.settings.lidars.get("vertical")
-        self._scans = None if lidar is None else StructureScans(lidar, track)
+        self._structure = None if lidar is None else StructureScans(lidar, track)
 
     def add(self, entry: Entry) -> None:
-        """Take one step."""
+        """Add one step."""
         if not self._steps:
-            self._begin = entry.frame.time
+            self._start_time = entry.frame.time
         self._steps += 1
         self._time = entry.frame.time
-        self._rows.put(entry)
-        self._follow(entry)
+        self._table.put(entry)
+        self._add_progress(entry)
         if entry.estimate is not None:
             count_faults(self._faults, entry.estimate.faults, self._time)
-            if self._scans is not None:
-                self._scans.set_pose(entry.estimate, self._distance)
+            if self._structure is not None:
+                self._structure.set_pose(entry.estimate, self._distance)
         for notice in entry.frame.notices:
-            self._notices[
-                f"{notice.subject}: {notice.condition.value}" if notice.subject else notice.condition.value
-            ] += 1
-        self._hear(entry)
-        if self._rows.full:
-            self._digest()
+            subject = f"{notice.subject}: " if notice.subject else ""
+            self._notices[subject + notice.condition.value] += 1
+        self._add_readings(entry)
+        if self._table.full:
+            self._flush()
 
-    def _hear(self, entry: Entry) -> None:
+    def _add_readings(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
             if isinstance(reading, LineAngles):
-                self._ring(reading, entry)
-            elif isinstance(reading, Scan) and reading.source == "vertical" and self._scans is not None:
-                self._scans.add(reading)
+                self._add_vibration(reading, entry)
+            elif isinstance(reading, Scan) and reading.source == "vertical" and self._structure is not None:
+                self._structure.add(reading)
 
-    def _ring(self, reading: LineAngles, entry: Entry) -> None:
-        """Take the lines' angles; what the lines should ring at is asked for as a window begins and as it ends."""
+    def _add_vibration(self, reading: LineAngles, entry: Entry) -> None:
+        """Add the lines' angles; expected frequencies are computed at both ends of a window."""
         whole = self._vibration.add(reading)
         if not whole and not self._vibration.window_begins:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
-            expected = self._believed.frequencies(estimate, self._mass(self._rows.left))
+            expected = self._tensions.frequencies(estimate, self._mass(self._table.left))
         if whole:
-            self._vibration.close(self._rows.temperature, 0.5 * (self._expected + expected))
+            self._vibration.close(self._table.temperature, 0.5 * (self._expected + expected))
         else:
             self._expected = expected
 
     def _mass(self, powder: float) -> float:
         return self.head.settings.drum.empty_mass + max(powder, 0.0)
 
-    def _follow(self, entry: Entry) -> None:
-        """Keep count of distance and states."""
+    def _add_progress(self, entry: Entry) -> None:
+        """Add distance and state."""
         progress, now, spans = entry.progress, entry.frame.time, self._spans
         if progress is None:
             return
-        if math.isnan(self._first):
-            self._first = progress.distance
+        if math.isnan(self._first_distance):
+            self._first_distance = progress.distance
         self._distance = max(self._distance, progress.distance)
         if spans and spans[-1].state is progress.state:
             spans[-1] = Span(progress.state, spans[-1].begin, now, spans[-1].reason or progress.reason)
             return
         if progress.state is PrintState.PAUSED:
-            self._barrier_stops += "barrier" in progress.reason.lower() or self._rows.broken
+            self._barrier_stops += "barrier" in progress.reason.lower() or self._table.broken
         self._refills += progress.state is PrintState.REFILLING
         if len(spans) < _MAX_SPANS:
             spans.append(Span(progress.state, spans[-1].end if spans else now, now, progress.reason))
 
-    def _digest(self) -> None:
-        """Count in the rows that have gathered."""
-        rows = self._rows.take()
+    def _flush(self) -> None:
+        """Add the collected rows to the statistics."""
+        rows = self._table.take()
         if not len(rows):
             return
         printing = rows.in_state(PrintState.PRINTING)
         chosen = printing & np.isfinite(rows["distance"])
-        drawn = np.full((len(rows), len(_DRAWN)), np.nan)
-        for k, follower in enumerate((self._true, self._seen)):
+        plotted = np.full((len(rows), len(_PLOTTED)), np.nan)
+        for k, errors in enumerate((self._true, self._estimated)):
             if chosen.any():
-                drawn[chosen, 2 * k : 2 * k + 2] = np.stack(follower.add(rows.where(chosen)), axis=1)
-        self._off.add(drawn[:, 2] - drawn[:, 0])
+                plotted[chosen, 2 * k : 2 * k + 2] = np.stack(errors.add(rows.where(chosen)), axis=1)
+        self._estimation_error.add(plotted[:, 2] - plotted[:, 0])
         rotation = rows["rotation"][printing]
-        self._turned.add(np.column_stack([rotation[:, 2], np.hypot(rotation[:, 0], rotation[:, 1])]))
-        self._air.add(np.column_stack([rows["temperature"], rows["humidity"]]))
+        self._attitude.add(np.column_stack([rotation[:, 2], np.hypot(rotation[:, 0], rotation[:, 1])]))
+        self._climate.add(np.column_stack([rows["temperature"], rows["humidity"]]))
         step, state = np.nan_to_num(np.maximum(rows["step"], 0.0)), rows["state"]
         known = np.isfinite(state)
         self._states += np.bincount(state[known].astype(np.int64), step[known], len(STATES))
-        places = np.concatenate([self._place, rows["true_position"]])
-        self._travelled += float(np.nansum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
-        self._place = places[-1:]
+        positions = np.concatenate([self._last_position, rows["true_position"]])
+        self._travelled += float(np.nansum(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
+        self._last_position = positions[-1:]
         self._lines.add(rows, printing)
-        self._thinned.add(np.column_stack([rows.rows, drawn]))
+        self._rows.add(np.column_stack([rows.rows, plotted]))
 
     def finish(self, true_structure: HeightField | None = None, notes: tuple[str, ...] = ()) -> PrintRecord:
-        """Tell what came of it. *true_structure*: what truly lies, where that is known; *notes*: what the log says."""
-        self._digest()
+        """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
+        self._flush()
         m = self.head.robot.m
         width = Columns.width(m)
-        rows = Columns(m, self._thinned.rows[:, :width])
-        drawn = dict(zip(_DRAWN, self._thinned.rows[:, width:].T, strict=True))
+        rows = Columns(m, self._rows.rows[:, :width])
+        plotted = dict(zip(_PLOTTED, self._rows.rows[:, width:].T, strict=True))
         masses = self.head.settings.drum.empty_mass + np.maximum(rows["left"], 0.0)
-        drawn["taut"], drawn["believed"] = self._believed.series(rows, masses)
-        ringing, coiling = self._vibration.result(), self._lines.spools()
-        believed = drawn["believed"][rows.in_state(PrintState.PRINTING)]
+        plotted["taut"], plotted["estimated_tensions"] = self._tensions.series(rows, masses)
+        vibration, spools = self._vibration.result(), self._lines.spools()
+        tensions = plotted["estimated_tensions"][rows.in_state(PrintState.PRINTING)]
         done, begun = self._layers()
         true = self._true.result()
         settings = self.head.settings
@@ -189,19 +188,19 @@ class Recorder:
             track=self.track,
             print_speed=self.print_speed,
             steps=self._steps,
-            duration=self._time - self._begin + self.head.period,
-            begin=self._first,
+            duration=self._time - self._start_time + self.head.period,
+            begin=self._first_distance,
             distance=self._distance,
             travelled=self._travelled if true.error.count else math.nan,
             layers=done,
             layers_begun=begun,
             true=true,
-            estimated=self._seen.result(),
-            estimation_error=self._off.summary(),
-            yaw=self._turned.summary(0),
-            tilt=self._turned.summary(1),
-            temperature=self._air.summary(0),
-            humidity=self._air.summary(1),
+            estimated=self._estimated.result(),
+            estimation_error=self._estimation_error.summary(),
+            yaw=self._attitude.summary(0),
+            tilt=self._attitude.summary(1),
+            temperature=self._climate.summary(0),
+            humidity=self._climate.summary(1),
             states={state: float(time) for state, time in zip(STATES, self._states, strict=True) if time > 0.0},
             spans=tuple(self._spans),
             barrier_stops=self._barrier_stops,
@@ -209,16 +208,16 @@ class Recorder:
             faults=self._faults,
             notices=self._notices,
             rows=rows,
-            drawn=drawn,
-            lines=self._lines.result(coiling, ringing, believed),
-            spools=coiling,
-            vibration=ringing,
-            structure=structure_of(self._scans, true_structure, self.track, self._distance, density),
+            plotted=plotted,
+            lines=self._lines.result(spools, vibration, tensions),
+            spools=spools,
+            vibration=vibration,
+            structure=structure_of(self._structure, true_structure, self.track, self._distance, density),
             notes=notes,
         )
 
     def _layers(self) -> tuple[int, int]:
-        """How many layers were finished, and how many begun."""
+        """Number of layers finished, and of layers begun."""
         visits = self.track.visits
         ends = np.append(visits.begin[1:], self.track.length)
         proper = visits.number >= 0

@@ -1,4 +1,4 @@
-"""What came of a print: the values that its record, report and metrics are made of. SI; NaN is not known."""
+"""Results of a print, for its record, report and metrics. SI; NaN: unknown."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ErrorLocation:
-    """Where and when an error was largest."""
+    """Place and time of the largest error."""
 
     value: float  # m
     time: float  # s
     layer: int
     distance: float  # m along the path
-    place: tuple[float, float]  # m, of the path
+    place: tuple[float, float]  # m, on the path
 
 
 @dataclass(frozen=True)
 class Span:
-    """How long a print was in one state, and why it was if it did not print."""
+    """Time span of one state of a print, and the reason for it."""
 
     state: PrintState
     begin: float  # s
@@ -58,10 +58,10 @@ class LayerErrors:
 
 @dataclass(frozen=True, eq=False)
 class PathFollowing:
-    """How well the path was followed, of all steps that printed. Errors are positive left of the path."""
+    """Path-following errors of all steps that printed. Positive: left of the path."""
 
-    error: Summary  # m beside the path, seen from above
-    height: Summary  # m over what was wanted
+    error: Summary  # m, cross-track, from above
+    height: Summary  # m, above the target
     speed: Summary  # m/s along the path
     worst: ErrorLocation | None
     by_layer: LayerErrors
@@ -71,43 +71,43 @@ class PathFollowing:
 
 @dataclass(frozen=True)
 class LineUse:
-    """What one line bore and did. Shares and tensions are of the steps that printed."""
+    """Load and motion of one line. Shares and tensions are of the steps that printed."""
 
     name: str
-    taut: float  # share by the estimation
+    taut: float  # share of the steps, estimated
     true_taut: float
     mean_tension: float  # N at the sheave, true
     max_tension: float
-    believed_mean_tension: float  # N, while three lines alone hold the drum where it is believed to be
+    believed_mean_tension: float  # N, by the estimated position, while three lines alone hold the drum
     believed_max_tension: float
-    max_excess: float  # m, by the estimation
-    hours: float  # h in which it was taut by the estimation, whatever the state
-    wound: float  # m of cable that the drum took in and paid out
-    irregularity: float  # m: see `print_coil`
+    max_excess: float  # m, estimated
+    hours: float  # h, estimated to be taut, in any state
+    wound: float  # m of cable wound in and paid out
+    irregularity: float  # m: see `spooling`
     true_irregularity: float
-    frequency: float  # Hz, middle of all windows
-    frequency_slope: float  # 1/K: see `print_vibration`
+    frequency: float  # Hz, median of all windows
+    frequency_slope: float  # 1/K: see `vibration`
     frequency_slope_sigma: float
 
 
 @dataclass(eq=False)
 class PrintRecord:
-    """All that is told of a print. Moments are of every step; `rows` are some of them, to draw."""
+    """The record of a print. Statistics are of every step; `rows` are some of the steps, to plot."""
 
     head: LogHead
     track: Track
-    print_speed: float  # m/s, wanted
+    print_speed: float  # m/s, planned
     steps: int
     duration: float  # s
-    begin: float  # m along the path, where this log begins
-    distance: float  # m along the path, where it ends
-    travelled: float  # m that the platform truly went
-    layers: int  # that were finished
+    begin: float  # m along the path, at the start of the log
+    distance: float  # m along the path, at the end
+    travelled: float  # m, true path of the platform
+    layers: int  # finished
     layers_begun: int
     true: PathFollowing
-    estimated: PathFollowing  # as the estimation believed
-    estimation_error: Summary  # m: believed error less true one
-    yaw: Summary  # rad, by the estimation
+    estimated: PathFollowing  # by the estimates
+    estimation_error: Summary  # m: estimated error less true one
+    yaw: Summary  # rad, estimated
     tilt: Summary
     temperature: Summary  # degrees Celsius
     humidity: Summary
@@ -118,9 +118,7 @@ class PrintRecord:
     faults: FaultCount
     notices: Counter[str]  # steps by condition
     rows: Columns
-    drawn: dict[
-        str, Array
-    ]  # of the rows: `offset`, `seen_offset`, `speed`, `seen_speed` (k,); `taut`, `believed` (k, m)
+    plotted: dict[str, Array]  # by row; see `Recorder`
     lines: tuple[LineUse, ...]
     spools: tuple[SpoolRadii, ...]
     vibration: LineVibration
@@ -134,5 +132,5 @@ class PrintRecord:
 
     @property
     def best(self) -> PathFollowing:
-        """The true one where it is known."""
+        """True errors if known, else estimated ones."""
         return self.true if self.has_truth else self.estimated

@@ -42,28 +42,28 @@ Array = NDArray[np.float64]
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"
 
-_EVERY: Final = 0.5  # s between checkpoints, of the wall clock
-_TELL: Final = 50  # steps between words of progress
-_TIDY: Final = 100  # steps of a paced print between collections of garbage
-_AWAKE: Final = 0.02  # s before a step of a paced print: a core that slept takes half as long again, its caches cold
+_CHECKPOINT_INTERVAL: Final = 0.5  # s, by the wall clock
+_PROGRESS_STEPS: Final = 50  # between progress messages
+_COLLECT_STEPS: Final = 100  # between garbage collections of a real-time print
+_SPIN_TIME: Final = 0.02  # s of busy waiting before a real-time step: after sleeping it takes half as long again
 _MAX_STEPS: Final = 100_000_000
 
 
 @dataclass
 class Timing:
-    """How long the control steps took, s: what is done with a frame until it is answered and logged."""
+    """Duration of the control steps, s: from the arrival of a frame until it is answered and logged."""
 
     period: float
-    """s, what a step may take."""
+    """s, limit of a step."""
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
     lateness: array[float] = field(default_factory=lambda: array("d"))
-    """How long after its time each step of a paced print ended, s; negative is early."""
+    """How late each step of a real-time print ended, s; negative: early."""
 
 
 @dataclass(eq=False)
 class PrintRun:
-    """What came of it. ``state`` and ``reason``: how it ended."""
+    """A print that has ended, with its ``state`` and ``reason``."""
 
     folder: Path
     machine: SimulatedMachine
@@ -73,17 +73,17 @@ class PrintRun:
 
     @property
     def finished(self) -> bool:
-        """Whether all of the path was gone."""
+        """Whether the end of the path was reached."""
         return self.printer.finished
 
     @property
     def state(self) -> PrintState:
-        """In which it is."""
+        """Present state."""
         return self.printer.supervisor.state
 
     @property
     def reason(self) -> str:
-        """Why it is in that state."""
+        """Reason for that state."""
         return self.printer.supervisor.reason
 
 
@@ -97,10 +97,10 @@ def run_print(
     real_time: bool = False,
     progress: Progress | None = None,
 ) -> PrintRun:
-    """Print until the path is gone or the machine stands by itself; what it leaves in *folder* can be resumed.
+    """Print until the end of the path or until the machine stops; the print in *folder* can be resumed.
 
-    *inputs* and *options*: what makes this print the one it is, see `store.manifest_of`; a print is resumed only where
-    they are the same. With *real_time* each step waits for its time, awake, which takes a core of its own.
+    *inputs* and *options* identify the print, see `store.manifest_of`; it is resumed only if they are the same. With
+    *real_time* each step waits for its time, busily, which needs a core of its own.
 
     Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
     cannot be printed; `EnvironmentFault` where the folder cannot be written: the print then stands where it was.
@@ -114,14 +114,14 @@ def run_print(
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
             path = next_segment(folder)
             with (
-                write_log(path, head, flush_every=_EVERY, clock=time.monotonic) as log,
-                SnapshotWriter(folder / CHECKPOINT) as keeper,
+                write_log(path, head, flush_every=_CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+                SnapshotWriter(folder / CHECKPOINT) as writer,
             ):
                 gc.freeze()  # what is there by now need not be looked through again and again
                 if real_time:
                     gc.disable()  # it is done when there is time for it
                 try:
-                    _go_on(run, log, keeper, real_time, progress)
+                    _go_on(run, log, writer, real_time, progress)
                 finally:
                     gc.enable()
                     gc.unfreeze()
@@ -147,12 +147,12 @@ def alone_in(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def _go_on(run: PrintRun, log: LogWriter, keeper: SnapshotWriter, real_time: bool, progress: Progress | None) -> None:
-    """Step until it is over."""
+def _go_on(run: PrintRun, log: LogWriter, writer: SnapshotWriter, real_time: bool, progress: Progress | None) -> None:
+    """Run steps until the print ends."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
     whole = round(1e3 * printer.plan.path.track.length)
-    saved = begun = time.monotonic()
+    saved = start = time.monotonic()
     for run.steps in range(1, _MAX_STEPS):
         orders = attendant.orders(printer, machine.time)
         step = printer.step(orders)
@@ -162,32 +162,32 @@ def _go_on(run: PrintRun, log: LogWriter, keeper: SnapshotWriter, real_time: boo
         timing.processor.append(time.thread_time() - processor)
         over = printer.finished or run.state in (PrintState.STOPPED, PrintState.FAULT)
         now = time.monotonic()
-        if over or now - saved >= _EVERY:
+        if over or now - saved >= _CHECKPOINT_INTERVAL:
             saved = now
             log.flush()
-            _save(run, keeper)
-        if progress is not None and run.steps % _TELL == 0:
+            _save(run, writer)
+        if progress is not None and run.steps % _PROGRESS_STEPS == 0:
             progress("printing, mm", round(1e3 * step.progress.distance), whole)
         if over:
             return
         if real_time:
-            if run.steps % _TIDY == 0:
+            if run.steps % _COLLECT_STEPS == 0:
                 gc.collect(1)
-            due = begun + run.steps * machine.period
+            due = start + run.steps * machine.period
             timing.lateness.append(time.monotonic() - due)
-            time.sleep(max(0.0, due - time.monotonic() - _AWAKE))
+            time.sleep(max(0.0, due - time.monotonic() - _SPIN_TIME))
             while time.monotonic() < due:
                 pass
 
 
-def _save(run: PrintRun, keeper: SnapshotWriter) -> None:
-    notes = SavingArchive()
-    run.printer.archive_state(notes)
-    keeper.put({"machine": run.machine.snapshot(), "print": notes.snapshot})
+def _save(run: PrintRun, writer: SnapshotWriter) -> None:
+    archive = SavingArchive()
+    run.printer.archive_state(archive)
+    writer.put({"machine": run.machine.snapshot(), "print": archive.snapshot})
 
 
 def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
-    """Machine and print as the checkpoint has them, or at the beginning of the path where there is none."""
+    """Machine and print from the checkpoint, or at the start of the path without one."""
     path, choices, begin = folder / CHECKPOINT, twin.choices, twin.path.track.at(0.0).position
     found = read_snapshots(path) if resume and path.exists() else None
     if found is not None and not {"machine", "print"} <= found.keys():
@@ -202,8 +202,8 @@ def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> 
     def make(place: Array, radii: Array) -> Estimator:
         return estimator(twin.estimator, twin.robot, machine.settings, place, choices.lasers, radii)
 
-    book = None if found is None else LoadingArchive(found["print"])
-    return machine, Printer(plan, machine, make, now=machine.time, archive=book)
+    archive = None if found is None else LoadingArchive(found["print"])
+    return machine, Printer(plan, machine, make, now=machine.time, archive=archive)
 
 
 def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
@@ -233,7 +233,7 @@ def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
 
 
 def _differs(key: str, kept: Any, asked: Any) -> str:
-    """What of a part of the manifest is not the same."""
+    """Describe the first difference in a part of the manifest."""
     if isinstance(kept, dict) and isinstance(asked, dict):
         for inner in sorted(kept.keys() | asked.keys()):
             if kept.get(inner) != asked.get(inner):

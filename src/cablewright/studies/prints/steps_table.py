@@ -1,4 +1,4 @@
-"""Steps of a print as rows of numbers: what of a log's entry the record of a print is made of."""
+"""Steps of a print as rows of numbers, from a log's entries, for the record of the print."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["STATES", "Columns", "StepsTable"]
 Array = NDArray[np.float64]
 
 STATES: Final = tuple(PrintState)
-"""A row's state is a place in this; NaN where the log does not tell."""
+"""A row's state is an index into this; NaN: unknown."""
 
 _SCALARS: Final = (
     "time", "step", "state", "layer", "distance", "valid", "clearance", "powder", "left", "valve",
@@ -33,11 +33,11 @@ _LINES: Final = (
 
 
 class Columns:
-    """Rows (k, width) by name: `columns["position"]` is (k, 3), ``"time"`` (k,), ``"excess"`` one by line (k, m). SI.
+    """Rows (k, width) by name: `columns["position"]` is (k, 3), ``"time"`` (k,), ``"excess"`` by line (k, m). SI.
 
-    ``step`` is the time since the row before; ``measured`` the lines' angles, ``turned`` how far winch drums have paid
-    out by their encoders (rad), both as last told; ``powder`` what is truly left in the drum, ``left`` what the valve
-    should have left; ``broken`` the light barrier.
+    ``step``: time since the last row. ``measured``: the lines' angles, and ``turned``: rotation of the winch drums by
+    their encoders (rad), positive paid out; both are the last readings. ``powder``: true mass in the drum, ``left``:
+    estimated by the valve's opening. ``broken``: of the light barrier.
     """
 
     def __init__(self, m: int, rows: Array) -> None:
@@ -46,7 +46,7 @@ class Columns:
 
     @staticmethod
     def width(m: int) -> int:
-        """How many numbers a row has."""
+        """Number of columns."""
         return len(_SCALARS) + 3 * len(_VECTORS) + m * len(_LINES)
 
     def __len__(self) -> int:
@@ -57,21 +57,21 @@ class Columns:
         return found[:, 0] if name in _SCALARS else found
 
     def where(self, chosen: NDArray[np.bool_]) -> Self:
-        """Some of the rows."""
+        """Return the *chosen* rows."""
         return type(self)(self.m, self.rows[chosen])
 
     def then(self, after: Self) -> Self:
-        """These rows and those *after*."""
+        """Return these rows followed by those *after*."""
         return type(self)(self.m, np.concatenate([self.rows, after.rows]))
 
     def in_state(self, state: PrintState) -> NDArray[np.bool_]:
-        """(k,) whether each row is in that state."""
+        """Return which rows are in that state, (k,)."""
         return np.asarray(self["state"] == STATES.index(state))
 
 
 @cache
 def columns_of(m: int) -> dict[str, slice]:
-    """Where in a row each name is."""
+    """Return the slice of each name in a row."""
     places: dict[str, slice] = {}
     at = 0
     for names, width in ((_SCALARS, 1), (_VECTORS, 3), (_LINES, m)):
@@ -82,7 +82,7 @@ def columns_of(m: int) -> dict[str, slice]:
 
 
 class StepsTable:
-    """Fills rows one by one; what a sensor told last is held."""
+    """Fills rows one by one; sensors' last readings are held."""
 
     def __init__(self, m: int, settings: MachineSettings, period: float, capacity: int) -> None:
         """For a robot of *m* lines that steps every *period* (s), *capacity* rows at a time."""
@@ -104,21 +104,21 @@ class StepsTable:
 
     @property
     def left(self) -> float:
-        """Powder (kg) that should be left in the drum."""
+        """Powder (kg) in the drum, estimated."""
         return self._left
 
     @property
     def temperature(self) -> float:
-        """Degrees Celsius, as last told."""
+        """Degrees Celsius, last reading."""
         return self._held_scalars.get("temperature", float("nan"))
 
     @property
     def broken(self) -> bool:
-        """Whether the light barrier is, as last told."""
+        """Whether the light barrier is interrupted, last reading."""
         return self._held_scalars.get("broken") == 1.0
 
     def take(self) -> Columns:
-        """Return the rows, and begin anew."""
+        """Return the rows and start again."""
         taken = Columns(self.m, self._rows[: self._count].copy())
         self._rows[:] = np.nan
         self._count = 0
@@ -137,7 +137,7 @@ class StepsTable:
         self._last = now
         if progress is not None:
             if self._refilling and progress.state is not PrintState.REFILLING:
-                self._left = self._drum.powder  # filled up to what it began with
+                self._left = self._drum.powder  # refilled to its initial level
             self._refilling = progress.state is PrintState.REFILLING
             state = float(STATES.index(progress.state))
             self._set(state=state, layer=progress.layer, distance=progress.distance, target=progress.target)

@@ -1,7 +1,7 @@
-"""At which frequency the lines ring, by the accelerometers on them, and how that goes with the temperature.
+"""First natural frequency of the lines, by their accelerometers, and its dependence on temperature.
 
-Merlet and Papegay 2023 (III.B) wonder whether it tells of a cable's wear. A line's first frequency is its wave's speed
-over twice its length, so it changes along the path; what could tell of the cable is how far it is off that.
+Merlet and Papegay 2023 (III.B) ask whether it indicates a cable's wear. It is the wave speed over twice the length, so
+it changes along the path; only the deviation from that can indicate anything.
 """
 
 from __future__ import annotations
@@ -21,41 +21,41 @@ __all__ = ["LineVibration", "VibrationWindows", "peak_frequency"]
 Array = NDArray[np.float64]
 
 WINDOW: Final = 20.0
-"""s that are looked at together."""
+"""Length of a window, s."""
 
 _MAX_READINGS: Final = 20_000  # in a window
-_AROUND: Final = 0.25  # share of the expected frequency within which the peak is looked for
-_HIGHEST: Final = 0.4  # share of the rate up to which a frequency is looked for
-_STANDS_OUT: Final = 12.0  # times the middle of the spectrum about it that a peak has to be
-_KNOWN: Final = 0.95  # share of a window's readings that a line must have
+_BAND: Final = 0.25  # half width of the band that is searched, as a share of the expected frequency
+_MAX_FREQUENCY: Final = 0.4  # share of the sampling rate
+_MIN_PEAK: Final = 12.0  # power of a peak over the median of its band
+_MIN_KNOWN: Final = 0.95  # share of a window's readings that a line must have
 _MIN_WINDOWS: Final = 8
 _MIN_SPREAD: Final = 0.2  # K, standard deviation
 
 
 @dataclass(frozen=True, eq=False)
 class LineVibration:
-    """Frequencies of w windows by line, and what they do with the temperature. NaN where not known."""
+    """Frequencies of w windows by line, and their dependence on temperature. NaN: unknown."""
 
     times: Array  # (w,) s
     temperatures: Array  # (w,) degrees Celsius
     frequencies: Array  # (w, m) Hz
-    expected: Array  # (w, m) Hz, of a string with the tension that holds the drum
+    expected: Array  # (w, m) Hz, of a string under the estimated tension
     slopes: Array  # (m,) 1/K: relative change of measured over expected
     slope_sigmas: Array  # (m,) 1/K
 
 
 class VibrationWindows:
-    """Gathers readings to windows, and takes each window's peak."""
+    """Collects readings in windows, and finds each window's peak frequency."""
 
     def __init__(self, m: int) -> None:
         """For *m* lines."""
         self._m = m
         self._times: list[float] = []
         self._angles: list[Array] = []
-        self._found = ThinnedRows(2 + 2 * m)
+        self._windows = ThinnedRows(2 + 2 * m)
 
     def add(self, reading: LineAngles) -> bool:
-        """Take a reading; says whether a window is whole, and `close` due."""
+        """Add a reading; return whether the window is complete and `close` is due."""
         if self._times:
             since = reading.time - self._times[-1]
             if not 0.0 < since < 1.0 or len(self._times) >= _MAX_READINGS:
@@ -66,57 +66,57 @@ class VibrationWindows:
 
     @property
     def window_begins(self) -> bool:
-        """Whether the last reading was a window's first."""
+        """Whether the last reading was the first of a window."""
         return len(self._times) == 1
 
     def drop(self) -> None:
-        """Forget the window."""
+        """Discard the window."""
         self._times.clear()
         self._angles.clear()
 
     def close(self, temperature: float, expected: Array) -> None:
-        """End the window: look for peaks about *expected* (m,), Hz; NaN: not of this line."""
+        """Complete the window: find peaks near *expected* (m,), Hz; NaN: not for this line."""
         times, angles = np.array(self._times), np.array(self._angles)
         self.drop()
         found = [peak_frequency(times, column, float(near)) for column, near in zip(angles.T, expected, strict=True)]
-        self._found.add(np.array([[times.mean(), temperature, *found, *expected]]))
+        self._windows.add(np.array([[times.mean(), temperature, *found, *expected]]))
 
     def result(self) -> LineVibration:
-        """What all windows told."""
-        rows, m = self._found.rows, self._m
+        """Return the result of all windows."""
+        rows, m = self._windows.rows, self._m
         temperatures, frequencies, expected = rows[:, 1], rows[:, 2 : 2 + m], rows[:, 2 + m :]
         slopes = np.array([_slope(temperatures, frequencies[:, i] / expected[:, i]) for i in range(m)]).reshape(m, 2)
         return LineVibration(rows[:, 0], temperatures, frequencies, expected, slopes[:, 0], slopes[:, 1])
 
 
 def peak_frequency(times: Array, angles: Array, near: float) -> float:
-    """The frequency (Hz) about *near* that stands out in *angles* (k,) at *times* (k,), s; NaN where none does.
+    """Frequency (Hz) of a clear peak of *angles* (k,) at *times* (k,), s, within a quarter of *near*; NaN without one.
 
-    A periodogram with Hann's window, the peak between its bins by a parabola through logarithms.
+    By a periodogram with a Hann window; a parabola through the logarithms interpolates between bins.
     """
     known = np.isfinite(angles)
-    if not math.isfinite(near) or np.count_nonzero(known) < max(64, _KNOWN * len(angles)):
+    if not math.isfinite(near) or np.count_nonzero(known) < max(64, _MIN_KNOWN * len(angles)):
         return math.nan
     rate = (len(times) - 1) / float(times[-1] - times[0])
-    if near > _HIGHEST * rate:
+    if near > _MAX_FREQUENCY * rate:
         return math.nan
     even = np.linspace(times[0], times[-1], len(times))
     values = np.interp(even, times[known], angles[known])
     values -= np.polynomial.Polynomial.fit(even, values, 1)(even)
     power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
     frequencies = np.arange(len(power)) * rate / len(values)
-    band = np.flatnonzero(np.abs(frequencies - near) <= _AROUND * near)
+    band = np.flatnonzero(np.abs(frequencies - near) <= _BAND * near)
     if len(band) < 8:
         return math.nan
     top = int(band[power[band].argmax()])
-    if power[top] < _STANDS_OUT * np.median(power[band]) or top in (band[0], band[-1]):
+    if power[top] < _MIN_PEAK * np.median(power[band]) or top in (band[0], band[-1]):
         return math.nan
     left, middle, right = np.log(power[top - 1 : top + 2])
     return float(frequencies[1] * (top + 0.5 * (left - right) / (left - 2.0 * middle + right)))
 
 
 def _slope(temperatures: Array, ratios: Array) -> tuple[float, float]:
-    """Relative change of *ratios* (w,) by the temperature, 1/K, and its sigma; NaN where too little is known."""
+    """Relative change of *ratios* (w,) by temperature, 1/K, and its standard deviation; NaN with too little data."""
     known = np.isfinite(temperatures) & np.isfinite(ratios) & (ratios > 0.0)
     x, y = temperatures[known], np.log(ratios[known])
     if len(x) < _MIN_WINDOWS or float(np.std(x)) < _MIN_SPREAD:

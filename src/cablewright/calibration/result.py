@@ -1,0 +1,203 @@
+"""What a calibration found: values and their covariance, what stays open, and what would help."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.calibration.observability import (
+    Direction,
+    Information,
+    Suggestion,
+    information,
+    open_freedoms,
+    suggestions,
+    weakest,
+)
+from cablewright.calibration.outliers import Rejected
+from cablewright.calibration.pose_fit import PoseFit
+from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.unknowns import Unknown, with_values
+from cablewright.results import Figure, Pictured
+from cablewright.robot import Robot
+
+__all__ = ["Calibration"]
+
+Array = NDArray[np.float64]
+
+_MIN_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
+
+
+def _by_label(name: str, found: Calibration) -> dict[str, float]:
+    return dict(zip((each.label for each in found.unknowns), getattr(found, name).tolist(), strict=True))
+
+
+def _rejected(found: Calibration) -> list[dict[str, Any]]:
+    places = found.problem.measured.places
+    return [
+        {"pose": each.pose + 1, "row": places[each.pose] if len(places) else None}
+        | {name: getattr(each, name) for name in ("line", "sensor", "size", "unit")}
+        for each in found.rejected
+    ]
+
+
+def _suggestions(found: Calibration) -> list[dict[str, Any]]:
+    return [
+        {
+            "measurement": each.words,
+            "sigma_before": each.before,
+            "sigma_after": each.after,
+            "open_before": each.open_before,
+            "open_after": each.open_after,
+        }
+        for each in found.suggestions
+    ]
+
+
+FIGURES = (
+    Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent."),
+    Figure("reason", "", "That in a sentence.", lambda found: found.reason or None),
+    Figure("cable", "", "Law of the lines: rigid, elastic or catenary.", "problem.cable"),
+    Figure("rms", "m", "What is left of the lengths that count, root mean square."),
+    Figure("iterations", "1", "Steps of the fit."),
+    Figure("poses", "1", "How many poses were measured.", "problem.poses"),
+    Figure("unknowns", "1", "How many unknowns of the robot were looked for.", "alone.total"),
+    Figure("rank", "1", "How many of them the data alone decide.", "alone.rank"),
+    Figure("gauge", "", "Freedoms that the data alone leave open."),
+    Figure("datum", "", "What fixes the frame.", lambda found: found.problem.plan.datum or ("inner",)),
+    Figure(
+        "weakest",
+        "",
+        "The least known combinations that are not open, with sigma and its unit.",
+        lambda found: [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in found.weakest],
+    ),
+    Figure("encoder_sigma", "m", "Standard deviation of the encoders, given or from what is left over."),
+    Figure("sigma", "SI", "Standard deviation of each unknown.", partial(_by_label, "sigma")),
+    Figure("values", "SI", "Value of each unknown.", partial(_by_label, "values")),
+    Figure("covariance", "SI", "Covariance of the unknowns, in their order."),
+    Figure("rejected", "", "Poses or single readings that are left out, and how far off they are.", _rejected),
+    Figure("suggestions", "", "What one more measurement would bring, the most helpful first.", _suggestions),
+    Figure("pose", "m, rad", "The poses.", "poses"),
+    Figure("starts", "1", "Starts that were tried.", "fit.starts"),
+    Figure("notes", "", "What a careful person would ask."),
+    Figure(
+        "robot",
+        "",
+        "The calibrated robot; the old one unless the status is ok.",
+        lambda found: found.robot.model_dump(mode="json"),
+    ),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration(Pictured):
+    """What data say of a robot. `status` is "ok", or else `reason` says what went wrong and `robot` is the old one.
+
+    `values` and `sigma` are of `unknowns`, in their SI units; sigma is NaN where nothing tells it, 0 where the datum
+    holds the value. `alone` is what the data say by themselves, before datum and priors.
+    """
+
+    FIGURES: ClassVar = FIGURES
+    HEADLINES: ClassVar = ("status", "poses", "rms", "unknowns", "rank")
+
+    status: str
+    reason: str
+    problem: CalibrationProblem
+    fit: PoseFit
+    alone: Information
+    posterior: Information
+    rejected: tuple[Rejected, ...]
+    scale: float  # sigma of the encoders over that of the weights
+    rms: float  # m
+    iterations: int
+    notes: tuple[str, ...]
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """What was looked for."""
+        return self.problem.unknowns
+
+    @property
+    def poses(self) -> Array:
+        """The poses (N, n), m and rad."""
+        return self.problem.poses_of(self.fit.poses)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the data calibrate the robot."""
+        return self.status == "ok"
+
+    @property
+    def _sizes(self) -> Array:
+        return np.array([each.size for each in self.unknowns])
+
+    @cached_property
+    def values(self) -> Array:
+        """The unknowns (k,)."""
+        return np.asarray(self.problem.whole(self.fit.theta) * self._sizes)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the unknowns (k, k), datum and priors counted."""
+        free = ~self.problem.held
+        found = np.zeros((len(free), len(free)))
+        found[np.ix_(free, free)] = self.posterior.covariance * self.scale**2
+        return found * np.outer(self._sizes, self._sizes)
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of the unknowns (k,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance).clip(min=0.0)))
+
+    @property
+    def encoder_sigma(self) -> float:
+        """Standard deviation of the encoders, m: the given one, or that which the residuals tell."""
+        return self.scale * self.problem.encoder_sigma
+
+    @cached_property
+    def residuals(self) -> Array:
+        """What is left of each length (N, m), m, those left out too."""
+        found = self.problem.derivatives(self.fit.theta, self.fit.poses)
+        return found.residual[:, : self.problem.robot.m] * self.problem.encoder_sigma
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Which lengths (N, m) count."""
+        return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
+
+    @cached_property
+    def gauge(self) -> tuple[str, ...]:
+        """The freedoms that the data alone leave open, in words."""
+        return open_freedoms(self.alone)
+
+    @cached_property
+    def weakest(self) -> tuple[Direction, ...]:
+        """The least known combinations that are not open, sigma as the data tell it."""
+        found = weakest(self.alone)
+        return tuple(replace(each, sigma=each.sigma * self.scale) for each in found)
+
+    @cached_property
+    def suggestions(self) -> tuple[Suggestion, ...]:
+        """What one more measurement would bring, the most helpful first."""
+        if not math.isfinite(self.scale) or self.scale <= 0.0:
+            return ()
+        counted = information(
+            self.problem.freed(),
+            self.problem.whole(self.fit.theta),
+            self.fit.poses,
+            self.fit.weights,
+            priors=True,
+        )
+        return suggestions(counted, max(self.scale, _MIN_SIGMA / self.problem.encoder_sigma))
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The calibrated robot; the old one unless `status` is "ok"."""
+        if self.status != "ok":
+            return self.problem.robot
+        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.hangs)

@@ -1,0 +1,126 @@
+"""What a tensile test says of a cable: its branches, the nominal modulus, and how far that varies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.calibration.tensile.recording import TensileTest
+from cablewright.results import Figure, Pictured
+
+__all__ = ["Branch", "TensileResult"]
+
+Array = NDArray[np.float64]
+
+
+FIGURES = (
+    Figure("modulus", "Pa", "Nominal Young's modulus: secant of the last full loading over the band."),
+    Figure("axial_stiffness", "N", "EA; the section cancels out of it.", name="stiffness EA"),
+    Figure("modulus_range", "1", "Lowest and highest modulus found anywhere, over the nominal one."),
+    Figure("branch_factors", "1", "Lowest and highest secant of all full branches, over the nominal one."),
+    Figure("tangent_factors", "1", "Lowest and highest tangent of all full branches, over the nominal one."),
+    Figure("loading", "Pa", "Secant modulus of each full loading."),
+    Figure("unloading", "Pa", "Secant modulus of each full unloading."),
+    Figure("cycles", "1", "Loadings that an unloading follows, both across the band."),
+    Figure("partial", "1", "Branches that do not span the band."),
+    Figure("hysteresis", "1", "Loop of each full cycle over the work of its loading, within the band."),
+    Figure("permanent_set", "m", "From each full loading to the next, at the band's lower load."),
+    Figure("r_squared", "1", "Of the secant, over the nominal branch's forces."),
+    Figure("initial_length", "m", "The specimen at elongation zero."),
+    Figure("length", "m", "The cable at the band's lower load."),
+    Figure("stretch", "m", "Over the band, on the nominal branch."),
+    Figure("section", "m^2", "Of the cable."),
+    Figure("breaking_load", "N", "Of the cable."),
+    Figure("band", "1", "Shares of the breaking load that the modulus spans."),
+    Figure("notes", "", "Sentences for whoever uses the numbers."),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """One loading or unloading across the whole band, in the order of rising force; read-only arrays."""
+
+    rising: bool  # whether it is a loading
+    place: str  # where it is in the test: ``lines 7 to 120``
+    force: Array  # (k,) N, the samples within the band
+    elongation: Array  # (k,) m
+    ends: tuple[float, float]  # m, elongation at the band's lower and upper load
+    modulus: float  # Pa, secant over the band
+    tangents: Array  # (w,) Pa, least-squares slopes over a fifth of the stretch each
+    tangent_forces: Array  # (w,) N, mean force of each
+
+    @property
+    def word(self) -> str:
+        """``loading`` or ``unloading``."""
+        return "loading" if self.rising else "unloading"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TensileResult(Pictured):
+    """What a tensile test says of a cable: `modulus` makes it."""
+
+    FIGURES: ClassVar = FIGURES
+    HEADLINES: ClassVar = ("modulus", "modulus_range", "cycles", "r_squared")
+
+    test: TensileTest
+    modulus: float  # Pa, nominal: secant of the last full loading
+    length: float  # m, of the cable at the band's lower load, on the nominal branch: l_init of Eq. 22
+    stretch: float  # m, over the band, on the nominal branch: delta l of Eq. 22
+    r_squared: float  # of the secant line, over the nominal branch's forces
+    branches: tuple[Branch, ...]  # those that span the band, in the order of time
+    hysteresis: tuple[float, ...]  # of each full cycle: loop over what loading took in, within the band
+    permanent_set: tuple[float, ...]  # m, from each full loading to the next, at the band's lower load
+    partial: int  # branches that do not span the band
+    notes: tuple[str, ...]  # sentences for whoever uses the numbers
+    initial_length: float  # m
+    section: float  # m^2
+    breaking_load: float  # N
+    band: tuple[float, float]  # shares of the breaking load
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA, N; the section cancels out of it."""
+        return self.modulus * self.section
+
+    @property
+    def loads(self) -> tuple[float, float]:
+        """The band's lower and upper load, N."""
+        return self.band[0] * self.breaking_load, self.band[1] * self.breaking_load
+
+    @property
+    def cycles(self) -> int:
+        """How many loadings are followed by an unloading, both across the band."""
+        return len(self.hysteresis)
+
+    @property
+    def loading(self) -> tuple[float, ...]:
+        """Secant modulus of each full loading, Pa."""
+        return tuple(branch.modulus for branch in self.branches if branch.rising)
+
+    @property
+    def unloading(self) -> tuple[float, ...]:
+        """Secant modulus of each full unloading, Pa."""
+        return tuple(branch.modulus for branch in self.branches if not branch.rising)
+
+    @property
+    def branch_factors(self) -> tuple[float, float]:
+        """Lowest and highest secant modulus of all full branches, over the nominal one."""
+        secants = self.loading + self.unloading
+        return min(secants) / self.modulus, max(secants) / self.modulus
+
+    @property
+    def tangent_factors(self) -> tuple[float, float]:
+        """Lowest and highest tangent modulus of all full branches, over the nominal one."""
+        tangents = np.concatenate([branch.tangents for branch in self.branches])
+        return float(tangents.min()) / self.modulus, float(tangents.max()) / self.modulus
+
+    @property
+    def modulus_range(self) -> tuple[float, float]:
+        """Lowest and highest modulus found anywhere, over the nominal one; rounded outwards to a hundredth."""
+        low = min(self.branch_factors[0], self.tangent_factors[0])
+        high = max(self.branch_factors[1], self.tangent_factors[1])
+        return math.floor(low * 100 + 1e-6) / 100, math.ceil(high * 100 - 1e-6) / 100
