@@ -74,7 +74,7 @@ def test_every_node_inside_is_allowed_by_the_judge_and_no_other(reached: tuple[M
     model, found = reached
     inside = found.nodes.inside
     assert 20 < inside.sum() < inside.size
-    places = np.stack(np.meshgrid(*found.nodes.axes, indexing="ij"), axis=-1)
+    places = found.nodes.box.grid(inside.shape)
     rng = np.random.default_rng(1)
     for wanted in (True, False):
         for place in rng.permutation(places[inside == wanted])[:60]:

@@ -155,3 +155,11 @@ def test_a_point_platform_has_three_freedoms() -> None:
 def test_bad_questions_are_refused(robot: str, given: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         boundary_modes(Model(load(robot), Fidelity.of("elastic")), **given)
+
+
+@pytest.mark.parametrize("given", [{"orientations": []}, {"box": [5.0, 6.0, 5.0, 6.0, 5.0, 6.0]}])
+def test_an_empty_workspace_has_an_empty_boundary(given: dict[str, object]) -> None:
+    law = RetractionLaw(-1.0, 2.4, 1.2, 2.0)
+    nothing = boundary_modes(BEAM, "exact", grid=5, retraction=law, **given)
+    assert (len(nothing.places), len(nothing.lowest), nothing.worst, nothing.shares) == (0, 0, None, {})
+    assert np.isnan(nothing.spread).all()

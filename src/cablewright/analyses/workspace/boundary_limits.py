@@ -102,7 +102,7 @@ def boundary_limits(nodes: NodeCount) -> BoundaryLimits:
 
 def _pairs(nodes: NodeCount) -> tuple[Array, Array]:
     """Neighbours of which one is inside and the other is not, as points (E, 3) inside and outside, m."""
-    places = np.stack(np.meshgrid(*nodes.axes, indexing="ij"), axis=-1)
+    places = nodes.box.grid(nodes.inside.shape)
     within, without = [np.empty((0, 3))], [np.empty((0, 3))]
     for axis in range(3):
         along, inside = np.moveaxis(places, axis, 0), np.moveaxis(nodes.inside, axis, 0)

@@ -63,6 +63,10 @@ class SearchBox:
         x, y, z = (self.at(np.arange(n)[:, None] / (n - 1))[:, axis] for axis, n in enumerate(counts))
         return x, y, z
 
+    def grid(self, counts: tuple[int, ...]) -> Array:
+        """Places (X, Y, Z, 3), m, of all these nodes."""
+        return np.stack(np.meshgrid(*self.axes(counts), indexing="ij"), axis=-1)
+
 
 @dataclass(frozen=True, eq=False)
 class Refined:
@@ -166,25 +170,17 @@ class _Lattice:
 
     def _take(self, cells: Keys) -> None:
         """Evaluate the function in *cells*, sorted, and in all neighbours into which the surface continues."""
-        corners = cells[:, None] + CORNERS
-        self._evaluate(np.unique(corners))
-        self.all_cells, self.inside = cells, self._inside(corners)
-        self.mixed = _differ(self.inside)
-        fresh = np.flatnonzero(self.mixed)
-        while len(fresh):
-            beyond = self._beyond(fresh)
-            if not len(beyond):
-                break
-            corners = beyond[:, None] + CORNERS
+        self.all_cells, self.inside, self.mixed = cells[:0], np.empty((0, 8), dtype=bool), np.empty(0, dtype=bool)
+        while len(cells):
+            corners = cells[:, None] + CORNERS
             self._evaluate(np.unique(corners))
-            inside = self._inside(corners)
-            mixed = _differ(inside)
-            order = np.argsort(np.concatenate([self.all_cells, beyond]), kind="stable")
+            inside = self.values[np.searchsorted(self.nodes, corners)] >= 0.0
+            order = np.argsort(np.concatenate([self.all_cells, cells]), kind="stable")
             new = order >= len(self.all_cells)
-            self.all_cells = np.concatenate([self.all_cells, beyond])[order]
+            self.all_cells = np.concatenate([self.all_cells, cells])[order]
             self.inside = np.concatenate([self.inside, inside])[order]
-            self.mixed = np.concatenate([self.mixed, mixed])[order]
-            fresh = np.flatnonzero(new & self.mixed)
+            self.mixed = np.concatenate([self.mixed, _differ(inside)])[order]
+            cells = self._beyond(np.flatnonzero(new & self.mixed))
 
     def _beyond(self, rows: NDArray[np.int64]) -> Keys:
         """Neighbours of cells behind a face that the surface crosses, of those that are not known yet."""
@@ -197,32 +193,21 @@ class _Lattice:
         keys = np.unique(np.concatenate(found))
         return keys[~_among(keys, self.all_cells)]
 
-    def _inside(self, corners: Keys) -> NDArray[np.bool_]:
-        return np.asarray(self.values[np.searchsorted(self.nodes, corners)] >= 0.0)
-
     def _evaluate(self, keys: Keys) -> None:
         """Find the values of the nodes with the sorted *keys* that are not known yet."""
         new = keys[~_among(keys, self.nodes)]
-        values = self._values(new)
+        shares, within = self._shares(new)
+        values = np.full(len(new), -np.inf)
+        values[within] = self._margin(self.box.at(shares[within]), f"lattice of {self.cells.max()} cells")
         order = np.argsort(np.concatenate([self.nodes, new]), kind="stable")
         self.nodes = np.concatenate([self.nodes, new])[order]
         self.values = np.concatenate([self.values, values])[order]
-
-    def _values(self, keys: Keys) -> Array:
-        shares, within = self._shares(keys)
-        values = np.full(len(keys), -np.inf)
-        values[within] = self._margin(self.box.at(shares[within]), f"lattice of {self._size}")
-        return values
 
     def _shares(self, keys: Keys) -> tuple[Array, NDArray[np.bool_]]:
         """Where nodes are in the box, (N, 3) shares of its sides, and which are in it."""
         index = index_of(keys) - (1 << self.level)
         within = np.all((index >= 0) & (index <= self.cells), axis=1)
         return index / self.cells, within
-
-    @property
-    def _size(self) -> str:
-        return f"{self.cells.max()} cells"
 
     def _margin(self, places: Array, purpose: str) -> Array:
         self.places += len(places)
@@ -303,7 +288,7 @@ class _Lattice:
             share = np.clip(share, 0.1, 0.9) if step % 2 == 0 else np.full(len(active), 0.5)
             at = low[active] + share * (high[active] - low[active])
             places = self.box.at(start[active] + at[:, None] * way[active])
-            values = self._margin(places, f"surface in {self._size}, step {step + 1}")
+            values = self._margin(places, f"surface in {self.cells.max()} cells, step {step + 1}")
             good = values >= 0.0
             low[active[good]], near[active[good]] = at[good], values[good]
             high[active[~good]], far[active[~good]] = at[~good], values[~good]

@@ -155,7 +155,7 @@ class NodeCount(Result):
     @property
     def places(self) -> Array:
         """The nodes that are inside, (N, 3) m: z changes fastest, then y, then x."""
-        return _grid(self.axes)[self.inside]
+        return self.box.grid(self.inside.shape)[self.inside]
 
     @property
     def nodes(self) -> int:
@@ -283,13 +283,8 @@ def count_nodes(
         raise InputError("grid and step: give one of them")
     asked = Criterion.of(robot, criterion, **options)
     counts = (_checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(asked.box, step)
-    inside = asked.margin(_grid(asked.box.axes(counts)).reshape(-1, 3), progress, "nodes") >= 0.0
+    inside = asked.margin(asked.box.grid(counts).reshape(-1, 3), progress, "nodes") >= 0.0
     return NodeCount(asked, inside.reshape(counts))
-
-
-def _grid(axes: tuple[Array, Array, Array]) -> Array:
-    """Places (X, Y, Z, 3), m, of all nodes of a grid."""
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
 def _counts(box: SearchBox, step: float) -> tuple[int, int, int]:
