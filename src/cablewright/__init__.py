@@ -50,9 +50,14 @@ if TYPE_CHECKING:
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status, UnknownName
     from cablewright.estimation.lidar.room import Laser, RoomMap
     from cablewright.estimation.lidar.scan_file import FileScan, read_scan
+    from cablewright.machine.log.log import read_log
+    from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
+    from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.curve import Curve, Curves, RankedCurve, curves
+    from cablewright.printing.deposition import Powder, pour
+    from cablewright.printing.heightfield import HeightField
     from cablewright.printing.job import Job, load_job
     from cablewright.printing.stl import read_stl
     from cablewright.results import Figure, Result
@@ -60,6 +65,7 @@ if TYPE_CHECKING:
     from cablewright.robot.design_variables import Change
     from cablewright.robot.parameters import Parameter
     from cablewright.robot.uncertainty import Range
+    from cablewright.signals import Command, Encoders, Scan, SensorFrame
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
@@ -71,10 +77,13 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.bracket import BracketStress, bracket
     from cablewright.studies.check import Check, check
+    from cablewright.studies.drive import DriveSettings, Pilot, random_loop
     from cablewright.studies.interference import JobInterference, interference
     from cablewright.studies.places import Places
     from cablewright.studies.prints.plan import PrintOptions
     from cablewright.studies.prints.print_job import PrintedJob, print_job
+    from cablewright.studies.replay import Replay, replay
+    from cablewright.studies.simulate import Simulation, simulate
     from cablewright.studies.trade import Trade, TradeSettings, trade
     from cablewright.studies.walls import LidarPlace, Walls, walls
     from cablewright.triangle_mesh import TriangleMesh
@@ -94,8 +103,11 @@ __all__ = [
     "Certificate",
     "Change",
     "Check",
+    "Command",
     "Curve",
     "Curves",
+    "DriveSettings",
+    "Encoders",
     "EnvironmentFault",
     "Equilibria",
     "Equilibrium",
@@ -103,6 +115,7 @@ __all__ = [
     "Figure",
     "FileScan",
     "FirstOrder",
+    "HeightField",
     "InputError",
     "Interference",
     "InterferenceSettings",
@@ -111,29 +124,37 @@ __all__ = [
     "Laser",
     "LidarPlace",
     "Linearisation",
+    "MachineSettings",
     "Measured",
     "Model",
     "Modes",
     "MonteCarlo",
     "NodeCount",
     "Parameter",
+    "Pilot",
     "Places",
     "PoseBox",
+    "Powder",
     "PrintOptions",
     "PrintedJob",
     "Range",
     "RankedCurve",
+    "Replay",
     "Result",
     "Retraction",
     "RetractionLaw",
     "Robot",
     "RoomMap",
+    "Scan",
+    "SensorFrame",
     "SensorNoise",
     "SheaveLaw",
     "Shot",
     "Shots",
     "Sigmas",
     "SimulatedCalibration",
+    "SimulatedMachine",
+    "Simulation",
     "Status",
     "Survey",
     "SurveyPlan",
@@ -167,15 +188,22 @@ __all__ = [
     "linearise",
     "load",
     "load_job",
+    "load_machine",
     "load_uncertainty",
     "loads",
+    "machine_names",
     "modes",
     "modulus",
     "modulus_ranges",
+    "pour",
     "print_job",
+    "random_loop",
+    "read_log",
     "read_scan",
     "read_stl",
+    "replay",
     "retraction",
+    "simulate",
     "simulate_calibration",
     "survey",
     "trade",
@@ -256,6 +284,13 @@ _HOMES = {
         "FileScan",
         "read_scan",
     ),
+    "machine.log.log": ("read_log",),
+    "machine.simulated.settings": (
+        "MachineSettings",
+        "load_machine",
+        "machine_names",
+    ),
+    "machine.simulated.simulated_machine": ("SimulatedMachine",),
     "models.fidelity": (
         "CableLaw",
         "Fidelity",
@@ -271,6 +306,11 @@ _HOMES = {
         "RankedCurve",
         "curves",
     ),
+    "printing.deposition": (
+        "Powder",
+        "pour",
+    ),
+    "printing.heightfield": ("HeightField",),
     "printing.job": (
         "Job",
         "load_job",
@@ -291,6 +331,12 @@ _HOMES = {
     "robot.design_variables": ("Change",),
     "robot.parameters": ("Parameter",),
     "robot.uncertainty": ("Range",),
+    "signals": (
+        "Command",
+        "Encoders",
+        "Scan",
+        "SensorFrame",
+    ),
     "solvers.certify": (
         "Certificate",
         "certify",
@@ -326,6 +372,11 @@ _HOMES = {
         "Check",
         "check",
     ),
+    "studies.drive": (
+        "DriveSettings",
+        "Pilot",
+        "random_loop",
+    ),
     "studies.interference": (
         "JobInterference",
         "interference",
@@ -335,6 +386,14 @@ _HOMES = {
     "studies.prints.print_job": (
         "PrintedJob",
         "print_job",
+    ),
+    "studies.replay": (
+        "Replay",
+        "replay",
+    ),
+    "studies.simulate": (
+        "Simulation",
+        "simulate",
     ),
     "studies.trade": (
         "Trade",
