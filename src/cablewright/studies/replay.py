@@ -260,11 +260,9 @@ class _Collector:
         self.step_times.append(seconds)
         count_faults(self.faults, estimate.faults, now)
         for scan in entry.frame.of(Scan):
-            assert isinstance(scan, Scan)
             if scan.source in self._turns:
                 self._turns[scan.source] += 1
         for reading in entry.frame.of(LineAngles):
-            assert isinstance(reading, LineAngles)
             self._angles = reading.angles
         if not estimate.valid:
             return

@@ -131,7 +131,7 @@ def _run(
 def _place(hold: ArrayLike | None) -> NDArray[np.float64]:
     place = np.asarray(hold, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
-        raise InputError(f"hold = {hold}: 3 finite numbers are wanted, m")
+        raise InputError(f"hold = {place.tolist()}: 3 finite numbers are wanted, m")
     return place
 
 
