@@ -13,8 +13,10 @@ while machine.time < 60.0:
     frame = machine.step(pilot.command())  # a controller would make its commands from frames alone
 
 turned = frame.of(cw.Encoders)[-1].counts * 2.0 * math.pi / (settings.winch.counts * settings.winch.ratio)  # rad, drums
-for line, turn, paid in zip(robot.lines, turned, machine.truth.lengths - begin, strict=True):
-    said = turn * line.winch.drum_radius
-    print(f"{line.name} paid out {1e3 * paid:7.1f} mm; by its encoder and the file's drum radius {1e3 * said:7.1f} mm")
-worst = max(abs(turned * robot.lines[0].winch.drum_radius - (machine.truth.lengths - begin)))
-print(f"off by up to: {1e3 * worst:.1f} mm")
+paid, radii = machine.truth.lengths - begin, [line.winch.drum_radius or math.nan for line in robot.lines]
+said = turned * radii
+for line, true, encoded in zip(robot.lines, paid, said, strict=True):
+    print(
+        f"{line.name} paid out {1e3 * true:7.1f} mm; by its encoder and the file's drum radius {1e3 * encoded:7.1f} mm"
+    )
+print(f"off by up to: {1e3 * max(abs(said - paid)):.1f} mm")
