@@ -21,16 +21,16 @@ from benchmarks.estimation_campaign import run as beside
 from benchmarks.timing import Row, best
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.observer import ObserverSettings
-from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.settings import MachineSettings, load_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import Scan, SensorFrame, Truth
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.drive import DriveSettings, Pilot, random_loop
+from cablewright.studies.error_statistics import CHI2_95
 from cablewright.studies.estimator_settings import OBSERVERS, observer_settings
-from cablewright.studies.replay import CHI2_95
 
 Array = NDArray[np.float64]
 THREE_SCANS = 3.2  # s
@@ -67,7 +67,7 @@ class Found:
 
 def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
-    settings = load_settings("merlet2023")
+    settings = load_machine("merlet2023")
     still, moving = Found(), Found()
     unbiased = settings.model_copy(
         update={"lidars": {name: lidar.model_copy(update={"bias": 0.0}) for name, lidar in settings.lidars.items()}}
@@ -121,7 +121,7 @@ def filter_rows(size: Size) -> Iterator[Row]:
 def run(settings: MachineSettings, seed: int, seconds: float, found: Found, *, held: bool) -> None:
     """One machine by *seed*, driven round a path or *held* where it begins, with the estimation beside."""
     robot = load("merlet2023")
-    way = random_round(robot, 28.0, seed)
+    way = random_loop(robot, 28.0, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, None if held else way, DriveSettings(), seed)
     known = observer_settings(robot, settings)
@@ -145,7 +145,7 @@ def run(settings: MachineSettings, seed: int, seconds: float, found: Found, *, h
 def step_times(estimator: str, size: Size) -> tuple[Array, NDArray[np.bool_]]:
     """Time of each step of a drive, s, the shortest of some runs; and which have to do with a lidar's turn."""
     one = OBSERVERS[estimator]
-    drive, known = told(size.timed), one.settings(load("merlet2023"), load_settings("merlet2023"), ())
+    drive, known = told(size.timed), one.settings(load("merlet2023"), load_machine("merlet2023"), ())
     runs, turned = [], np.zeros(len(drive), np.bool_)
     for _ in range(size.repeats):
         state, times = one.start(known), []
@@ -185,8 +185,8 @@ def less(known: ObserverSettings, what: str) -> ObserverSettings:
 
 def told(seconds: float) -> list[tuple[SensorFrame, Truth]]:
     """Frames and truths of the drive in the docs, so long."""
-    robot, settings = load("merlet2023"), load_settings("merlet2023")
-    way = random_round(robot, 28.0, TOLD_SEED)
+    robot, settings = load("merlet2023"), load_machine("merlet2023")
+    way = random_loop(robot, 28.0, TOLD_SEED)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=TOLD_SEED)
     pilot = Pilot(machine, way, DriveSettings(), TOLD_SEED)
     return [(machine.step(pilot.command()), machine.truth) for _ in range(round(seconds / machine.period))]
@@ -197,7 +197,7 @@ def main() -> None:
     drive = told(TOLD)
     print(f"{'left out':<22} {'from above, rms':>16} {'most':>9} {'height, rms':>12} {'radii, rms':>11}")
     for what in LEFT_OUT:
-        known = less(observer_settings(load("merlet2023"), load_settings("merlet2023")), what)
+        known = less(observer_settings(load("merlet2023"), load_machine("merlet2023")), what)
         state, off, radii = observer.start(known), [], []
         for frame, truth in drive:
             estimate = observer.step(known, state, frame)

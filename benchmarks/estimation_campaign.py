@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from cablewright.estimation.kalman.state import FilterState
-from cablewright.machine.simulated.settings import load_settings
+from cablewright.machine.simulated.settings import load_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.drive import DriveSettings, Pilot, random_loop
+from cablewright.studies.error_statistics import CHI2_95, SLACK
 from cablewright.studies.estimator_settings import OBSERVERS
-from cablewright.studies.replay import CHI2_95, SLACK
 
 Array = NDArray[np.float64]
 LENGTH, SPEED = 28.0, 0.03  # m, m/s
@@ -82,8 +82,8 @@ def _share(values: list[bool] | list[float], digits: int, width: int) -> str:
 
 def run(seed: int, seconds: float) -> dict[str, Found]:
     """Drive the machine of *seed* with all estimators beside it."""
-    robot, settings = load("merlet2023"), load_settings("merlet2023")
-    way = random_round(robot, LENGTH, seed)
+    robot, settings = load("merlet2023"), load_machine("merlet2023")
+    way = random_loop(robot, LENGTH, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, way, DriveSettings(), seed)
     beside = [(name, one, one.settings(robot, settings, ())) for name, one in OBSERVERS.items()]

@@ -16,7 +16,7 @@ from benchmarks.machine import speed
 from benchmarks.timing import Row, best, medians
 from cablewright.file_output import write_whole
 from cablewright.machine.log.log import LogHead, read_log, write_log
-from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.settings import MachineSettings, load_machine
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.machine.simulated.snapshot import read_snapshots, write_snapshots
 from cablewright.robot import load
@@ -44,7 +44,7 @@ FULL, QUICK = Size(), Size(5, 5, 3, 50)
 
 def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
-    full = load_settings("merlet2023")
+    full = load_machine("merlet2023")
     slow = full.model_copy(update={"quasi_static_period": PERIOD})
     rate = speed(slow, "quasi-static", size.campaign * PERIOD) / PERIOD
     name = "merlet2023: quasi-static plant of 1 s, all sensors"
@@ -64,7 +64,7 @@ def command(machine: SimulatedMachine) -> Command:
 
 def house_speed(steps: int) -> float:
     """Times real time of a printer for houses that lays a strand to and fro."""
-    machine = SimulatedMachine(load("house-printer"), load_settings("house-printer"), (0.0, 0.0, 0.5), seed=1)
+    machine = SimulatedMachine(load("house-printer"), load_machine("house-printer"), (0.0, 0.0, 0.5), seed=1)
 
     def go() -> None:
         for _ in range(steps):

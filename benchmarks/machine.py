@@ -19,12 +19,12 @@ from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
 from cablewright.machine.simulated.rig import drum_parameters
-from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.settings import MachineSettings, load_machine
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 
 Array = NDArray[np.float64]
 START = (0.3, -1.0, 1.2)
@@ -39,7 +39,7 @@ QUICK: dict[PlantName, float] = {"dynamic": 0.1, "quasi-static": 1.0}
 
 def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
     """All rows of this file."""
-    full = load_settings("merlet2023")
+    full = load_machine("merlet2023")
     bare = full.model_copy(update={"lidars": {}, **dict.fromkeys(SENSORS)})
     for plant, settings, what in (
         ("dynamic", full, "with all sensors"),
@@ -62,7 +62,7 @@ def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
 def speed(settings: MachineSettings, plant: PlantName, seconds: float) -> float:
     """Times real time of a drive round a loop, six times so many *seconds*: what the pilot takes is not counted."""
     robot = load("merlet2023")
-    way = random_round(robot, 28.0, seed=1)
+    way = random_loop(robot, 28.0, seed=1)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=1, plant=plant)
     pilot, spent, ratios = Pilot(machine, way, DriveSettings(), 1), 0.0, []
     steps = round(seconds / machine.period)
@@ -159,7 +159,7 @@ class Drop:
 
 def height_after(method: str, dt: float) -> tuple[float, float]:
     """Where B is after DROPPED, m, and the highest it was; NaN where it is lost."""
-    drop, highest = Drop(load_settings("merlet2023")), -math.inf
+    drop, highest = Drop(load_machine("merlet2023")), -math.inf
     for _ in range(round(DROPPED / dt)):
         try:
             getattr(drop, method)(dt)

@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 
 import cablewright as cw
-from cablewright.printing.deposition import Powder, pour
-from cablewright.printing.heightfield import HeightField
 
 MASS, ROUNDS = 2560.0, 14  # kg in all, of Merlet and Papegay 2023
 
@@ -15,9 +13,9 @@ samples = job.samples(job.toolpath())
 once = samples.positions[samples.layer == 0]
 length = np.linalg.norm(np.diff(once, axis=0), axis=1)
 
-powder, field = Powder(), HeightField.flat((-2.2, -4.4), (2.2, 4.4), 0.02)
+powder, field = cw.Powder(), cw.HeightField.flat((-2.2, -4.4), (2.2, 4.4), 0.02)
 for _ in range(ROUNDS):
-    pour(field, once[:-1], once[1:], MASS / ROUNDS * length / length.sum(), powder)
+    cw.pour(field, once[:-1], once[1:], MASS / ROUNDS * length / length.sum(), powder)
 
 print(f"{field.volume * powder.density:.3f} kg on {(field.heights > 0).sum() * field.cell**2:.1f} m2")
 print(f"highest where the curve crosses itself: {100 * field.heights.max():.1f} cm")

@@ -11,7 +11,7 @@ import numpy as np
 from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
 from cablewright.robot import load
 from cablewright.signals import Estimate, SensorFrame, Truth
-from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 from cablewright.studies.estimator_settings import OBSERVERS
 from twins import SETTINGS, machine
 
@@ -20,7 +20,7 @@ def drive(
     seconds: float, settings: MachineSettings = SETTINGS, *, seed: int = 1, held: bool = False, plant: str = "dynamic"
 ) -> list[tuple[SensorFrame, Truth]]:
     """Frames and truths of a machine that goes round a loop, or is *held* where the loop begins."""
-    way = random_round(load("merlet2023"), 28.0, seed)
+    way = random_loop(load("merlet2023"), 28.0, seed)
     twin = machine(settings, seed=seed, plant=plant, start=[*way[0], 1.2])
     pilot, recording = Pilot(twin, None if held else way, DriveSettings(), seed), []
     for _ in range(round(seconds / twin.period)):

@@ -16,7 +16,7 @@ from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 from cablewright.robot import Robot, load
 from cablewright.signals import PrintState, Progress
-from cablewright.studies.drive import DriveSettings, Pilot, random_round
+from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 from cablewright.studies.estimator_settings import observer_settings
 from twins import SETTINGS, machine
 
@@ -40,7 +40,7 @@ HEIGHT = 1.2
 @cache
 def rounds(seed: int, layers: int) -> Track:
     """A pilot's rounds as a track, each told to be a millimetre higher, which the pilot does not heed."""
-    way = random_round(load("merlet2023"), 28.0, seed)
+    way = random_loop(load("merlet2023"), 28.0, seed)
     places = np.concatenate([np.column_stack([way, np.full(len(way), HEIGHT + 1e-3 * k)]) for k in range(layers)])
     layer = np.repeat(np.arange(layers, dtype=np.int32), len(way))
     laying = np.ones(len(places), dtype=bool)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import cablewright
+
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "cablewright"
 ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
@@ -56,3 +58,16 @@ def test_recipes_speak_of_names_that_exist() -> None:
     code = "\n".join(file.read_text("utf-8") for file in SOURCE.rglob("*.py"))
     for name in set(re.findall(r"`(_?[A-Za-z][A-Za-z_]*)`", EXTENDING)) - {"mypy"}:
         assert re.search(rf"\b{re.escape(name)}\b", code), name
+
+
+def test_the_reference_uses_and_lists_every_public_name() -> None:
+    page = (ROOT / "docs" / "reference.md").read_text("utf-8")
+    listed = re.findall(r"^::: cablewright\.[\w.]+\.(\w+)$", page, re.MULTILINE)
+    used = set(re.findall(r"\bcw\.(\w+)", "".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL))))
+    assert sorted(listed) == sorted(cablewright.__all__)
+    assert used >= set(cablewright.__all__)
+
+
+def test_help_names_every_public_name_by_its_group() -> None:
+    assert cablewright.__doc__ is not None
+    assert set(re.findall(r"\w+", cablewright.__doc__)) >= set(cablewright.__all__)

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.machine.simulated.settings import MachineSettings, load_settings
+from cablewright.machine.simulated.settings import MachineSettings, load_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.signals import Command, Reading
 
 START = (0.3, -1.0, 1.2)
-SETTINGS = load_settings("merlet2023")
+SETTINGS = load_machine("merlet2023")
 
 
 def changed(settings: MachineSettings = SETTINGS, /, **tables: dict[str, Any]) -> MachineSettings:

@@ -16,7 +16,9 @@ Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, mo
 Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
     Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
-Print and simulate: print_job, PrintedJob, PrintOptions.
+Print and simulate: load_machine, machine_names, pour, print_job, random_loop, read_log, replay, simulate, Command,
+    DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions, Replay, Scan,
+    SensorFrame, SimulatedMachine, Simulation.
 Results and errors: AnswerError, CablewrightError, EnvironmentFault, Figure, InputError, Result, Status,
     UnknownName.
 """
@@ -51,9 +53,14 @@ if TYPE_CHECKING:
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status, UnknownName
     from cablewright.estimation.lidar.room import Laser, RoomMap
     from cablewright.estimation.lidar.scan_file import FileScan, read_scan
+    from cablewright.machine.log.log import read_log
+    from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
+    from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.printing.curve import Curve, Curves, RankedCurve, curves
+    from cablewright.printing.deposition import Powder, pour
+    from cablewright.printing.heightfield import HeightField
     from cablewright.printing.job import Job, load_job
     from cablewright.printing.stl import read_stl
     from cablewright.results import Figure, Result
@@ -61,6 +68,7 @@ if TYPE_CHECKING:
     from cablewright.robot.design_variables import Change, changed, with_box_inertia
     from cablewright.robot.parameters import Parameter
     from cablewright.robot.uncertainty import Range, Uncertainty
+    from cablewright.signals import Command, Encoders, Scan, SensorFrame
     from cablewright.solvers.certify import Certificate, certify
     from cablewright.solvers.continuation import Tracker, TrackerSettings
     from cablewright.solvers.equilibria import Equilibria, equilibria
@@ -81,10 +89,13 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.bracket import BracketStress, bracket
     from cablewright.studies.check import Check, check
+    from cablewright.studies.drive import DriveSettings, Pilot, random_loop
     from cablewright.studies.interference import JobInterference, interference
     from cablewright.studies.places import Places
     from cablewright.studies.prints.plan import PrintOptions
     from cablewright.studies.prints.print_job import PrintedJob, print_job
+    from cablewright.studies.replay import Replay, replay
+    from cablewright.studies.simulate import Simulation, simulate
     from cablewright.studies.trade import Trade, TradeSettings, trade
     from cablewright.studies.walls import LidarPlace, Walls, walls
     from cablewright.triangle_mesh import TriangleMesh
@@ -106,9 +117,12 @@ __all__ = [
     "Certificate",
     "Change",
     "Check",
+    "Command",
     "Curve",
     "Curves",
     "Distribution",
+    "DriveSettings",
+    "Encoders",
     "EnvironmentFault",
     "Equilibria",
     "Equilibrium",
@@ -116,6 +130,7 @@ __all__ = [
     "Figure",
     "FileScan",
     "FirstOrder",
+    "HeightField",
     "InputError",
     "Interference",
     "InterferenceSettings",
@@ -124,30 +139,38 @@ __all__ = [
     "Laser",
     "LidarPlace",
     "Linearisation",
+    "MachineSettings",
     "Measured",
     "Model",
     "Modes",
     "MonteCarlo",
     "NodeCount",
     "Parameter",
+    "Pilot",
     "Places",
     "PoseBox",
+    "Powder",
     "PrintOptions",
     "PrintedJob",
     "Quadratic",
     "Range",
     "RankedCurve",
+    "Replay",
     "Result",
     "Retraction",
     "RetractionLaw",
     "Robot",
     "RoomMap",
+    "Scan",
+    "SensorFrame",
     "SensorNoise",
     "SheaveLaw",
     "Shot",
     "Shots",
     "Sigmas",
     "SimulatedCalibration",
+    "SimulatedMachine",
+    "Simulation",
     "SlackSet",
     "Status",
     "Survey",
@@ -187,15 +210,22 @@ __all__ = [
     "linearise",
     "load",
     "load_job",
+    "load_machine",
     "load_uncertainty",
     "loads",
+    "machine_names",
     "modes",
     "modulus",
     "modulus_ranges",
+    "pour",
     "print_job",
+    "random_loop",
+    "read_log",
     "read_scan",
     "read_stl",
+    "replay",
     "retraction",
+    "simulate",
     "simulate_calibration",
     "slack_sets",
     "solve_with_slack",
@@ -282,6 +312,13 @@ _HOMES = {
         "FileScan",
         "read_scan",
     ),
+    "machine.log.log": ("read_log",),
+    "machine.simulated.settings": (
+        "MachineSettings",
+        "load_machine",
+        "machine_names",
+    ),
+    "machine.simulated.simulated_machine": ("SimulatedMachine",),
     "models.fidelity": (
         "CableLaw",
         "Fidelity",
@@ -297,6 +334,11 @@ _HOMES = {
         "RankedCurve",
         "curves",
     ),
+    "printing.deposition": (
+        "Powder",
+        "pour",
+    ),
+    "printing.heightfield": ("HeightField",),
     "printing.job": (
         "Job",
         "load_job",
@@ -323,6 +365,12 @@ _HOMES = {
     "robot.uncertainty": (
         "Range",
         "Uncertainty",
+    ),
+    "signals": (
+        "Command",
+        "Encoders",
+        "Scan",
+        "SensorFrame",
     ),
     "solvers.certify": (
         "Certificate",
@@ -374,6 +422,11 @@ _HOMES = {
         "Check",
         "check",
     ),
+    "studies.drive": (
+        "DriveSettings",
+        "Pilot",
+        "random_loop",
+    ),
     "studies.interference": (
         "JobInterference",
         "interference",
@@ -383,6 +436,14 @@ _HOMES = {
     "studies.prints.print_job": (
         "PrintedJob",
         "print_job",
+    ),
+    "studies.replay": (
+        "Replay",
+        "replay",
+    ),
+    "studies.simulate": (
+        "Simulation",
+        "simulate",
     ),
     "studies.trade": (
         "Trade",

@@ -23,8 +23,8 @@ from cablewright.estimation.kalman.state import (
 )
 from cablewright.robot import load
 from cablewright.signals import DistanceReading, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.studies.error_statistics import CHI2_95, bound
 from cablewright.studies.estimator_settings import filter_settings
-from cablewright.studies.replay import CHI2_95, bound
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, changed
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.simulated.settings import extruding, load_settings, settings_text
+from cablewright.machine.simulated.settings import extruding, load_machine, machine_text
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.deposition import extrude
@@ -22,7 +22,7 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from twins import SETTINGS, changed, run
 
-ROBOT, HOUSE = load("house-printer"), load_settings("house-printer")
+ROBOT, HOUSE = load("house-printer"), load_machine("house-printer")
 START = (-1.0, 0.5, 0.5)
 
 
@@ -82,10 +82,10 @@ def test_a_job_sets_the_extruder_and_no_drum_of_powder() -> None:
 
 def test_a_drum_that_holds_powder_says_how(tmp_path: Path) -> None:
     for key in ("powder_density", "radius", "powder_bottom"):
-        lines = [line for line in settings_text("merlet2023").splitlines() if not line.startswith(f"{key} =")]
+        lines = [line for line in machine_text("merlet2023").splitlines() if not line.startswith(f"{key} =")]
         (tmp_path / "own.toml").write_text("\n".join(lines))
         with pytest.raises(InputError, match=f"{key}: must be given where capacity is"):
-            load_settings(tmp_path / "own.toml")
+            load_machine(tmp_path / "own.toml")
 
 
 def test_a_strand_keeps_its_volume_where_the_nozzle_stands_and_at_the_edge() -> None:

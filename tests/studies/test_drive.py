@@ -8,10 +8,10 @@ import pytest
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log.log import LogHead, LogWriter, read_log
 from cablewright.robot import load
-from cablewright.studies.drive import SLACK, DriveSettings, drive, path_length, random_round
+from cablewright.studies.drive import SLACK, DriveSettings, drive, path_length, random_loop
 from twins import SETTINGS, machine
 
-LOOP = random_round(load("merlet2023"), 28.0, seed=2)
+LOOP = random_loop(load("merlet2023"), 28.0, seed=2)
 START = (*LOOP[0], 1.2)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from cablewright.errors import InputError
 from cablewright.machine.log.log import LogHead, LogWriter
 from cablewright.robot import load
-from cablewright.studies.replay import CHI2_95, replay, spread
+from cablewright.studies.error_statistics import CHI2_95, spread
+from cablewright.studies.replay import replay
 from observed import drive, errors, observe
 from twins import SETTINGS
 
@@ -108,3 +110,14 @@ def test_a_spread_is_of_sizes() -> None:
     assert (found.count, found.most) == (2, 4.0)
     assert found.rms == pytest.approx(np.sqrt(12.5))
     assert spread(np.zeros(0)).count == 0
+
+
+def test_a_replay_is_a_result(path: Path) -> None:
+    found = replay(path)
+    told = found.to_dict()
+    assert json.dumps(told, allow_nan=False)
+    assert told["valid_share"] == found.valid / found.steps
+    assert told["moving"]["position"]["rms"] == spread(found.position(moving=True)).rms
+    assert len(repr(found)) < 160
+    assert "\n" not in repr(found)
+    assert len(found.plot().axes) == 5

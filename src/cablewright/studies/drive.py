@@ -24,7 +24,7 @@ from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "path_length", "random_round"]
+__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "path_length", "random_loop"]
 
 Array = NDArray[np.float64]
 
@@ -174,6 +174,11 @@ class Drive:
         """Share of the time in which each line was slack by more than `SLACK`, (m,)."""
         return self.slack_steps / max(self.steps, 1)
 
+    @property
+    def real_time_ratio(self) -> float:
+        """Simulated time over computing time."""
+        return self.duration / self.elapsed
+
     def add(self, frame: SensorFrame, truth: Truth, before: Truth) -> None:
         """Add one step."""
         if not self.steps:
@@ -195,7 +200,7 @@ class Drive:
             self.path.append((frame.time, *truth.position.tolist(), tilt, yaw, *truth.excess.tolist()))
 
 
-def random_round(robot: Robot, length: float, seed: int) -> Array:
+def random_loop(robot: Robot, length: float, seed: int) -> Array:
     """Return a random closed path of that *length* (m) through the middle of the robot's frame, as `Pilot` takes it.
 
     It crosses itself at least twice: curve number 0 of *seed*, see `printing/curve.py`. Raises `InputError` where none

@@ -7,9 +7,9 @@ import time
 from array import array
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,60 +18,23 @@ from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.progress import Progress
+from cablewright.results import Figure, Pictured
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.solvers.taut import Taut
+from cablewright.studies.error_statistics import CHI2_95, SLACK, ErrorStatistics, bound, spread
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
 
-__all__ = ["CHI2_95", "SLACK", "ErrorStatistics", "Replay", "bound", "replay", "spread"]
+__all__ = ["Replay", "replay"]
 
 Array = NDArray[np.float64]
-
-CHI2_95: Final = 7.8147
-"""95 % quantile of the chi-square distribution with 3 degrees of freedom."""
-
-SLACK: Final = 5e-3
-"""True excess from which a slack line has to be identified, m."""
 
 _MAX_REST_MOTION: Final = 3e-3  # m in the last second, for a step to count as static ...
 _MIN_HISTORY: Final = 0.75  # s of that second that have to be known
 _TURNS: Final = 3  # of each horizontal lidar, before errors count
+_LEARNT: Final = 10.0  # s that a radius may take to be found
 _TRACE: Final = 0.1  # s between points of a picture
 _MAX_TRACE: Final = 100_000
-
-
-@dataclass(frozen=True)
-class ErrorStatistics:
-    """Count, root mean square, median, 95 % and 99 % quantiles and largest size of some errors."""
-
-    count: int
-    rms: float
-    median: float
-    p95: float
-    p99: float
-    most: float
-
-
-def spread(values: Array) -> ErrorStatistics:
-    """Return the statistics of the sizes of *values* (k,); NaN for none."""
-    size = np.abs(values[np.isfinite(values)])
-    if not len(size):
-        return ErrorStatistics(0, *(math.nan,) * 5)
-    middle, p95, p99 = np.percentile(size, (50.0, 95.0, 99.0)).tolist()
-    return ErrorStatistics(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
-
-
-def bound(covariance: Array) -> float:
-    """95 % quantile, m, of the size of an error with that *covariance* (3, 3), m^2.
-
-    By two moments of its square, as a chi-square distribution (Satterthwaite; Wilson and Hilferty).
-    """
-    trace, square = float(np.trace(covariance)), float(np.sum(covariance * covariance))
-    if not square > 0.0:
-        return 0.0
-    numbers = trace * trace / square
-    root = 1.0 - 2.0 / (9.0 * numbers) + 1.645 * math.sqrt(2.0 / (9.0 * numbers))
-    return math.sqrt(trace * root**3)
 
 
 _COLUMNS: Final = (
@@ -79,34 +42,115 @@ _COLUMNS: Final = (
 )  # fmt: skip
 
 
-@dataclass(eq=False)
-class Replay:
+@dataclass(frozen=True, eq=False, repr=False)
+class Replay(Pictured):
     """Result of a replay. Errors are estimated less true, of counted steps; see `column`."""
 
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok; lost: no step has a valid estimate."),
+        Figure("log", "", "The file or the folder of the run."),
+        Figure("robot", "", "Name of the robot.", "head.robot.name"),
+        Figure("plant", "", "The plant of the machine.", "head.plant"),
+        Figure("seed", "", "The seed of the machine.", "head.seed"),
+        Figure("estimator", "", "paper or filter."),
+        Figure("steps", "", "Number of steps."),
+        Figure("duration", "s", "Time on the machine's clock."),
+        Figure("valid_share", "1", "Share of the steps with a valid estimate."),
+        Figure("compared_from", "s", "From when errors count.", "begin"),
+        Figure("static", "", "Errors of position, m, while the drum stands.", lambda of: of.errors_while(moving=False)),
+        Figure("moving", "", "The same while it moves.", lambda of: of.errors_while(moving=True)),
+        Figure("coverage", "1", "Share of positions within their 95 % ellipsoid.", lambda of: of.coverage()[0]),
+        Figure("nees", "1", "Mean normalised error squared, at best 3.", lambda of: of.coverage()[1]),
+        Figure("yaw", "rad", "Errors of the drum's yaw.", lambda of: spread(of.column("yaw"))),
+        Figure("tilt", "rad", "Errors of the tilt of its axis.", lambda of: spread(of.column("tilt"))),
+        Figure("lines", "", "Names of the lines.", lambda of: [line.name for line in of.head.robot.lines]),
+        Figure("taut_share", "1", "Share of the valid steps in which each line was taut."),
+        Figure("slack", "", "Steps with a slack line, share named rightly, errors of the excess, m.", "slack_errors"),
+        Figure("radius", "1", "Relative errors of the winch drums' radii after 10 s.", "radius_spread"),
+        Figure("step_time", "s", "Processor time of a step."),
+        Figure("faults", "", "Each reported fault: source, sentence, from and to in s, steps.", "reported"),
+        Figure("notes", "", "Faults of the file."),
+    )
+    HEADLINES: ClassVar = ("status", "robot", "estimator", "steps", "valid_share")
+
+    log: str | Path
     head: LogHead
     estimator: str
-    steps: int = 0
-    duration: float = 0.0
-    """s on the machine's clock."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
     """Faults of the file."""
-    faults: FaultCount = field(default_factory=dict)
-    """By source and sentence: start and end (s), number of steps."""
-    valid: int = 0
+    steps: int
+    duration: float
+    """s on the machine's clock."""
+    valid: int
     """Number of steps with a valid estimate."""
-    begin: float = math.nan
+    begin: float
     """s, from which errors are counted: each horizontal lidar has turned three times."""
-    slack_steps: Array = field(default_factory=lambda: np.zeros(0))
+    slack_steps: Array
     """Number of valid steps in which each line was estimated to be slack, (m,)."""
-    step_times: array[float] = field(default_factory=lambda: array("d"))
+    faults: FaultCount
+    """By source and sentence: start and end (s), number of steps."""
+    step_times: array[float]
     """s of processor time of each step."""
-    trace: list[tuple[float, ...]] = field(default_factory=list)
+    trace: list[tuple[float, ...]]
     """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position and its `bound`, then gamma taut and measured
     by line."""
-    errors: dict[str, array[float]] = field(default_factory=lambda: {name: array("d") for name in _COLUMNS})
+    errors: dict[str, array[float]]
     """By column, of counted steps: see `column`."""
-    radii: list[array[float]] = field(default_factory=list)
+    radii: list[array[float]]
     """By line: relative errors of the winch drums' radii, of counted steps."""
+
+    @property
+    def status(self) -> str:
+        """Ok or lost."""
+        return "ok" if self.valid else "lost"
+
+    @property
+    def valid_share(self) -> float:
+        """Share of the steps with a valid estimate."""
+        return self.valid / max(self.steps, 1)
+
+    @property
+    def taut_share(self) -> Array:
+        """Share of the valid steps in which each line was taut, (m,)."""
+        return np.asarray(1.0 - self.slack_steps / max(self.valid, 1))
+
+    @property
+    def slack_errors(self) -> dict[str, Any]:
+        """How slack lines were identified, and the errors of their excess, m."""
+        steps, share = self.slack_identified()
+        due = self.column("true_excess") > SLACK
+        return {"steps": steps, "named_share": share, "excess": spread(self.column("excess_error")[due])}
+
+    @property
+    def radius_spread(self) -> dict[str, Any]:
+        """Share of radii within 1 %, (m,), and relative errors by line, from 10 s on."""
+        since = self.column("time") - self.begin > _LEARNT
+        radii = self.radius_errors
+        within = np.mean(np.abs(radii[since]) <= 0.01, axis=0) if since.any() else None
+        return {"within_1_percent": within, "each": [spread(column[since]) for column in radii.T]}
+
+    @property
+    def step_time(self) -> dict[str, float]:
+        """Mean, 99 % quantile and largest processor time of a step, s."""
+        times = np.array(self.step_times)
+        if not len(times):
+            return dict.fromkeys(("mean", "p99", "max"), math.nan)
+        return {"mean": float(times.mean()), "p99": float(np.percentile(times, 99)), "max": float(times.max())}
+
+    @property
+    def reported(self) -> list[dict[str, Any]]:
+        """The faults that estimates reported."""
+        return [
+            {"source": source, "sentence": sentence, "from": begin, "to": end, "steps": count}
+            for (source, sentence), (begin, end, count) in self.faults.items()
+        ]
+
+    def errors_while(self, *, moving: bool) -> dict[str, ErrorStatistics | float]:
+        """Errors in space, from above and in height, m, of moving or static steps; shares within the paper's bounds."""
+        space, height = self.position(moving=moving), self.column("z")[self.counted(moving=moving)]
+        shares = {f"within_{mm}mm": float(np.mean(space <= 1e-3 * mm)) if len(space) else math.nan for mm in (2, 20)}
+        level = spread(self.level(moving=moving))
+        return {"position": spread(space), "level": level, "height": spread(height)} | shares
 
     def column(self, name: str) -> Array:
         """Return a column of the errors (k,): m and rad; ``moving``, ``named`` and ``clean`` are 0 or 1.
@@ -154,42 +198,55 @@ class Replay:
 
 
 def replay(
-    path: str | Path,
+    log: str | Path,
     estimator: str = "paper",
-    lasers: Sequence[Laser] = (),
     *,
+    lasers: Sequence[Laser] = (),
     progress: Progress | None = None,
 ) -> Replay:
-    """Run *estimator* on the log at *path*. *lasers*: what an operator measured at the start.
+    """Run an estimator again on a machine's *log*, an MCAP file or the folder of a run, beside the truth in it.
 
-    Raises `InputError` for a file that is no log, an estimator that is not there, a machine that cannot be observed.
+    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, or ``filter``, one of all sensors. *lasers*: what an
+    operator measured from B to walls at the start. Raises `UnknownName` for another estimator, `InputError` for a file
+    that is no log and a machine that cannot be observed.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> cw.replay("run.mcap", "filter").status  # doctest: +SKIP
+    'ok'
     """
     if estimator not in OBSERVERS:
         raise UnknownName("estimator", estimator, OBSERVERS)
-    with read_log(path) as log:
-        one = OBSERVERS[estimator]
-        settings = one.settings(log.head.robot, log.head.settings, lasers)
-        turning = tuple(name for name in ("north", "south") if name in log.head.settings.lidars)
-        state, collector = one.start(settings), _ErrorCollector(Replay(log.head, estimator), turning)
-        for entry in log.entries():
+    with read_log(log) as entries:
+        one, head = OBSERVERS[estimator], entries.head
+        settings = one.settings(head.robot, head.settings, lasers)
+        turning = tuple(name for name in ("north", "south") if name in head.settings.lidars)
+        state, found = one.start(settings), _Collector(head.robot.m, turning)
+        for entry in entries.entries():
             begin = time.thread_time()
             estimate = one.step(settings, state, entry.frame)
-            collector.add(entry, estimate, state.taut, time.thread_time() - begin)
-            if progress is not None and collector.found.steps % 500 == 0:
-                progress("replaying (bytes)", log.position, log.size)
-        collector.found.notes = tuple(log.notes)
-    return collector.found
+            found.add(entry, estimate, state.taut, time.thread_time() - begin)
+            if progress is not None and found.steps % 500 == 0:
+                progress("replaying (bytes)", entries.position, entries.size)
+        return Replay(
+            log, head, estimator, tuple(entries.notes), found.steps, found.duration, found.valid, found.begin,
+            found.slack_steps, found.faults, found.step_times, found.trace, found.errors, found.radii,
+        )  # fmt: skip
 
 
-class _ErrorCollector:
-    """Collects the errors of estimates, step by step."""
+class _Collector:
+    """Collects the errors of estimates, step by step; attributes as in `Replay`."""
 
-    def __init__(self, found: Replay, lidars: tuple[str, ...]) -> None:
-        """Fill *found*."""
-        m = found.head.robot.m
-        self.found = found
-        found.slack_steps = np.zeros(m)
-        found.radii = [array("d") for _ in range(m)]
+    def __init__(self, m: int, lidars: tuple[str, ...]) -> None:
+        """Begin with none, of *m* lines."""
+        self.steps, self.duration, self.valid, self.begin = 0, 0.0, 0, math.nan
+        self.slack_steps = np.zeros(m)
+        self.faults: FaultCount = {}
+        self.step_times = array("d")
+        self.trace: list[tuple[float, ...]] = []
+        self.errors = {name: array("d") for name in _COLUMNS}
+        self.radii = [array("d") for _ in range(m)]
         self._turns = dict.fromkeys(lidars, 0)
         self._recent: deque[tuple[float, Array]] = deque()
         self._angles = np.full(m, np.nan)
@@ -197,28 +254,26 @@ class _ErrorCollector:
 
     def add(self, entry: Entry, estimate: Estimate, taut: Taut | None, seconds: float) -> None:
         """Add one step."""
-        found, now = self.found, entry.frame.time
-        found.steps += 1
-        found.duration = now
-        found.step_times.append(seconds)
-        count_faults(found.faults, estimate.faults, now)
+        now = entry.frame.time
+        self.steps += 1
+        self.duration = now
+        self.step_times.append(seconds)
+        count_faults(self.faults, estimate.faults, now)
         for scan in entry.frame.of(Scan):
-            assert isinstance(scan, Scan)
             if scan.source in self._turns:
                 self._turns[scan.source] += 1
         for reading in entry.frame.of(LineAngles):
-            assert isinstance(reading, LineAngles)
             self._angles = reading.angles
         if not estimate.valid:
             return
-        found.valid += 1
-        found.slack_steps += estimate.slack
+        self.valid += 1
+        self.slack_steps += estimate.slack
         counts = min(self._turns.values()) >= _TURNS
         if entry.truth is not None and counts:
-            if math.isnan(found.begin):
-                found.begin = now
+            if math.isnan(self.begin):
+                self.begin = now
             self._compare(now, estimate, entry.truth)
-        if now - self._traced >= _TRACE - 1e-9 and len(found.trace) < _MAX_TRACE:
+        if now - self._traced >= _TRACE - 1e-9 and len(self.trace) < _MAX_TRACE:
             self._traced = now
             self._add_trace(now, estimate, entry.truth, taut)
 
@@ -239,8 +294,8 @@ class _ErrorCollector:
             float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()), nees,
         )  # fmt: skip
         for name, value in zip(_COLUMNS, row, strict=True):
-            self.found.errors[name].append(value)
-        for column, value in zip(self.found.radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
+            self.errors[name].append(value)
+        for column, value in zip(self.radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
             column.append(value)
 
     def _is_static(self, now: float, truth: Truth) -> bool:
@@ -256,7 +311,7 @@ class _ErrorCollector:
         within = math.nan if estimate.covariance is None else bound(estimate.covariance[:3, :3])
         angles = np.full(len(self._angles), np.nan) if taut is None else taut.angles
         row = (now, estimate.yaw, _tilt_of(estimate.rotation), *true, within, *angles.tolist(), *self._angles.tolist())
-        self.found.trace.append(row)
+        self.trace.append(row)
 
 
 def _tilt_of(rotation: Array) -> float:

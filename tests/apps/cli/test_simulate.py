@@ -75,9 +75,9 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "either --loop L or --hold X,Y,Z"),
-        (["--loop", "28", "--hold", "0,0,1"], "either --loop L or --hold X,Y,Z"),
-        (["--hold", "0,0,1"], "--hold needs --duration"),
+        ([], "either the length of a loop or a place to hold"),
+        (["--loop", "28", "--hold", "0,0,1"], "either the length of a loop or a place to hold"),
+        (["--hold", "0,0,1"], "a place to hold needs a duration"),
         (["--hold", "0,0", "--duration", "1"], "3 finite numbers"),
         (["--hold", "0,nan,1", "--duration", "1"], "3 finite numbers"),
         (["--loop", "1e6"], "length = 1e+06 m"),

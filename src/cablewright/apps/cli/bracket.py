@@ -80,18 +80,10 @@ def bracket(
     from cablewright.studies.bracket import bracket as stress
 
     pose = numbers(at, "--at", free=True)
+    options: dict[str, Any] = {"bracket": file, "times": times, "sensitivities": sensitivity, "retraction": retraction}
     try:
         with progress() as show:
-            found = stress(
-                model,
-                pose if job is None else load_job(job),
-                step=workspace,
-                bracket=file,
-                times=times,
-                sensitivities=sensitivity,
-                retraction=retraction,
-                progress=show,
-            )
+            found = stress(model, pose if job is None else load_job(job), step=workspace, progress=show, **options)
     except AnswerError:
         if as_json:
             print_json(_without_answer(model, pose, retraction))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +14,6 @@ from cablewright.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
-    from cablewright.studies.replay import Replay
 
 __all__ = ["replay"]
 
@@ -28,8 +26,6 @@ _ORDER = (
 )
 """In which order lines are told."""
 _BOTH = ("paper", "filter")
-_LEARNT = 10.0
-"""How long a radius may take to be found, s."""
 
 
 def replay(
@@ -47,18 +43,18 @@ def replay(
     as_json: AsJson = False,
 ) -> int:
     """Run the estimation on a log: position, slack line and winch drums' radii, beside the truth where it is there."""
-    from cablewright.studies import replay as study
+    from cablewright.studies.replay import replay as run
 
     check_plot(plot)
     lasers = [] if laser is None else _lasers(laser)
     names = _BOTH if estimator == "both" else (estimator,)
     with progress() as tells:
-        all_found = [study.replay(log, name, lasers, progress=tells) for name in names]
+        all_found = [run(log, name, lasers=lasers, progress=tells) for name in names]
     if plot is not None:
         from cablewright.apps.pictures.replay import replay_picture
 
         write_picture(plot, replay_picture, all_found)
-    each = [_values(found, log, plot) for found in all_found]
+    each = [found.to_dict() | {"plot": None if plot is None else str(plot)} for found in all_found]
     if as_json:
         print_json(each[0] if len(each) == 1 else _together(each))
     else:
@@ -94,70 +90,6 @@ def _lasers(text: str) -> list[Laser]:
     return found
 
 
-def _values(found: Replay, log: Path, plot: Path | None) -> dict[str, Any]:
-    import numpy as np
-
-    times = np.array(found.step_times)
-    steps, share = found.slack_identified()
-    within, nees = found.coverage()
-    since = found.column("time") - found.begin > _LEARNT
-    radii, due = found.radius_errors, found.column("true_excess") > 5e-3
-    return {
-        "status": "ok" if found.valid else "lost",
-        "log": str(log),
-        "robot": found.head.robot.name,
-        "plant": found.head.plant,
-        "seed": found.head.seed,
-        "estimator": found.estimator,
-        "steps": found.steps,
-        "duration": found.duration,
-        "valid_share": found.valid / max(found.steps, 1),
-        "compared_from": found.begin,
-        "static": _position(found, moving=False),
-        "moving": _position(found, moving=True),
-        "coverage": within,
-        "nees": nees,
-        "yaw": _spread(found.column("yaw")),
-        "tilt": _spread(found.column("tilt")),
-        "lines": [line.name for line in found.head.robot.lines],
-        "taut_share": 1.0 - found.slack_steps / max(found.valid, 1),
-        "slack": {"steps": steps, "named_share": share, "excess": _spread(found.column("excess_error")[due])},
-        "radius": {
-            "within_1_percent": np.mean(np.abs(radii[since]) <= 0.01, axis=0) if since.any() else None,
-            "each": [_spread(column[since]) for column in radii.T],
-        },
-        "step_time": {
-            "mean": float(times.mean()) if len(times) else math.nan,
-            "p99": float(np.percentile(times, 99)) if len(times) else math.nan,
-            "max": float(times.max()) if len(times) else math.nan,
-        },
-        "faults": [
-            {"source": source, "sentence": sentence, "from": begin, "to": end, "steps": count}
-            for (source, sentence), (begin, end, count) in found.faults.items()
-        ],
-        "notes": list(found.notes),
-        "plot": None if plot is None else str(plot),
-    }
-
-
-def _position(found: Replay, *, moving: bool) -> dict[str, Any]:
-    """Errors of steps that move, or stand: in space, from above, in height; and shares within the paper's bounds."""
-    import numpy as np
-
-    chosen = found.counted(moving=moving)
-    space, level, height = found.position(moving=moving), found.level(moving=moving), found.column("z")[chosen]
-    shares = {
-        f"within_{bound}mm": float(np.mean(space <= 1e-3 * bound)) if len(space) else math.nan for bound in (2, 20)
-    }
-    return {"position": _spread(space), "level": _spread(level), "height": _spread(height)} | shares
-
-
-def _spread(values: Any) -> dict[str, Any]:
-    from cablewright.studies.replay import spread
-
-    return dataclasses.asdict(spread(values))
-
-
 def _print(each: list[dict[str, Any]]) -> None:
     """The summary for people; of two estimators, line by line one under the other."""
     first = each[0]
@@ -189,7 +121,7 @@ def _lines(values: dict[str, Any]) -> dict[str, str]:
             each = values[name][what]
             if each["count"]:
                 lines[f"{name:<9} {text:<11}"] = _millimetres(each)
-    if not math.isnan(values["coverage"]):
+    if values["coverage"] is not None:
         lines["ellipsoid"] = (
             f"{100 * values['coverage']:.1f} % of errors within the one of 95 %, nees {values['nees']:.2f}"
         )
@@ -209,7 +141,10 @@ def _lines(values: dict[str, Any]) -> dict[str, str]:
         sizes = (f"{100 * each['rms']:.2f} %" for each in values["radius"]["each"])
         lines["radius   "] = f"within 1 % in {', '.join(shares)} of steps after 10 s; rms {', '.join(sizes)}"
     times = values["step_time"]
-    lines["step     "] = f"{1e6 * times['mean']:.0f} us mean, {1e3 * times['p99']:.2f} ms in 99 of 100, processor time"
+    if times["mean"] is not None:
+        lines["step     "] = (
+            f"{1e6 * times['mean']:.0f} us mean, {1e3 * times['p99']:.2f} ms in 99 of 100, processor time"
+        )
     return lines
 
 

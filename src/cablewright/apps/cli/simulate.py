@@ -9,15 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cablewright.apps.cli.options import AsJson, Plot, RobotName, check_plot
-from cablewright.apps.cli.output import numbers, print_json, progress, tell, write_picture
-from cablewright.errors import CablewrightError, EnvironmentFault, InputError
-from cablewright.file_output import cannot_write
+from cablewright.apps.cli.output import numbers, print_json, progress, tell
+from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.machine.log.log import LogHead
     from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
-    from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-    from cablewright.studies.drive import Array, Drive, DriveSettings
 
 __all__ = ["machines", "simulate"]
 
@@ -27,18 +23,18 @@ def machines(
     as_json: AsJson = False,
 ) -> None:
     """List the machines of the library: tolerances, drum, winches, room, sensors. Or print the file of one."""
-    from cablewright.machine.simulated.settings import settings_names, settings_text
+    from cablewright.machine.simulated.settings import machine_names, machine_text
 
     if name is not None:
-        text = settings_text(name)
+        text = machine_text(name)
         if as_json:
             print_json({"name": name, "file": text})
         else:
             typer.echo(text, nl=False)
     elif as_json:
-        print_json({"machines": list(settings_names())})
+        print_json({"machines": list(machine_names())})
     else:
-        typer.echo("\n".join(settings_names()))
+        typer.echo("\n".join(machine_names()))
 
 
 def simulate(
@@ -77,64 +73,37 @@ def simulate(
     as_json: AsJson = False,
 ) -> int:
     """Drive a simulated machine, built by --seed within its tolerances, along a path; its log is what sensors told."""
-    from cablewright.machine.log.log import LogHead
-    from cablewright.machine.simulated.settings import load_settings, settings_names
-    from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+    from cablewright.machine.simulated.settings import load_machine, machine_names
     from cablewright.robot import load
-    from cablewright.studies.drive import DriveSettings, random_round
+    from cablewright.studies.drive import DriveSettings
+    from cablewright.studies.simulate import simulate as run
 
     check_plot(plot)
-    if (loop is None) == (hold is None):
-        raise InputError("simulate: either --loop L or --hold X,Y,Z is wanted")
-    if hold is not None and duration is None:
-        raise InputError("simulate: --hold needs --duration")
-    if out is not None and out.suffix != ".mcap":
-        raise InputError(f"--out = {str(out)!r}: a name that ends in .mcap is wanted")
     described = load(robot)
-    own = described.name if described.name in settings_names() else "merlet2023"
-    settings = _with_faults(load_settings(machine or own), fault or [], wifi_gap or [])
-    driving = DriveSettings(speed=speed, slack=slack, valve=valve)
-    way = None if loop is None else random_round(described, loop, seed)
-    start = _numbers(hold or "", 3, "--hold") if way is None else [*way[0], height]
-    lasts = duration if duration is not None else _once_round(way, driving)
-    twin = SimulatedMachine(described, settings, start, seed=seed, plant=plant)  # type: ignore[arg-type]
-    head = LogHead(described, settings, twin.period, plant, seed)
-    found = _run(twin, way, lasts, driving, head, out)
+    if machine is None:
+        machine = described.name if described.name in machine_names() else "merlet2023"
+    with progress() as tells:
+        found = run(
+            described,
+            _with_faults(load_machine(machine), fault or [], wifi_gap or []),
+            loop=loop,
+            hold=numbers(hold, "--hold"),
+            height=height,
+            duration=duration,
+            seed=seed,
+            plant=plant,  # type: ignore[arg-type]
+            driving=DriveSettings(speed=speed, slack=slack, valve=valve),
+            log=out,
+            progress=tells,
+        )
     if plot is not None:
-        from cablewright.apps.pictures.simulation import simulation_picture
-
-        write_picture(plot, simulation_picture, found)
-    values = _values(twin, found, head) | {"out": _text(out), "plot": _text(plot)}
+        found.plot(plot)
+    values = found.to_dict() | {"out": _text(out), "plot": _text(plot)}
     if as_json:
         print_json(values)
     else:
         _print(values)
     return 0
-
-
-def _run(
-    twin: SimulatedMachine, way: Array | None, duration: float, settings: DriveSettings, head: LogHead, out: Path | None
-) -> Drive:
-    """Drive, with a log beside its place until it is whole. Raises `EnvironmentFault` where it cannot be written."""
-    from cablewright.machine.log.log import write_log
-    from cablewright.studies.drive import drive
-
-    with progress() as tells:
-        if out is None:
-            return drive(twin, way, duration, settings=settings, seed=head.seed, progress=tells)
-        part = out.with_name(f"{out.name}.part")
-        try:
-            with write_log(part, head, flush_every=None) as log:
-                found = drive(twin, way, duration, settings=settings, seed=head.seed, log=log, progress=tells)
-            part.replace(out)
-        except EnvironmentFault:  # what there was room for can be read
-            raise
-        except CablewrightError:
-            part.unlink(missing_ok=True)
-            raise
-        except OSError as reason:
-            raise cannot_write(out, reason) from None
-        return found
 
 
 def _with_faults(settings: MachineSettings, faults: list[str], gaps: list[str]) -> MachineSettings:
@@ -161,14 +130,6 @@ def _fault(text: str) -> FaultPlan:
     return validated(FaultPlan, table | ({"kind": parts[3]} if len(parts) == 4 else {}), f"--fault {text}")
 
 
-def _once_round(way: Array | None, settings: DriveSettings) -> float:
-    """Whole seconds that a round takes; half of the ramp is lost."""
-    from cablewright.studies.drive import path_length
-
-    assert way is not None  # a machine that is held has a duration
-    return math.floor(path_length(way) / settings.speed + 0.5 * settings.ramp)
-
-
 def _numbers(text: str, count: int, option: str) -> list[float]:
     values = numbers(text, option) or []
     if len(values) != count or not all(map(math.isfinite, values)):
@@ -178,30 +139,6 @@ def _numbers(text: str, count: int, option: str) -> list[float]:
 
 def _text(path: Path | None) -> str | None:
     return None if path is None else str(path)
-
-
-def _values(twin: SimulatedMachine, found: Drive, head: LogHead) -> dict[str, Any]:
-    return {
-        "status": "ok",
-        "robot": head.robot.name,
-        "machine": head.settings.name,
-        "plant": head.plant,
-        "seed": head.seed,
-        "period": twin.period,
-        "steps": found.steps,
-        "duration": found.duration,
-        "distance": found.distance,
-        "powder": found.powder,
-        "refills": found.refills,
-        "lines": list(found.lines),
-        "slack_share": found.slack_share,
-        "max_tension": found.max_tension,
-        "max_tilt": found.max_tilt,
-        "yaw": list(found.yaw),
-        "readings": dict(sorted(found.readings.items())),
-        "notices": dict(sorted(found.notices.items())),
-        "real_time_ratio": found.duration / found.elapsed,
-    }
 
 
 def _print(values: dict[str, Any]) -> None:

@@ -18,8 +18,9 @@ __all__ = ["replay_picture"]
 _BEFORE_LINES: Final = 7  # columns of a trace before the lines'
 
 
-def replay_picture(found: Sequence[Replay]) -> Figure:
+def replay_picture(replayed: Replay | Sequence[Replay]) -> Figure:
     """Draw the replays of one log by one estimator or two; lines by the last. Call within `style.drawing`."""
+    found = [replayed] if isinstance(replayed, Replay) else replayed
     last = found[-1]
     m = last.head.robot.m
     traces = [np.array(one.trace, dtype=np.float64).reshape(-1, _BEFORE_LINES + 2 * m).T for one in found]

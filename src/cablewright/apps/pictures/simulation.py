@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.studies.drive import SLACK, Drive
+from cablewright.studies.drive import SLACK
+from cablewright.studies.simulate import Simulation
 
 __all__ = ["simulation_picture"]
 
@@ -16,8 +17,9 @@ _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, 
 _DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), "-.", (0, (1, 1.2)))
 
 
-def simulation_picture(found: Drive) -> Figure:
-    """Draw *found*, sampled about once a second. Call within `style.drawing`."""
+def simulation_picture(simulated: Simulation) -> Figure:
+    """Draw the drive, sampled about once a second. Call within `style.drawing`."""
+    found = simulated.drive
     columns = np.array(found.path).reshape(-1, 6 + len(found.lines)).T
     time, x, y, _, tilt, yaw = columns[:6]
     drawn = style.figure(9.6, 6.0)

@@ -35,9 +35,9 @@ __all__ = [
     "WinchSettings",
     "check_faults",
     "extruding",
-    "load_settings",
-    "settings_names",
-    "settings_text",
+    "load_machine",
+    "machine_names",
+    "machine_text",
 ]
 
 NEWEST_SCHEMA: Final = 1
@@ -328,30 +328,30 @@ class MachineSettings(Description):
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
 
 
-def load_settings(name_or_path: str | Path) -> MachineSettings:
+def load_machine(name_or_path: str | Path) -> MachineSettings:
     """Return the settings of that library name, or of that TOML file. Raises `InputError`, one line."""
-    if isinstance(name_or_path, str) and name_or_path in settings_names():
+    if isinstance(name_or_path, str) and name_or_path in machine_names():
         origin = f"{name_or_path} (library)"
-        return validated(MachineSettings, parse_table(settings_text(name_or_path), origin), origin)
+        return validated(MachineSettings, parse_table(machine_text(name_or_path), origin), origin)
     path = Path(name_or_path)
     if not str(name_or_path).endswith(".toml") and not path.is_file():
-        hint = suggestion(str(name_or_path), settings_names())
+        hint = suggestion(str(name_or_path), machine_names())
         raise InputError(f"no machine {str(name_or_path)!r} in the library and no file of that name; {hint}")
     table, _ = read_table(path)
     require_schema(table, NEWEST_SCHEMA, path)
     return validated(MachineSettings, table, path)
 
 
-def settings_names() -> tuple[str, ...]:
+def machine_names() -> tuple[str, ...]:
     """Return the names of the machines that come with cablewright, sorted."""
     folder = resources.files("cablewright.machine.simulated") / "library"
     return tuple(sorted(item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")))
 
 
-def settings_text(name: str) -> str:
+def machine_text(name: str) -> str:
     """Return the TOML text of a library machine. Raises `UnknownName`."""
-    if name not in settings_names():
-        raise UnknownName("machine", name, settings_names())
+    if name not in machine_names():
+        raise UnknownName("machine", name, machine_names())
     return resources.files("cablewright.machine.simulated").joinpath("library", f"{name}.toml").read_text("utf-8")
 
 

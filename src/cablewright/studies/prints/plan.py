@@ -16,7 +16,7 @@ from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import LAWS, LawName, VelocitySettings
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
-from cablewright.machine.simulated.settings import MachineSettings, extruding, load_settings, settings_names
+from cablewright.machine.simulated.settings import MachineSettings, extruding, load_machine, machine_names
 from cablewright.machine.simulated.simulated_machine import PLANTS, PlantName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
@@ -85,11 +85,11 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
     if machine is None:
-        if robot.name not in settings_names():
-            known = ", ".join(settings_names())
+        if robot.name not in machine_names():
+            known = ", ".join(machine_names())
             raise InputError(f"robot {robot.name!r}: has no machine of its own; --machine FILE, or one of {known}")
         machine = robot.name
-    own = machine if isinstance(machine, MachineSettings) else load_settings(machine)
+    own = machine if isinstance(machine, MachineSettings) else load_machine(machine)
     settings = extruding(own, job.bead, job.motion.print_speed)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:

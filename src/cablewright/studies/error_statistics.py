@@ -1,0 +1,54 @@
+"""Statistics of an estimator's errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CHI2_95", "SLACK", "ErrorStatistics", "bound", "spread"]
+
+Array = NDArray[np.float64]
+
+CHI2_95: Final = 7.8147
+"""95 % quantile of the chi-square distribution with 3 degrees of freedom."""
+
+SLACK: Final = 5e-3
+"""True excess from which a slack line has to be identified, m."""
+
+
+@dataclass(frozen=True)
+class ErrorStatistics:
+    """Count, root mean square, median, 95 % and 99 % quantiles and largest size of some errors."""
+
+    count: int
+    rms: float
+    median: float
+    p95: float
+    p99: float
+    most: float
+
+
+def spread(values: Array) -> ErrorStatistics:
+    """Return the statistics of the sizes of *values* (k,); NaN for none."""
+    size = np.abs(values[np.isfinite(values)])
+    if not len(size):
+        return ErrorStatistics(0, *(math.nan,) * 5)
+    middle, p95, p99 = np.percentile(size, (50.0, 95.0, 99.0)).tolist()
+    return ErrorStatistics(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
+
+
+def bound(covariance: Array) -> float:
+    """95 % quantile, m, of the size of an error with that *covariance* (3, 3), m^2.
+
+    By two moments of its square, as a chi-square distribution (Satterthwaite; Wilson and Hilferty).
+    """
+    trace, square = float(np.trace(covariance)), float(np.sum(covariance * covariance))
+    if not square > 0.0:
+        return 0.0
+    numbers = trace * trace / square
+    root = 1.0 - 2.0 / (9.0 * numbers) + 1.645 * math.sqrt(2.0 / (9.0 * numbers))
+    return math.sqrt(trace * root**3)
