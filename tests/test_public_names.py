@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import doctest
 import subprocess
 import sys
 from importlib import resources
@@ -45,6 +46,14 @@ def test_the_types_say_the_same_as_the_loader() -> None:
     }
     lazy = {name: f"cablewright.{home}" for home, names in cablewright._HOMES.items() for name in names}
     assert told == lazy
+
+
+@pytest.mark.parametrize("name", [name for name in cablewright.__all__ if name.islower()])
+def test_the_example_in_a_docstring_prints_what_it_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).resolve().parent.parent)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    for case in doctest.DocTestFinder(recurse=False).find(getattr(cablewright, name), name):
+        assert runner.run(case).failed == 0
 
 
 def test_another_name_is_an_attribute_error() -> None:

@@ -55,6 +55,8 @@ def test_a_result_has_its_figures_in_order() -> None:
 
 def test_the_repr_is_one_short_line_with_units() -> None:
     assert repr(_Sample("rope", 1.23456)) == "_Sample(name='rope', length=1.23 m)"
+    assert repr(_Sample("rope", math.nan)) == "_Sample(name='rope', length=None)"
+    assert repr(_Sample(["a"], [1.23456, 2.0])) == "_Sample(name=['a'], length=[1.23, 2] m)"  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

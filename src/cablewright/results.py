@@ -118,6 +118,14 @@ def plain(value: Any) -> Any:
 
 
 def _brief(value: Any, figure: Figure) -> str:
+    """The value as a part of a line, with its unit."""
     value = plain(value)
-    text = f"{value:.{figure.digits}g}" if isinstance(value, float) else repr(value)
-    return text if figure.unit in ("", "1") else f"{text} {figure.unit}"
+    return _short(value, figure.digits) + (
+        f" {figure.unit}" if value is not None and figure.unit not in ("", "1") else ""
+    )
+
+
+def _short(value: Any, digits: int) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(_short(each, digits) for each in value)}]"
+    return f"{value:.{digits}g}" if isinstance(value, float) else repr(value)

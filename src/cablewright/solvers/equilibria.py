@@ -139,9 +139,9 @@ def equilibria(
     Examples
     --------
     >>> import cablewright as cw
-    >>> robot = cw.load("paty2021")
+    >>> robot = cw.load("paty2021")  # 2^4 ways of its four levers to stand
     >>> len(cw.equilibria(robot, cw.inverse(robot, [0.0, 0.0, 5.0]).lengths))
-    1
+    16
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     model.refuse_rigid()
