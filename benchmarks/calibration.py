@@ -14,7 +14,7 @@ from benchmarks.timing import Row, best
 from cablewright.calibration.observability import information
 from cablewright.calibration.pose_fit import NEAR, fits
 from cablewright.calibration.problem import CalibrationProblem, Measured
-from cablewright.calibration.simulation import Simulated, aligned, measure, random_poses
+from cablewright.calibration.simulation import SimulatedCalibration, aligned, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.robot import Robot, load
 
@@ -48,7 +48,7 @@ def rows(size: Size) -> Iterator[Row]:
     yield rough_row(size.drawn)
 
 
-def made(count: int, noise: float, seed: int = 0) -> tuple[CalibrationProblem, Simulated, Array]:
+def made(count: int, noise: float, seed: int = 0) -> tuple[CalibrationProblem, SimulatedCalibration, Array]:
     """A problem, what is true of it, and its true unknowns."""
     rng = np.random.default_rng(seed)
     simulated = measure(WANG, random_poses(WANG, count, rng), noise, rng)
@@ -56,7 +56,7 @@ def made(count: int, noise: float, seed: int = 0) -> tuple[CalibrationProblem, S
     return problem, simulated, np.append(TRUE.ravel(), simulated.home_lengths)
 
 
-def starts(truth: Array, simulated: Simulated, runs: int) -> tuple[Array, Array]:
+def starts(truth: Array, simulated: SimulatedCalibration, runs: int) -> tuple[Array, Array]:
     """Unknowns (B, k) and poses (B, N, 3) about the true ones."""
     rng = np.random.default_rng(1)
     poses = simulated.poses + rng.uniform(-OFF, OFF, (runs, *simulated.poses.shape))

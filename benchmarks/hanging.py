@@ -17,7 +17,7 @@ from benchmarks.timing import Row
 from cablewright.calibration.elastic_lines import Hanging
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fit
-from cablewright.calibration.simulation import Beside, Simulated, aligned, measure, random_poses
+from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
 from cablewright.calibration.solve import Calibration, calibrate
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.models.fidelity import Fidelity
@@ -77,7 +77,7 @@ def plan(encoder: float = ENCODER, tension: float = CELL) -> CalibrationPlan:
     return CalibrationPlan(unknowns=ALL, shared=("modulus",), sigma=Sigmas(encoder=encoder, tension=tension))
 
 
-def errors(found: Calibration, made: Simulated, robot: Robot) -> tuple[float, float]:
+def errors(found: Calibration, made: SimulatedCalibration, robot: Robot) -> tuple[float, float]:
     """Largest errors of exit points and of poses, m, after aligning translation and yaw."""
     truth = np.array([line.exit_point for line in robot.lines])
     exits, poses = aligned(found.values[: truth.size].reshape(-1, 3), truth, found.poses[:, :3])
@@ -90,7 +90,7 @@ def exact_rows(name: str, count: int, off: float, runs: int) -> Iterator[Row]:
     for seed in range(runs):
         rng = np.random.default_rng(seed)
         poses = random_poses(truth, count, rng, "catenary")
-        made = measure(truth, poses, 0.0, rng, OFF, "catenary", Beside(tension=0.0))
+        made = measure(truth, poses, 0.0, rng, OFF, "catenary", SensorNoise(tension=0.0))
         begin = time.perf_counter()
         found = calibrate(file_of(name, rng, off), made.measured, plan(), cable="catenary", rough=off, outliers=False)
         spent += time.perf_counter() - begin
@@ -105,7 +105,7 @@ def straight_rows() -> Iterator[Row]:
     for name, with_cells in (("paty2021", False), ("merlet2023", False), ("cogiro", False), ("paty2021", True)):
         truth, rng = load(name), np.random.default_rng(1)
         exits = np.array([line.exit_point for line in truth.lines])
-        beside = Beside(tension=0.0 if with_cells else None)
+        beside = SensorNoise(tension=0.0 if with_cells else None)
         made = measure(truth, random_poses(truth, 30, rng, "catenary"), 0.0, rng, OFF, "catenary", beside)
         found = calibrate(truth, made.measured, rough=0.0, outliers=False)
         shape, places = aligned(found.values[: exits.size].reshape(-1, 3), exits, found.poses[:, :3], tilt=True)
@@ -120,7 +120,7 @@ def bound_rows(runs: int) -> Iterator[Row]:
     """Errors against the Cramer-Rao bound in the same frame, and how often sigma covers them."""
     robot, rng = load("paty2021"), np.random.default_rng(7)
     truth = np.array([line.exit_point for line in robot.lines])
-    poses, beside = random_poses(robot, 40, rng, "catenary"), Beside(tension=CELL)
+    poses, beside = random_poses(robot, 40, rng, "catenary"), SensorNoise(tension=CELL)
     square, bound, shares = [], [], []
     for _ in range(runs):
         made = measure(robot, poses, ENCODER, rng, 0.02, "catenary", beside)
@@ -144,7 +144,7 @@ def speed_row(count: int) -> Row:
     """One fit of paty2021 from near, beside SciPy with the same rows and derivatives."""
     robot, rng = load("paty2021"), np.random.default_rng(2)
     poses = random_poses(robot, count, rng, "catenary")
-    made = measure(robot, poses, ENCODER, rng, OFF, "catenary", Beside(tension=CELL))
+    made = measure(robot, poses, ENCODER, rng, OFF, "catenary", SensorNoise(tension=CELL))
     problem = Hanging.under(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
     own = problem.kept(solve_inverse(problem.model, made.poses))
     theta = problem.free.copy()
@@ -187,7 +187,7 @@ def gross_row(runs: int) -> Row:
     for seed in range(runs):
         rng = np.random.default_rng(seed)
         poses = random_poses(robot, 40, rng, "catenary")
-        made = measure(robot, poses, ENCODER, rng, 0.02, "catenary", Beside(tension=CELL))
+        made = measure(robot, poses, ENCODER, rng, 0.02, "catenary", SensorNoise(tension=CELL))
         assert made.measured.tensions is not None
         counted, tensions = made.measured.counted.copy(), made.measured.tensions.copy()
         bad = rng.choice(40, 4, replace=False)

@@ -20,7 +20,7 @@ __all__ = [
     "Climate",
     "Command",
     "Condition",
-    "DistanceReading",
+    "Distance",
     "Encoders",
     "Estimate",
     "Fault",
@@ -99,7 +99,7 @@ class LineAngles:
 
 
 @dataclass(frozen=True, eq=False)
-class DistanceReading:
+class Distance:
     """Reading of the distance sensor under the valve."""
 
     time: float  # s
@@ -156,7 +156,7 @@ class Scan:
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-Reading = Encoders | Inertial | LineAngles | DistanceReading | Climate | Barrier | Scan
+Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan
 
 
 @dataclass(frozen=True, eq=False)

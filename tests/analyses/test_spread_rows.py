@@ -12,7 +12,7 @@ from analyses.test_spread import problem_of, ranges_of
 from cablewright.analyses.accuracy import spread as module
 from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
-from cablewright.errors import AnswerError, InputError
+from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.robot.uncertainty import Range, modulus_ranges
@@ -208,8 +208,15 @@ def test_samples_are_numbers_that_a_robot_can_have() -> None:
     assert (drawn <= HOUSE.lines[0].sheave.lever).all()
 
 
+@pytest.mark.parametrize("method", [Vertices(), MonteCarlo(200)], ids=lambda method: type(method).__name__)
+def test_of_no_place_nothing_is_found(method: Method) -> None:
+    found = method(problem_of(Model(HOUSE), HEAVY, 1).rows(slice(0, 0)))
+    assert found.max_error.shape == (0,)
+    assert found.worst.shape == (0, 3)
+
+
 REFUSED: dict[str, tuple[Callable[[], object], type[Exception]]] = {
-    "no place": (lambda: Vertices()(problem_of(Model(HOUSE), HEAVY, 1).rows(slice(0, 0))), AnswerError),
+    "no pose": (lambda: nozzle_errors(HOUSE, None), InputError),
     "no number": (lambda: nozzle_errors(HOUSE, [0.0, 0.0, 1.0], []), InputError),
 }
 

@@ -22,7 +22,7 @@ from cablewright.estimation.kalman.state import (
     passes_gate,
 )
 from cablewright.robot import load
-from cablewright.signals import DistanceReading, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.signals import Distance, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.studies.error_statistics import CHI2_95, bound
 from cablewright.studies.estimator_settings import filter_settings
 from observed import broken, drive, errors, observe
@@ -336,7 +336,7 @@ def _spoiled(reading: Any, random: np.random.Generator) -> Any:
         return dataclasses.replace(reading, angles=random.uniform(-9.0, 9.0, 4))
     if isinstance(reading, Encoders):
         return dataclasses.replace(reading, counts=reading.counts + random.integers(-(10**7), 10**7, 4))
-    if isinstance(reading, DistanceReading):
+    if isinstance(reading, Distance):
         return dataclasses.replace(reading, distance=1e9)
     return reading
 

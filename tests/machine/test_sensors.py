@@ -20,7 +20,7 @@ from cablewright.signals import (
     Barrier,
     Climate,
     Condition,
-    DistanceReading,
+    Distance,
     Encoders,
     Inertial,
     LineAngles,
@@ -159,11 +159,9 @@ def test_vertical_lidar_and_distance_sensor_tell_the_height() -> None:
     lidar = SETTINGS.lidars["vertical"]
     down = np.argmin(np.abs(scan.angles))
     assert scan.ranges[down] == pytest.approx(twin.truth.position[2] + lidar.place[2], abs=1e-6)
-    assert of(DistanceReading, readings)[-1].distance == pytest.approx(
-        twin.truth.position[2] - SETTINGS.drum.valve, abs=1e-6
-    )
-    before = of(DistanceReading, readings)[-1].distance
-    later = of(DistanceReading, run(twin, 50, valve=1.0))[-1].distance
+    assert of(Distance, readings)[-1].distance == pytest.approx(twin.truth.position[2] - SETTINGS.drum.valve, abs=1e-6)
+    before = of(Distance, readings)[-1].distance
+    later = of(Distance, run(twin, 50, valve=1.0))[-1].distance
     assert later < before - 5e-3  # it pours where it stands
 
 
@@ -249,9 +247,7 @@ def test_every_sensor_may_lose_readings_and_tell_anything() -> None:
         assert len(of(kind, readings)) == pytest.approx(0.7 * 2000, rel=0.05)
     lost = np.mean([np.isnan(reading.angles) for reading in of(LineAngles, readings)])
     assert lost == pytest.approx(0.3, rel=0.1)
-    assert np.mean([np.isnan(reading.distance) for reading in of(DistanceReading, readings)]) == pytest.approx(
-        0.3, rel=0.1
-    )
+    assert np.mean([np.isnan(reading.distance) for reading in of(Distance, readings)]) == pytest.approx(0.3, rel=0.1)
     wrong = {
         Inertial: [np.abs(reading.acceleration - [0, 0, 9.81]).max() > 0.01 for reading in of(Inertial, readings)],
         Encoders: [np.abs(reading.counts).max() > 0 for reading in of(Encoders, readings)],
@@ -266,7 +262,7 @@ def test_messages_come_late_in_order_and_some_never() -> None:
     came = []
     for k in range(3000):
         now = 0.01 * k
-        channel.send(now, DistanceReading(now, 1.0))
+        channel.send(now, Distance(now, 1.0))
         came += [(now, reading.time) for reading in channel.arrived(now)]
     late = np.array([now - time for now, time in came])
     assert (late >= 0.02 - 1e-9).all()

@@ -7,7 +7,7 @@ import math
 from cablewright.signals import (
     Barrier,
     Climate,
-    DistanceReading,
+    Distance,
     Encoders,
     Fault,
     Inertial,
@@ -21,7 +21,7 @@ __all__ = ["FaultMonitor"]
 _SOURCES: dict[type, str] = {
     Barrier: "barrier",
     Climate: "climate",
-    DistanceReading: "distance",
+    Distance: "distance",
     Encoders: "encoders",
     Inertial: "inertial",
     LineAngles: "line_angles",

@@ -33,7 +33,7 @@ from cablewright.estimation.reading_checks import (
 )
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.signals import (
-    DistanceReading,
+    Distance,
     Encoders,
     Estimate,
     Inertial,
@@ -152,7 +152,7 @@ def _process(settings: ObserverSettings, state: ObserverState, reading: Reading)
         _predict_attitude(settings, state, reading)
     elif isinstance(reading, Encoders):
         _predict_lengths(settings, state, reading)
-    elif isinstance(reading, DistanceReading):
+    elif isinstance(reading, Distance):
         state.last_distance = reading
     elif isinstance(reading, Scan) and accept_scan(state.checks, reading) and reading.source in sources:
         queue_scan(state.pending_scans, reading, settings.walls.kept_turns)

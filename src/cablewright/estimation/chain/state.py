@@ -21,7 +21,7 @@ from cablewright.estimation.slackness import SlacknessSettings, SlacknessState
 from cablewright.estimation.tilt import TiltSettings, TiltState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.models.statics import Model
-from cablewright.signals import DistanceReading, Scan
+from cablewright.signals import Distance, Scan
 from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.taut import Taut
 
@@ -121,7 +121,7 @@ class ObserverState:
     height: HeightEstimate | None = None
     distance_without_floor: float = 0.0  # m that B moved since the floor was seen
     clearance_offset: float = math.nan  # m: fictive height less odometry's z
-    last_distance: DistanceReading | None = None
+    last_distance: Distance | None = None
 
     @property
     def monitor(self) -> FaultMonitor:

@@ -32,7 +32,7 @@ from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.signals import (
-    DistanceReading,
+    Distance,
     Encoders,
     Estimate,
     Inertial,
@@ -231,7 +231,7 @@ def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> 
             attitude.predict(settings, state, reading)
     elif isinstance(reading, Encoders):
         _predict_from_encoders(settings, state, reading)
-    elif isinstance(reading, DistanceReading):
+    elif isinstance(reading, Distance):
         _update_ground(settings, state, reading)
     elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and accept_scan(checks, reading):
         queue_scan(state.pending_scans, reading, own.walls.kept_turns)
@@ -263,7 +263,7 @@ def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading
     state.motion_history.add(reading.time, np.concatenate([state.drum_angles, state.coasted]))
 
 
-def _update_ground(settings: FilterSettings, state: FilterState, reading: DistanceReading) -> None:
+def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
     """Update by the distance sensor: height of B over the ground under the valve."""
     depth, lay = settings.chain.valve_depth, state.layout
     if depth is None or not math.isfinite(reading.distance):

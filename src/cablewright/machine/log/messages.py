@@ -18,7 +18,7 @@ from cablewright.signals import (
     Climate,
     Command,
     Condition,
-    DistanceReading,
+    Distance,
     Encoders,
     Estimate,
     Fault,
@@ -44,7 +44,7 @@ TOPICS_OF: Final[dict[type[Signal], tuple[str, ...]]] = {
     Inertial: ("/imu",),
     Encoders: ("/encoders",),
     LineAngles: ("/line_angles",),
-    DistanceReading: ("/distance",),
+    Distance: ("/distance",),
     Climate: ("/climate",),
     Barrier: ("/barrier",),
     Command: ("/command",),
@@ -74,7 +74,7 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[
             return "/encoders", _dump(_joints(signal, lines, counts_per_turn))
         case LineAngles():
             return "/line_angles", _dump({"time": signal.time, "angles": signal.angles.tolist()})
-        case DistanceReading():
+        case Distance():
             return "/distance", _dump({"time": signal.time, "distance": signal.distance})
         case Climate():
             values = {"time": signal.time, "temperature": signal.temperature, "humidity": signal.humidity}
@@ -214,8 +214,8 @@ def _read_angles(message: _Message, _topic: str) -> LineAngles:
     return LineAngles(message.number("time"), message.numbers_or_nan("angles"))
 
 
-def _read_distance(message: _Message, _topic: str) -> DistanceReading:
-    return DistanceReading(message.number("time"), message.number("distance", absent=math.nan))
+def _read_distance(message: _Message, _topic: str) -> Distance:
+    return Distance(message.number("time"), message.number("distance", absent=math.nan))
 
 
 def _read_climate(message: _Message, _topic: str) -> Climate:

@@ -9,7 +9,7 @@ from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import DistanceSensor
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
-from cablewright.signals import DistanceReading
+from cablewright.signals import Distance
 
 __all__ = ["Rangefinder"]
 
@@ -25,7 +25,7 @@ class Rangefinder:
             0,
         )
 
-    def read(self, state: RigState) -> DistanceReading | None:
+    def read(self, state: RigState) -> Distance | None:
         """Return a reading when one is due; NaN where nothing comes back."""
         self._step += 1
         if self._step % self._interval:
@@ -35,14 +35,14 @@ class Rangefinder:
         down = -state.rotation[:, 2]
         x, y, z = state.truth.position + self._valve * down
         if down[2] >= 0.0:  # lies on its side: sees no floor
-            return DistanceReading(state.truth.time, float("nan"))
+            return Distance(state.truth.time, float("nan"))
         found = ray_to_floor(x, y, z, *down.tolist(), settings.most, ground.grid, ground.heights)
         measured = found + settings.deviation * noise
         if not settings.least <= measured <= settings.most or chance < settings.dropout:
             measured = float("nan")
         elif chance > 1.0 - settings.outliers:
             measured = settings.least + anywhere * (settings.most - settings.least)
-        return DistanceReading(state.truth.time, float(measured))
+        return Distance(state.truth.time, float(measured))
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the state that the next readings depend on."""

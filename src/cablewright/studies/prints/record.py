@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cablewright.machine.log.log import Entry, LogHead
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
-from cablewright.signals import DistanceReading, Inertial, LineAngles, PrintState, Scan
+from cablewright.signals import Distance, Inertial, LineAngles, PrintState, Scan
 from cablewright.studies.fault_count import FaultCount, count_faults
 from cablewright.studies.prints.line_tensions import LineTensions
 from cablewright.studies.prints.lines import LineStatistics
@@ -33,7 +33,7 @@ __all__ = ["UNUSED", "Recorder", "record"]
 
 Array = NDArray[np.float64]
 
-UNUSED: Final = (Inertial, DistanceReading, "/scan/north", "/scan/south")
+UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")
 """Signals that are not used: ``log.entries(without=UNUSED)`` is faster and gives the same record."""
 
 _BLOCK: Final = 2048  # steps that are processed together
