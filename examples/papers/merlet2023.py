@@ -9,6 +9,7 @@ import argparse
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 CM = 100.0
 DENSITY, REPOSE = 1500.0, math.radians(22.0)  # kg/m^3, of the powder, and its angle of repose, both theirs
@@ -33,15 +34,16 @@ def told(value: float | None, scale: float, form: str) -> str:
     return f"{'-':>8}" if value is None else format(scale * value, form)
 
 
-def column(folder: Path) -> dict:
+def column(folder: Path) -> dict[str, Any]:
     """The figures of one print. Ends the program where there is none."""
     file = folder / "metrics.json"
     if not file.is_file():
         raise SystemExit(f"{file}: no such file; print first: cablewright print merlet2023 JOB --out {folder}")
-    return json.loads(file.read_text())
+    figures: dict[str, Any] = json.loads(file.read_text())
+    return figures
 
 
-def errors(prints: dict[str, dict]) -> None:
+def errors(prints: dict[str, dict[str, Any]]) -> None:
     """What the paper's conclusion prints, and the same of each print: true, and as the estimation saw it."""
     print(f"{'':34}{'paper':>8}" + "".join(f"{name[:16]:>18}" for name in prints))
     print(f"{'':34}{'seen':>8}" + f"{'true':>10}{'seen':>8}" * len(prints))

@@ -35,7 +35,7 @@ DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
 """The environment variable that names another folder than the user's cache folder."""
 _CHECKSUM = hashlib.sha256().digest_size
 _KEPT, _RECENT, _OLD = 8, 3600.0, 30 * 86400.0  # folders of other stamps; s since their last use
-_IDLE = re.compile("CUDA|GDB|THREAD")  # settings of Numba that leave the compiled code as it is
+_IDLE = re.compile("^_|CUDA|GDB|THREAD")  # settings of Numba that leave the compiled code as it is
 _HOME = Path(__file__).parent
 SOURCES = frozenset(_HOME.rglob("[!.]*.py"))
 log = logging.getLogger(__name__)
