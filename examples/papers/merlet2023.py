@@ -54,7 +54,7 @@ def errors(prints: dict[str, dict[str, Any]]) -> None:
         print(f"{title:34}" + "".join(cells))
 
 
-def rest(name: str, each: dict) -> None:
+def rest(name: str, each: dict[str, Any]) -> None:
     """What was printed in which time, and what the lines and the structure were like."""
     print(f"\n{name}: {each['layers']} layers, {each['distance']:.1f} m of path in {each['duration'] / 60.0:.1f} min")
     shares = ", ".join(f"{line['name']} {100.0 * line['taut']:.0f} %" for line in each["lines"] if line["taut"])
