@@ -11,7 +11,7 @@ Statics: capacity, certify, enclose_poses, equilibria, excess_lengths, forward, 
     Equilibria, Equilibrium, Linearisation, PoseBox, Quadratic, SlackSet, Tracker, TrackerSettings.
 Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, modes, retraction, trade, workspace,
     Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS, Interference,
-    InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, Retraction, RetractionLaw, Trade,
+    InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, RetractionLaw, RetractionStudy, Trade,
     TradeSettings, Vertices, Workspace.
 Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
     Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from cablewright.analyses.modes import FREEDOMS, Modes, modes
     from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes
     from cablewright.analyses.workspace.criterion import RetractionLaw
-    from cablewright.analyses.workspace.retraction import Retraction, retraction
+    from cablewright.analyses.workspace.retraction import RetractionStudy, retraction
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace, count_nodes, workspace
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses import CalibrationPoses, calibration_poses
@@ -108,7 +108,7 @@ __all__ = [
     "InputError", "Interference", "InterferenceSettings", "Job", "JobInterference", "Laser", "LidarPlace",
     "Linearisation", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter",
     "Pilot", "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob", "Quadratic", "Range", "RankedCurve",
-    "Replay", "Result", "Retraction", "RetractionLaw", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
+    "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
     "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation", "SlackSet",
     "Status", "Survey", "SurveyPlan", "TensileResult", "TensileTest", "Tracker", "TrackerSettings", "Trade",
     "TradeSettings", "TriangleMesh", "Uncertainty", "UnknownName", "Vertices", "Walls", "Workspace", "accuracy",
@@ -130,7 +130,7 @@ _HOMES = {
         "analyses.modes": "FREEDOMS Modes modes",
         "analyses.workspace.boundary_modes": "Boundary boundary_modes",
         "analyses.workspace.criterion": "RetractionLaw",
-        "analyses.workspace.retraction": "Retraction retraction",
+        "analyses.workspace.retraction": "RetractionStudy retraction",
         "analyses.workspace.workspace": "NodeCount Workspace count_nodes workspace",
         "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.poses": "CalibrationPoses calibration_poses",

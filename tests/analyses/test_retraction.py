@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.analyses.workspace.retraction import Retraction, _fit, _peaks, retraction
+from cablewright.analyses.workspace.retraction import RetractionStudy, _fit, _peaks, retraction
 from cablewright.analyses.workspace.workspace import workspace
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import Fidelity
@@ -16,11 +16,11 @@ JUNG = Model(load("jung2020"), Fidelity.of("rigid"))
 
 
 @pytest.fixture(scope="module", params=["closed-form", "exact"])
-def found(request: pytest.FixtureRequest) -> Retraction:
+def found(request: pytest.FixtureRequest) -> RetractionStudy:
     return retraction(JUNG, request.param, steps=5)
 
 
-def test_the_table_is_that_of_workspaces_of_retracted_robots(found: Retraction) -> None:
+def test_the_table_is_that_of_workspaces_of_retracted_robots(found: RetractionStudy) -> None:
     assert found.areas.shape == (len(found.heights), len(found.lengths)) == (40, 5)
     for k in (0, 3):
         robot = JUNG.robot.retracted(float(found.lengths[k]))
@@ -30,14 +30,14 @@ def test_the_table_is_that_of_workspaces_of_retracted_robots(found: Retraction) 
     np.testing.assert_allclose(found.areas.sum(axis=0) * found.slice_height, found.volumes, rtol=5e-3)
 
 
-def test_the_law_keeps_at_least_99_percent_of_the_best(found: Retraction) -> None:
+def test_the_law_keeps_at_least_99_percent_of_the_best(found: RetractionStudy) -> None:
     assert 0.99 <= found.share <= 1.003
     assert found.best_volume > 1.05 * found.volumes.max()  # it buys something
     assert found.held.volume == pytest.approx(found.best_volume, rel=0.01)
     assert (found.best_areas >= found.areas.max(axis=1) - 1e-12).all()
 
 
-def test_the_law_is_the_line_through_the_slices_it_names(found: Retraction) -> None:
+def test_the_law_is_the_line_through_the_slices_it_names(found: RetractionStudy) -> None:
     own = found.best[found.fitted]
     assert (own > 1.2).all()
     assert (own < 2.0).all()

@@ -85,7 +85,7 @@ class Contact:
         return {"distance": self.margin, "pair": self.pair, "place": list(self.place)}
 
 
-class Nearest(NamedTuple):
+class NearestContacts(NamedTuple):
     """The nearest of each of `KINDS`; None where the machine has nothing of a kind."""
 
     line: Contact | None = None
@@ -107,7 +107,7 @@ class Distances(Pictured):
         @property
         def robot(self) -> Robot: ...
         @property
-        def contacts(self) -> Nearest: ...
+        def contacts(self) -> NearestContacts: ...
         @property
         def unsolved(self) -> str | None: ...
 
@@ -211,9 +211,9 @@ class Interference(Distances):
         return float(self.bounds.max(initial=0.0))
 
     @property
-    def contacts(self) -> Nearest:
+    def contacts(self) -> NearestContacts:
         """The nearest of each of `KINDS` at any of the poses."""
-        return Nearest(*(self.nearest(kind) for kind in KINDS))
+        return NearestContacts(*(self.nearest(kind) for kind in KINDS))
 
     @property
     def unsolved(self) -> str | None:

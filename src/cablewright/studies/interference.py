@@ -18,7 +18,7 @@ from cablewright.analyses.interference import (
     Free,
     Interference,
     InterferenceSettings,
-    Nearest,
+    NearestContacts,
     distances,
     free_region,
     too_near,
@@ -80,7 +80,7 @@ class JobInterference(Distances):
     margins: Array  # (k, 4) as `Interference.margins`
     bound: float  # m, how far any line may be from what stood for it
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
-    contacts: Nearest
+    contacts: NearestContacts
     closest: Interference | None  # the sample at which anything is nearest, alone; None if nothing is anywhere
     region: Free  # where the nozzle may be beside and above the whole part
 
@@ -226,7 +226,7 @@ class _Worst:
     margins: list[Array] = field(default_factory=list)
     codes: list[NDArray[np.int64]] = field(default_factory=list)
     bound: float = 0.0
-    contacts: Nearest = field(default_factory=Nearest)
+    contacts: NearestContacts = field(default_factory=NearestContacts)
     closest: Interference | None = None
     smallest: float = np.inf
 
@@ -235,7 +235,7 @@ class _Worst:
         self.margins.append(found.margins)
         self.codes.append(found.equilibrium.code)
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
-        self.contacts = Nearest(*map(partial(_nearer, first=first), self.contacts, found.contacts))
+        self.contacts = NearestContacts(*map(partial(_nearer, first=first), self.contacts, found.contacts))
         worst = found.nearest()
         if worst is not None and worst.margin < self.smallest:
             self.smallest, self.closest = worst.margin, found[worst.row]

@@ -20,7 +20,7 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
-__all__ = ["Retraction", "retraction"]
+__all__ = ["RetractionStudy", "retraction"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -29,7 +29,7 @@ HEIGHTS = (4, 1000)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Retraction(Pictured):
+class RetractionStudy(Pictured):
     """Slices of Z heights at L lengths, and the law that follows from them. Heights are those of slices' middles."""
 
     FIGURES: ClassVar = (
@@ -96,7 +96,7 @@ def retraction(
     point: str = "nozzle",
     tolerance: float = 2e-3,
     progress: Progress | None = None,
-) -> Retraction:
+) -> RetractionStudy:
     """Slices of the workspace of *robot* at *steps* lengths from *min_length* to *max_length*, m, or the robot's own.
 
     Between the lengths the area of a slice is taken as a parabola through the best one and its neighbours. The law is
@@ -134,7 +134,7 @@ def retraction(
     law, fitted = _fit(middles, best, best_areas, (min_length, max_length))
     law = replace(law, of=point)
     held = workspace(model, criterion, retraction=law, **given)
-    return Retraction(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)
+    return RetractionStudy(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)
 
 
 def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:

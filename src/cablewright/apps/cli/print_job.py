@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from cablewright.apps.cli.options import AsJson, RobotName
 from cablewright.apps.cli.output import print_json, progress, tell
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["print_job"]
 

@@ -25,7 +25,7 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress
 from cablewright.errors import AnswerError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace.retraction import Retraction
+    from cablewright.analyses.workspace.retraction import RetractionStudy
 
 __all__ = ["retraction"]
 
@@ -77,7 +77,7 @@ def retraction(
     return 0
 
 
-def _print(found: Retraction) -> None:
+def _print(found: RetractionStudy) -> None:
     """For people: the volumes, the law, and the best length by height."""
     criterion, law = found.held.criterion, found.law
     typer.echo(f"{criterion.model.robot.name}: {criterion.name}, heights of the {criterion.point}")

@@ -23,7 +23,7 @@ PICTURES: Final = {
     "BracketStress": ("bracket", "bracket_picture"),
     "Boundary": ("boundary", "boundary_picture"),
     "Replay": ("replay", "replay_picture"),
-    "Retraction": ("retraction", "retraction_picture"),
+    "RetractionStudy": ("retraction", "retraction_picture"),
     "Simulation": ("simulation", "simulation_picture"),
     "Trade": ("trade", "trade_picture"),
     "Workspace": ("volume", "volume_picture"),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from cablewright.analyses.workspace.retraction import Retraction
+from cablewright.analyses.workspace.retraction import RetractionStudy
 from cablewright.apps import style
 
 __all__ = ["retraction_picture"]
 
 
-def retraction_picture(found: Retraction) -> Figure:
+def retraction_picture(found: RetractionStudy) -> Figure:
     """Draw the table of areas with the law, and the areas by height. Call within `style.drawing`."""
     drawn = style.figure(10.4, 4.6)
     left, right = drawn.subplots(1, 2, width_ratios=(1.15, 1.0))
