@@ -16,18 +16,6 @@ from cablewright.errors import InputError, suggestion
 from cablewright.toml_input import read_bytes
 from cablewright.units import Dimension
 
-__all__ = [
-    "Column",
-    "cells_of",
-    "find_column",
-    "no_column",
-    "read_number",
-    "separator_of",
-    "shown",
-    "text_lines",
-    "units_wanted",
-]
-
 _LONGEST_LINE: Final = 4096  # bytes: a line is split as a whole
 _LONGEST_SHOWN: Final = 60
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

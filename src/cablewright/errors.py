@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import ClassVar, Self
 
-__all__ = ["AnswerError", "CablewrightError", "EnvironmentFault", "InputError", "Status", "UnknownName"]
-
 
 class Status(Enum):
     """What became of one solve, as a sentence. The order is that of the kernels' codes."""

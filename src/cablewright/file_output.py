@@ -11,8 +11,6 @@ from typing import IO
 
 from cablewright.errors import EnvironmentFault
 
-__all__ = ["cannot_write", "open_no_link", "whole_file", "write_whole"]
-
 
 @contextmanager
 def whole_file(path: Path, *, parents: bool = False) -> Iterator[IO[bytes]]:

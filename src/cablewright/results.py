@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
-__all__ = ["Figure", "Pictured", "Result", "plain"]
-
 
 @dataclass(frozen=True)
 class Figure:

@@ -14,29 +14,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "SOURCES",
-    "Barrier",
-    "Climate",
-    "Command",
-    "Condition",
-    "Distance",
-    "Encoders",
-    "Estimate",
-    "Fault",
-    "Inertial",
-    "LineAngles",
-    "Notice",
-    "PrintState",
-    "Progress",
-    "Reading",
-    "Scan",
-    "SensorFrame",
-    "Truth",
-    "frozen",
-]
+from cablewright.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 _Kind = TypeVar("_Kind")
 
 SOURCES = ("north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier")
@@ -223,7 +202,7 @@ class Estimate:
     rotation: Array  # (3,) rad: rotation vector of the drum
     lengths: Array  # (m,) m: unstrained, winch exit to B
     excess: Array  # (m,) m: over the taut length; positive is slack
-    slack: NDArray[np.bool_]  # (m,)
+    slack: Mask  # (m,)
     radii: Array  # (m,) m: of the winch drums, where cable leaves
     covariance: Array | None = None  # (9, 9) of position, velocity, rotation in space; None: unknown
     faults: tuple[Fault, ...] = field(default=())

@@ -15,17 +15,6 @@ from pydantic import BaseModel, ValidationError
 
 from cablewright.errors import InputError, suggestion
 
-__all__ = [
-    "MAX_BYTES",
-    "MAX_DEPTH",
-    "one_line",
-    "parse_table",
-    "read_bytes",
-    "read_table",
-    "require_schema",
-    "validated",
-]
-
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
 

@@ -11,9 +11,8 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STL_FACET", "TriangleMesh"]
+from cablewright.arrays import Array
 
-Array = NDArray[np.float64]
 STL_FACET: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
 """A triangle of a binary STL file."""
 

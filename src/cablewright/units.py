@@ -19,33 +19,6 @@ from annotated_types import Ge, Gt
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-__all__ = [
-    "Acceleration",
-    "Angle",
-    "Angle3",
-    "Area",
-    "Density",
-    "Dimension",
-    "Duration",
-    "Force",
-    "Force3",
-    "Inertia",
-    "Inertia3",
-    "Jerk",
-    "Length",
-    "LinearDensity",
-    "Mass",
-    "NonNegative",
-    "Positive",
-    "Pressure",
-    "Speed",
-    "ThermalExpansion",
-    "Torque",
-    "Torque3",
-    "Vec3",
-    "respell",
-]
-
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
 _LONGEST_TEXT = 80

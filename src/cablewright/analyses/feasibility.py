@@ -9,14 +9,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
-__all__ = ["LIMITS", "Finding", "Limit", "LineQuantities", "broken_limits", "judge", "judge_pose"]
-
-Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
 
 
@@ -147,7 +145,7 @@ def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
     return judge(_judged_robot(row.model), row.pose[:, :3], row.code, row.violation, LineQuantities.of(row))
 
 
-def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
+def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
     """Names of what can forbid a pose, and which of them each of N solved poses breaks, (N, L).
 
     The limits of the hardware at rest come first, then statuses of poses that cannot be held. A pose without tensions
@@ -171,7 +169,7 @@ def _judged_robot(model: Model) -> Robot:
     return model.robot if model.tension_limits is None else model.robot.limited(model.tension_limits)
 
 
-def _beyond(values: Array, allowed: Array) -> NDArray[np.bool_]:
+def _beyond(values: Array, allowed: Array) -> Mask:
     """Where values (N, m) are outside what is *allowed* (m, 2) by more than rounding; nowhere where not known."""
     low, high = allowed.T
     spare = _ROUNDING * np.array([_size(bound) for bound in allowed])

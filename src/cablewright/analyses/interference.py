@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, Status
 from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
@@ -20,20 +21,6 @@ from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import run
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = [
-    "KINDS",
-    "Contact",
-    "Free",
-    "Interference",
-    "InterferenceSettings",
-    "distances",
-    "free_region",
-    "margins",
-    "too_near",
-]
-
-Array = NDArray[np.float64]
 
 KINDS = ("line", "platform", "frame", "part")
 """What a line may come near to, in the order of the columns of `Interference.margins`."""
@@ -105,11 +92,16 @@ class Distances(Pictured):
     if TYPE_CHECKING:  # fields of one of the two, properties of the other
 
         @property
-        def robot(self) -> Robot: ...
+        def robot(self) -> Robot:
+            """The robot asked about."""
+
         @property
-        def contacts(self) -> NearestContacts: ...
+        def contacts(self) -> NearestContacts:
+            """The nearest contact of each kind."""
+
         @property
-        def unsolved(self) -> str | None: ...
+        def unsolved(self) -> str | None:
+            """Why there is no answer, if there is none."""
 
     @property
     def worst(self) -> Contact | None:
@@ -319,7 +311,7 @@ class Free:
     axes: tuple[Array, Array, Array]  # (nx,) (ny,) (nz,) m
     margins: Array  # (nx, ny, nz) m, NaN where the place cannot be held
     clearance: float  # m
-    free: NDArray[np.bool_] = field(init=False)  # (nx, ny, nz): held, and no line nearer than the clearance
+    free: Mask = field(init=False)  # (nx, ny, nz): held, and no line nearer than the clearance
 
     def __post_init__(self) -> None:
         """Judge the margins."""
@@ -347,7 +339,7 @@ class Free:
         return np.where(shown.any(axis=2), z[shown.argmax(axis=2)], np.nan)
 
 
-def too_near(margins: Array, clearance: float) -> NDArray[np.bool_]:
+def too_near(margins: Array, clearance: float) -> Mask:
     """Where a distance is under the clearance, or touches: 0 too, which is all that a thin line through a face has."""
     return np.asarray((margins < clearance) | (margins <= 0.0))
 
@@ -379,7 +371,7 @@ def free_region(
     return Free((x, y, z), own.reshape(count), clearance)
 
 
-def _drawable(equilibria: Equilibrium) -> NDArray[np.bool_]:
+def _drawable(equilibria: Equilibrium) -> Mask:
     """Which rows have lines at all: infeasible ones too, at the tensions that break the limits least."""
     return np.asarray(np.isfinite(equilibria.lengths).all(axis=-1) & (equilibria.lengths > 0.0).all(axis=-1))
 

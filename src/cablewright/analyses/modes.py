@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.models.equilibrium_figures import FIGURES as EQUILIBRIUM
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -19,10 +20,6 @@ from cablewright.models.stiffness import Stiffness, stiffness
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["FREEDOMS", "Modes", "modes"]
-
-Array = NDArray[np.float64]
 
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the freedoms: translations along the world's axes, rotations about them."""
@@ -208,6 +205,6 @@ def _left_out(skew: Array, values: Array, vectors: Array) -> Array:
     return np.asarray(np.where(~none & (means == 0.0), np.inf, shares).max(axis=(-2, -1)))
 
 
-def _only(good: NDArray[np.bool_], array: Array) -> Array:
+def _only(good: Mask, array: Array) -> Array:
     """*array* with NaN in the rows that are not *good*."""
     return np.where(good.reshape(good.shape + (1,) * (array.ndim - good.ndim)), array, np.nan)

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from cablewright.robot import Robot
 
-__all__ = ["SheaveRule", "sheave_rules"]
-
 SHEAVE_RATIO = 20.0  # least radius of a sheave over that of its cable, Paty 2021, section 3.1.1
 
 

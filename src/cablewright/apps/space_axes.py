@@ -13,27 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
 from cablewright.apps import style
 from cablewright.apps.pictures.path import ErrorScale, box_edges
+from cablewright.arrays import Array
 from cablewright.robot import Robot
 from cablewright.triangle_mesh import TriangleMesh
-
-__all__ = [
-    "add_faces",
-    "add_lines",
-    "add_surface",
-    "bar",
-    "draw_frame",
-    "heights",
-    "point",
-    "scale_of",
-    "space",
-    "towards_eye",
-]
-
-Array = NDArray[np.float64]
 
 _OUTLIERS: Final = 0.002  # of the values at each end, if they would take much of the scale
 _FLATTEST: Final = 0.3  # of the longest side: a thinner box has no room for its labels

@@ -18,21 +18,6 @@ from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 
-__all__ = [
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "INK",
-    "ORANGE",
-    "RED",
-    "drawing",
-    "error_colours",
-    "figure",
-    "label",
-    "png",
-    "stress_colours",
-]
-
 # Okabe and Ito's palette, the colours a picture means something by.
 BLUE: Final = "#0072b2"
 ORANGE: Final = "#e69f00"

@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
-
-__all__ = ["check", "check_lengths", "gauge_size", "min_poses", "spare"]
-
-Array = NDArray[np.float64]
 
 _APART = 1e-3  # m: poses whose lengths all differ by less are one pose
 _FAR = 3.0  # diagonals of the frame: no line changes by more, and no pose is further away

@@ -8,17 +8,13 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.problem import Measured
 from cablewright.csv_input import cells_of, find_column, read_number, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
 from cablewright.robot import Robot
 from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
-
-__all__ = ["MAX_BYTES", "MAX_POSES", "read_measured", "write_measured"]
-
-Array = NDArray[np.float64]
 
 MAX_BYTES: Final = 32 << 20
 MAX_POSES: Final = 5_000

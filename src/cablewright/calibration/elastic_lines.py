@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured, equations
 from cablewright.errors import AnswerError
@@ -28,11 +29,6 @@ from cablewright.robot.parameters import Parameter
 from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
-
-__all__ = ["FREED", "Hanging"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
 _MAX_STEPS: Final = 200

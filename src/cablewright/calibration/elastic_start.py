@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.checks import spare
 from cablewright.calibration.elastic_lines import FREED, Hanging
 from cablewright.calibration.plan import CalibrationPlan
@@ -21,10 +21,6 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress, silent
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["hanging_fit"]
-
-Array = NDArray[np.float64]
 
 _SAG: Final = 5e-3  # m: how exact lengths of straight lines are taken to be, at best
 _SAGGING: Final = 0.02  # of the platform's weight: the same of tensions along straight lines

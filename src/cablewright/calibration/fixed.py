@@ -6,18 +6,13 @@ from collections.abc import Sequence
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.plan import INNER, CalibrationPlan
 from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Robot
-from cablewright.robot.parameters import AXES
-
-__all__ = ["distances_of", "held_by_datum", "linear_rows", "tilt_rows"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from cablewright.robot.parameter_values import AXES
 
 
 def _index(robot: Robot, name: str, where: str) -> int:

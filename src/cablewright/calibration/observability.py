@@ -13,25 +13,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.fixed import tilt_rows
 from cablewright.calibration.problem import CalibrationProblem, Derivatives
 from cablewright.calibration.unknowns import Unknown
 from cablewright.robot import Robot
-from cablewright.robot.parameters import AXES
-
-__all__ = [
-    "Direction",
-    "Information",
-    "Suggestion",
-    "information",
-    "information_of",
-    "open_freedoms",
-    "projected",
-    "suggestions",
-    "weakest",
-]
-
-Array = NDArray[np.float64]
+from cablewright.robot.parameter_values import AXES
 
 _NULL: Final = 1e-9
 """Singular values under this share of the largest are zero: rounding leaves 1e-15, the faintest sheave 1e-6."""
@@ -132,7 +119,7 @@ def information(
 
 
 def information_of(
-    found: Derivatives, robot: Robot, unknowns: tuple[Unknown, ...], exits: Array, used: NDArray[np.bool_]
+    found: Derivatives, robot: Robot, unknowns: tuple[Unknown, ...], exits: Array, used: Mask
 ) -> Information:
     """Information of equations whose own unknowns, at each pose, are eliminated; *used* (N, e) says which count."""
     _, reduced, ranks = projected(found)
@@ -233,7 +220,7 @@ def _rest(found: Information, vector: Array) -> Array:
     return np.asarray(vector - found.null @ (found.null.T @ vector))
 
 
-def _kept(values: Array) -> NDArray[np.bool_]:
+def _kept(values: Array) -> Mask:
     """Which singular values are not zero."""
     return np.asarray(values > _NULL * max(values.max(initial=0.0), 1e-300))
 

@@ -9,16 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.checks import gauge_size
 from cablewright.calibration.observability import projected
 from cablewright.calibration.pose_fit import QUICK, PoseFit, fit, poses_alone
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.progress import Progress, silent
-
-__all__ = ["Rejected", "without_outliers"]
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _FALSE_ALARM: Final = 0.003
 """How often a calibration without gross errors may reject anything."""
@@ -174,12 +170,12 @@ def _trimmed(problem: CalibrationProblem, found: PoseFit, kept: int) -> tuple[fl
     return float(sizes[order[:kept]].sum()), order
 
 
-def _spread_of(problem: CalibrationProblem, found: PoseFit, bad: Flags) -> float:
+def _spread_of(problem: CalibrationProblem, found: PoseFit, bad: Mask) -> float:
     off, ranks, _, _ = _surplus(problem, found)
     return max(_spread(off[~bad], (_counts(problem) - ranks)[~bad]), _floor(problem))
 
 
-def _judged(problem: CalibrationProblem, found: PoseFit, weights: Array, bad: Flags) -> Flags:
+def _judged(problem: CalibrationProblem, found: PoseFit, weights: Array, bad: Mask) -> Mask:
     """Which poses are off by more than chance: each against what all others say (an F test, shared over all poses)."""
     off, ranks, reduced, covariance = _surplus(problem, found, weights)
     own, own_ranks, _, _ = _surplus(problem, found)
@@ -203,7 +199,7 @@ def _judged(problem: CalibrationProblem, found: PoseFit, weights: Array, bad: Fl
     return judged
 
 
-def _rows_of(problem: CalibrationProblem, found: PoseFit, bad: Flags, spread: float) -> Flags:
+def _rows_of(problem: CalibrationProblem, found: PoseFit, bad: Mask, spread: float) -> Mask:
     """Which rows (N, e) to leave out: that of the one line whose removal explains a bad pose, else all of the pose."""
     weights = problem.of_poses(problem.weights)
     rows = np.zeros(weights.shape, dtype=bool)
@@ -234,7 +230,7 @@ def _named(problem: CalibrationProblem) -> int:
     return problem.robot.m * (2 if problem.hangs and problem.measured.tensions is not None else 1)
 
 
-def _told(problem: CalibrationProblem, found: PoseFit, rows: Flags) -> list[Rejected]:
+def _told(problem: CalibrationProblem, found: PoseFit, rows: Mask) -> list[Rejected]:
     """Name what is left out."""
     everything = problem.weights.copy()
     residual = problem.derivatives(found.theta, found.poses, everything).residual

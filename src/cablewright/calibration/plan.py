@@ -15,19 +15,6 @@ from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Angle, Force, Length, Positive, Vec3
 
-__all__ = [
-    "INNER",
-    "CalibrationPlan",
-    "MeasuredDistance",
-    "MeasuredRange",
-    "Plane",
-    "Point",
-    "Prior",
-    "Sigmas",
-    "load_plan",
-    "plan_of",
-]
-
 NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
 """The datum that moves exit points least: on average they keep the place and the direction that the file gives them."""

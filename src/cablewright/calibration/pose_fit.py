@@ -7,29 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import matrices, turn_between
 from cablewright.progress import Progress, silent
-
-__all__ = [
-    "NEAR",
-    "QUICK",
-    "PoseFit",
-    "best_fit",
-    "first_start",
-    "fit",
-    "fits",
-    "poses_alone",
-    "quick_fit",
-    "to_file_frame",
-]
-
-Array = NDArray[np.float64]
 
 NEAR: Final = StopRule(1e-12, 0.0, 3000, 1e-6)
 QUICK: Final = StopRule(1e-6, 1e-6, 60, 1e-4)

@@ -9,6 +9,7 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.checks import min_poses
 from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan, plan_of
@@ -19,10 +20,6 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-
-__all__ = ["CRITERIA", "CalibrationPoses", "calibration_poses"]
-
-Array = NDArray[np.float64]
 
 CRITERIA: Final = ("d-optimal", "worst-sigma")
 """The smallest volume of the ellipsoid of all unknowns; the smallest of the worst sigma of an exit point."""
@@ -141,7 +138,7 @@ def _reduced(problem: CalibrationProblem, places: Array) -> Array:
 class _PoseSearch:
     """Sets of poses and what they promise, in the space of what all candidates together can tell."""
 
-    def __init__(self, rows: Array, exits: NDArray[np.bool_], criterion: str) -> None:
+    def __init__(self, rows: Array, exits: Mask, criterion: str) -> None:
         _, values, right = np.linalg.svd(np.linalg.qr(rows.reshape(-1, rows.shape[2]), mode="r"))
         self.basis = right[values > _NULL * values[0]].T  # (k, d)
         self.rows = rows @ self.basis  # (C, r, d)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.fixed import distances_of, held_by_datum, linear_rows
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
@@ -18,11 +19,6 @@ from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
-
-__all__ = ["ENCODER_SIGMA", "CalibrationProblem", "Derivatives", "Measured", "equations"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 ENCODER_SIGMA = 1e-4
 """Taken for the encoders' standard deviation beside other sensors, m, where nobody gives one."""

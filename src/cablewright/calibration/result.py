@@ -8,8 +8,8 @@ from functools import cached_property, partial
 from typing import Any, ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.observability import (
     Direction,
     Information,
@@ -25,10 +25,6 @@ from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
-
-__all__ = ["Calibration"]
-
-Array = NDArray[np.float64]
 
 _MIN_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
 
@@ -166,7 +162,7 @@ class Calibration(Pictured):
         return found.residual[:, : self.problem.robot.m] * self.problem.encoder_sigma
 
     @property
-    def used(self) -> NDArray[np.bool_]:
+    def used(self) -> Mask:
         """Which lengths (N, m) count."""
         return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.data import MAX_POSES
 from cablewright.calibration.elastic_lines import FREED, Hanging
 from cablewright.calibration.plan import CalibrationPlan
@@ -18,10 +18,6 @@ from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["SensorNoise", "SimulatedCalibration", "aligned", "measure", "random_poses", "simulate_calibration"]
-
-Array = NDArray[np.float64]
 
 _TRIES: Final = 200  # batches of places before a frame counts as one in which nothing hangs
 _INSET: Final = 0.1  # of the frame's sides: how near to them no pose is

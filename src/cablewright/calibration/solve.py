@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
@@ -29,10 +28,6 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-
-__all__ = ["ROUGH", "calibrate"]
-
-Array = NDArray[np.float64]
 
 ROUGH: Final = 0.5
 """How far starts are from the file's exit points, m, where nobody says."""

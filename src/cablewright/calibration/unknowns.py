@@ -9,14 +9,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Eyelet, Line, Robot
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
-
-__all__ = ["DEFAULT", "NAMES", "Unknown", "numbers_of_lines", "targets", "unknowns_of", "with_values"]
-
-Array = NDArray[np.float64]
 
 _COLUMNS: Final = {
     "exit_point": calibration_residuals.EXIT,

@@ -12,16 +12,12 @@ from enum import Enum
 from typing import Final, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
-
-__all__ = ["GuideMode", "GuideState", "Target", "TimedPath", "step"]
-
-Array = NDArray[np.float64]
 
 _TOLERANCE: Final = 1e-6  # m, of the arrival at the path
 _RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor

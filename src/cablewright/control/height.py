@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from cablewright.errors import InputError
 
-__all__ = ["HeightControl", "step"]
-
 
 @dataclass(frozen=True)
 class HeightControl:

@@ -11,14 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.solvers.taut import Taut
-
-__all__ = ["SlackSettings", "choose_slack_line", "sag_angles", "slack_rates"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,7 @@ def sag_angles(settings: SlackSettings, taut: Taut, excess: Array) -> Array:
     return np.asarray(np.arctan(np.tan(taut.angles) + slopes) - taut.angles)
 
 
-def slack_rates(settings: SlackSettings, taut: Taut, excess: Array, slack: NDArray[np.bool_]) -> Array:
+def slack_rates(settings: SlackSettings, taut: Taut, excess: Array, slack: Mask) -> Array:
     """Rates (m,), m/s, added to the lengths of *slack* lines: proportional to their sag beyond the target's."""
     beyond = sag_angles(settings, taut, excess) - sag_angles(
         settings, taut, np.full(len(excess), settings.target_excess)

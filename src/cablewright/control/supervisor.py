@@ -19,15 +19,11 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.control.guide import GuideMode, Target
 from cablewright.errors import InputError
 from cablewright.signals import Barrier, Condition, Encoders, Estimate, PrintState, SensorFrame
-
-__all__ = ["Order", "SupervisorSettings", "SupervisorState", "Verdict", "step"]
-
-Array = NDArray[np.float64]
 
 
 class Order(Enum):

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.control.guide import Target
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName
@@ -23,9 +23,6 @@ from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import Taut, taut_at
 
-__all__ = ["LAWS", "LawName", "VelocitySettings", "VelocityState", "start", "step"]
-
-Array = NDArray[np.float64]
 LawName = Literal["paper", "model"]
 LAWS: Final = ("paper", "model")
 

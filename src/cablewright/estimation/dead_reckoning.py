@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError, Status
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.models.coil import Coil
@@ -19,10 +20,6 @@ from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
-
-__all__ = ["ReckoningSettings", "ReckoningState", "start", "step"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

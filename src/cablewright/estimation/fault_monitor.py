@@ -16,8 +16,6 @@ from cablewright.signals import (
     Scan,
 )
 
-__all__ = ["FaultMonitor"]
-
 _SOURCES: dict[type, str] = {
     Barrier: "barrier",
     Climate: "climate",

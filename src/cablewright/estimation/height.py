@@ -8,24 +8,11 @@ from statistics import NormalDist
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.signals import Scan
-
-__all__ = [
-    "FLOOR_MAJORITY",
-    "HeightEstimate",
-    "HeightSettings",
-    "estimate_height",
-    "floor_points",
-    "height_over_structure",
-    "lowest_level",
-    "tilted",
-]
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 _NORMAL: Final = NormalDist()
 _BAND: Final = 3.0  # sigmas from the middle, of points of one level
@@ -153,7 +140,7 @@ def _within(settings: HeightSettings, scan: Scan, tilt: ArrayLike, half_angle: f
 
 def floor_points(
     settings: HeightSettings, points: Array, heights: Array, band: Array, share: float, ceiling: float
-) -> Bools:
+) -> Mask:
     """Which *points* (k, 3), m from B, level, in the order of their rays, are floor, by their *heights* (k,), m.
 
     They are within *band* (k,), m, of the `lowest_level` below *ceiling*, and in runs that are level: the part of a

@@ -6,25 +6,12 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
 from cablewright.signals import Encoders, Inertial, Scan
-
-__all__ = [
-    "HISTORY_LENGTH",
-    "LONG_STEP",
-    "ReadingChecks",
-    "accept_imu",
-    "accept_scan",
-    "drum_rotation",
-    "queue_scan",
-    "report_line_sensors",
-]
-
-Array = NDArray[np.float64]
 
 HISTORY_LENGTH: Final = 1500
 """Rows of a `TimeBuffer`: 15 s at 10 ms."""
@@ -108,9 +95,7 @@ def queue_scan(pending: list[Scan], scan: Scan, keep: int) -> None:
         pending.remove(own[0])
 
 
-def report_line_sensors(
-    monitor: FaultMonitor, lines: tuple[Line, ...], dead: NDArray[np.bool_], stuck: NDArray[np.bool_]
-) -> None:
+def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], dead: Mask, stuck: Mask) -> None:
     """Report or clear the fault of each line's accelerometer: *dead* (m,), or *stuck* (m,)."""
     for line, none, same in zip(lines, dead, stuck, strict=True):
         if same or none:

@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
@@ -21,10 +22,6 @@ from cablewright.models.statics import Model
 from cablewright.signals import LineAngles
 from cablewright.solvers.one_line import hang
 from cablewright.solvers.taut import Taut
-
-__all__ = ["SlacknessSettings", "SlacknessState", "catenary_excess", "parabolic_excess", "start", "step"]
-
-Array = NDArray[np.float64]
 
 _MIN_SLOPE: Final = 1e-6  # difference of slopes below which a line counts as straight
 _MAX_REPEATS: Final = 10  # identical readings in a row: a sensor with noise gives none
@@ -72,7 +69,7 @@ class SlacknessState(NamedTuple):
     time: float
 
     @property
-    def stuck(self) -> NDArray[np.bool_]:
+    def stuck(self) -> Mask:
         """Lines whose sensor repeats the same reading, (m,)."""
         return np.asarray(self.repeats >= _MAX_REPEATS)
 

@@ -12,8 +12,6 @@ from typing import NamedTuple
 from cablewright.errors import InputError
 from cablewright.signals import Inertial
 
-__all__ = ["TiltSettings", "TiltState", "rotation_vector", "start", "step"]
-
 
 @dataclass(frozen=True)
 class TiltSettings:

@@ -12,31 +12,9 @@ from cablewright.kernels.statics.equilibrium import NOT_CONVERGED, NOT_FINITE, O
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import inverse_workspace, lengths_of, solve_inverse
 from cablewright.kernels.statics.lever_starts import start_at
-from cablewright.kernels.statics.line import SLACK_TENSION, extremes
-from cablewright.kernels.statics.linearise import PARAMETERS, linearise, tension_changes
+from cablewright.kernels.statics.line import extremes
+from cablewright.kernels.statics.linearise import linearise, tension_changes
 from cablewright.kernels.statics.underactuated import solve_hanging
-
-__all__ = [
-    "CHAIN",
-    "COLD",
-    "NEAR",
-    "PARAMETERS",
-    "SLACK_TENSION",
-    "WARM",
-    "certify_rows",
-    "certify_sweep",
-    "examine",
-    "forward_rows",
-    "forward_sweep",
-    "hanging_rows",
-    "hanging_sweep",
-    "inverse_rows",
-    "inverse_sweep",
-    "linearise_rows",
-    "linearise_sweep",
-    "start_rows",
-    "tension_rows",
-]
 
 CHUNK = 64  # rows per task; results do not depend on how many threads share the tasks
 

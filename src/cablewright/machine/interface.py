@@ -6,8 +6,6 @@ from typing import Protocol
 
 from cablewright.signals import Command, SensorFrame
 
-__all__ = ["Machine"]
-
 
 class Machine(Protocol):
     """A machine with m winches. Its clock starts at 0 and advances by ``period`` with each step."""

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 
-__all__ = ["Coil", "wind"]
-
-Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 
 MAX_TURNS: Final = 200_000

@@ -6,8 +6,6 @@ from typing import Any
 
 from cablewright.results import Figure
 
-__all__ = ["FIGURES"]
-
 
 def _word(found: Any) -> str | list[str]:
     """What became of the solve, in the words of commands."""

@@ -7,8 +7,6 @@ from enum import StrEnum
 
 from cablewright.errors import InputError, UnknownName
 
-__all__ = ["CableLaw", "Fidelity", "SheaveLaw"]
-
 
 class CableLaw(StrEnum):
     """How a cable behaves: straight and stiff, straight and elastic, or elastic with weight."""

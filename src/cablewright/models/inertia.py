@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.rotation import matrices
 from cablewright.robot import RigidPlatform, Robot
-
-__all__ = ["mass_matrix", "mass_root"]
-
-Array = NDArray[np.float64]
 
 
 def mass_matrix(robot: Robot, poses: Array) -> Array:

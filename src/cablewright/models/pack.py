@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.robot import Line, Platform, RigidPlatform, Robot
-
-__all__ = ["pack", "pack_rows"]
-
-Array = NDArray[np.float64]
 
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
@@ -63,7 +59,7 @@ def pack_rows(
     return Packed(packed.freedoms, lines.array, np.repeat(packed.platform[None], rows, axis=0))
 
 
-def _retract(robot: Robot, lines: LineNumbers, lengths: NDArray[np.float64]) -> None:
+def _retract(robot: Robot, lines: LineNumbers, lengths: Array) -> None:
     """Move the platform points that move with the retraction."""
     robot.retraction_to(float(lengths.max()))
     drawn = robot.retraction_to(float(lengths.min()))

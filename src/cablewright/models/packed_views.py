@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Self, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array, Mask
 from cablewright.kernels import layout
-
-__all__ = ["LineNumbers", "LineStates", "PlatformNumbers", "blank_states"]
-
-Array = NDArray[np.float64]
 
 
 class _View:
@@ -70,12 +67,12 @@ class LineNumbers(_View):
     preferred_tension = _Columns(layout.PREFERRED, "Tension that the inverse problem stays near to, N.")
 
     @property
-    def has_dead_span(self) -> NDArray[np.bool_]:
+    def has_dead_span(self) -> Mask:
         """(...) bool: whether the span between winch and sheave is modelled."""
         return self.unknowns > 3.0
 
     @property
-    def has_lever(self) -> NDArray[np.bool_]:
+    def has_lever(self) -> Mask:
         """(...) bool: whether the sheave hangs on the lever of a universal joint."""
         return self.unknowns > 5.0
 

@@ -7,17 +7,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.robot import Line, Robot
-from cablewright.robot.parameters import AXES, Parameter
-
-__all__ = ["OF_LINES", "OF_PLATFORM", "lines_of", "varied"]
-
-Array = NDArray[np.float64]
+from cablewright.robot.parameter_values import AXES
+from cablewright.robot.parameters import Parameter
 
 
 @dataclass(frozen=True)

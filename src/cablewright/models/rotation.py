@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-__all__ = ["angle_between", "matrices", "placed", "shortest", "turn_between"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 
 def matrices(vectors: ArrayLike) -> Array:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from cablewright.kernels.layout import Packed
 
-__all__ = ["Rows", "by_row", "rows_of", "scalar"]
-
 
 class Rows:
     """A frozen dataclass of arrays: those of one answer, or with a leading axis those of a batch.

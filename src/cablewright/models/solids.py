@@ -8,13 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, PartTree
 from cablewright.printing.deposit import Deposit
 from cablewright.triangle_mesh import TriangleMesh
-
-__all__ = ["Obstacle", "nothing", "of_beads", "of_mesh"]
-
-Array = NDArray[np.float64]
 
 _LEAF: Final = 2  # pieces of a leaf at most: 1 and 8 are slower (benchmarks/interference.py)
 

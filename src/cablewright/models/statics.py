@@ -10,9 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
+from cablewright.kernels.statics.line import SLACK_TENSION
 from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack, pack_rows
@@ -22,9 +24,6 @@ from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.results import Result
 from cablewright.robot import RigidPlatform, Robot
 
-__all__ = ["Equilibrium", "Model"]
-
-Array = NDArray[np.float64]
 FULL = Fidelity()
 
 
@@ -197,7 +196,7 @@ class Equilibrium(Rows, Result):
     def tensions(self) -> Array:
         """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
         tensions = self.line_states.tension
-        return np.where((self.lines.weight == 0.0) & (tensions < 2.0 * batches.SLACK_TENSION), 0.0, tensions)
+        return np.where((self.lines.weight == 0.0) & (tensions < 2.0 * SLACK_TENSION), 0.0, tensions)
 
     @property
     def platform_tensions(self) -> Array:

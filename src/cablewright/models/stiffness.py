@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.stiffness import stiffness_rows
@@ -29,10 +29,6 @@ from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
-
-__all__ = ["Stiffness", "balanced", "stiffness"]
-
-Array = NDArray[np.float64]
 
 UNBALANCED = 1e-6
 """Largest unbalanced force of what counts as an equilibrium, relative to weight and tensions."""
@@ -90,7 +86,7 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
     return Stiffness(elastic, tangent - elastic, axial, chords)
 
 
-def balanced(equilibrium: Equilibrium) -> NDArray[np.bool_]:
+def balanced(equilibrium: Equilibrium) -> Mask:
     """Which rows are equilibria, stable or not, within their limits or not; () for a single one."""
     finite = np.isfinite(equilibrium.states).all(axis=(-2, -1)) & np.isfinite(equilibrium.pose).all(axis=-1)
     forces = PlatformNumbers(equilibrium.packed.platform).weight + equilibrium.tensions.sum(axis=-1)

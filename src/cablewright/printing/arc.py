@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["ArcError", "centre_from_offset", "centre_from_radius", "piece_count", "pieces", "swept_angle"]
+from cablewright.arrays import Array
 
 _ROUNDING = 5e-6  # m: what three decimals of a millimetre may spoil, the limit GRBL uses
 _SAME_POINT = 1e-9  # m: an end this near to the start closes a full circle
@@ -72,7 +71,7 @@ def piece_count(radius: float, sweep: float, rise: float, arc_step: float) -> in
 
 def pieces(
     start: tuple[float, float, float], end: tuple[float, float, float], centre: Point2, sweep: float, count: int
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the (count, 3) end points (m) of equal sub-arcs, the last exactly ``end``.
 
     Rounding may leave the end on a slightly other circle than the start: the radius then runs evenly between both.

@@ -13,15 +13,11 @@ from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured, Result
-
-__all__ = ["Curve", "Curves", "RankedCurve", "Wanted", "curves", "draw"]
-
-Array = NDArray[np.float64]
 
 MOST_CURVES: Final = 1000
 _HARMONICS: Final = 6

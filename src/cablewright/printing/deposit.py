@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.printing.job import Bead
 from cablewright.printing.path import Samples
-
-__all__ = ["PIECE_LENGTH", "Deposit", "deposit"]
 
 PIECE_LENGTH: Final = 0.25
 """How long a strand may be (m), about, before it counts as laid."""
@@ -27,10 +26,10 @@ class Deposit:
     way by the bead's height.
     """
 
-    centre: NDArray[np.float64]  # (B, 3)
-    along: NDArray[np.float64]  # (B, 3) unit vectors
-    across: NDArray[np.float64]  # (B, 3) unit vectors, level
-    half: NDArray[np.float64]  # (B, 3) half the sides: along, across, and upright to both
+    centre: Array  # (B, 3)
+    along: Array  # (B, 3) unit vectors
+    across: Array  # (B, 3) unit vectors, level
+    half: Array  # (B, 3) half the sides: along, across, and upright to both
     sample: NDArray[np.int64]  # (B,) the sample at which it lies
     layer: NDArray[np.int32]  # (B,)
 
@@ -58,8 +57,8 @@ def deposit(samples: Samples, bead: Bead) -> Deposit:
 
 
 def _boxes(
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
+    start: Array,
+    end: Array,
     bead: Bead,
     sample: NDArray[np.int64],
     layer: NDArray[np.int32],

@@ -13,14 +13,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.printing.heightfield import HeightField
 
-__all__ = ["Powder", "extrude", "pour"]
-
-Array = NDArray[np.float64]
 Profile = Callable[[Array], Array]
 
 _WIDER: Final = 1.5  # by how much a window grows that was too small

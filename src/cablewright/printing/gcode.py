@@ -16,11 +16,10 @@ from typing import BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.printing.modal import COLUMNS, Controller
 from cablewright.progress import Progress
-
-__all__ = ["MAX_BYTES", "MAX_LINE", "SHORTEST_ARC_STEP", "Toolpath", "parse"]
 
 MAX_BYTES: Final = 1 << 30
 MAX_LINE: Final = 4096  # bytes
@@ -37,22 +36,22 @@ class Toolpath:
     A move of zero length is kept where the file asks for extrusion or for a dwell on the spot.
     """
 
-    start: NDArray[np.float64]  # (k, 3) m, file scale
-    end: NDArray[np.float64]  # (k, 3) m, file scale
-    extrusion: NDArray[np.float64]  # (k,) m of filament pushed; below zero: drawn back
-    feed: NDArray[np.float64]  # (k,) m/s, file scale; inf before the first F
-    dwell: NDArray[np.float64]  # (k,) s waited at the end of the move
+    start: Array  # (k, 3) m, file scale
+    end: Array  # (k, 3) m, file scale
+    extrusion: Array  # (k,) m of filament pushed; below zero: drawn back
+    feed: Array  # (k,) m/s, file scale; inf before the first F
+    dwell: Array  # (k,) s waited at the end of the move
     layer: NDArray[np.int32]  # (k,) -1 before the first layer
     line: NDArray[np.int32]  # (k,) line of the file, from 1
     unknown: dict[str, int]  # words nothing was done for, and how often they came
 
     @cached_property
-    def length(self) -> NDArray[np.float64]:
+    def length(self) -> Array:
         """(k,) length of each move, m, file scale."""
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
     @cached_property
-    def extruding(self) -> NDArray[np.bool_]:
+    def extruding(self) -> Mask:
         """(k,) whether the move lays material: it has a length and pushes filament."""
         return np.asarray((self.extrusion > 0) & (self.length > 0))
 
@@ -177,7 +176,7 @@ def _marked_layers(marks: list[tuple[int, int]], k: int) -> NDArray[np.int32]:
     return np.repeat(numbers, np.diff(starts))
 
 
-def _layers_by_height(height: NDArray[np.float64], extruding: NDArray[np.bool_]) -> NDArray[np.int32]:
+def _layers_by_height(height: Array, extruding: Mask) -> NDArray[np.int32]:
     """(k,) layer of each move, from the distinct heights (m) at which extruding moves end."""
     grains = np.round(height[extruding] / _HEIGHT_GRAIN)
     layer = np.full(len(height), -1, dtype=np.int32)

@@ -8,12 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.triangle_mesh import TriangleMesh
-
-__all__ = ["MAX_CELLS", "HeightField", "rebuilt"]
-
-Array = NDArray[np.float64]
 
 MAX_CELLS: Final = 25_000_000
 
@@ -58,7 +55,7 @@ class HeightField:
         """(n, 2) the cells in which *places* (n, 2 or more), m, lie; they may be outside."""
         return np.floor((places[:, :2] - self.low) / self.cell).astype(np.int64)
 
-    def holds(self, places: Array) -> NDArray[np.bool_]:
+    def holds(self, places: Array) -> Mask:
         """(n,) whether *places* (n, 2 or more), m, lie in a cell of the field."""
         cells = self.cells_of(places)
         return np.asarray(((cells >= 0) & (cells < self.shape)).all(axis=1))

@@ -13,9 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Knots", "averaged", "refined", "widened"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 _NEAR: Final = 1e-9  # m: places that are one
 _STEPS: Final = 60  # of Newton's method in a bracket: as many halvings reach rounding

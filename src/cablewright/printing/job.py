@@ -25,8 +25,6 @@ from cablewright.progress import Progress
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Acceleration, Jerk, Length, Speed
 
-__all__ = ["NEWEST_SCHEMA", "Bead", "Job", "Motion", "Sampling", "load_job"]
-
 NEWEST_SCHEMA: Final = 1
 
 # Wide of any machine, yet no number within can overflow what is computed from it.

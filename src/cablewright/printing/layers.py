@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
-
-__all__ = ["LayerTable", "layer_table"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,10 +21,10 @@ class LayerTable:
     """
 
     number: NDArray[np.int32]  # (n,) the layer's number
-    z: NDArray[np.float64]  # (n,) m, machine: the highest place where material is laid; nan where none is
-    extruded_length: NDArray[np.float64]  # (n,) m
-    travel_length: NDArray[np.float64]  # (n,) m
-    duration: NDArray[np.float64]  # (n,) s, with dwells
+    z: Array  # (n,) m, machine: the highest place where material is laid; nan where none is
+    extruded_length: Array  # (n,) m
+    travel_length: Array  # (n,) m
+    duration: Array  # (n,) s, with dwells
     first: NDArray[np.int64]  # (n,) first sample
     stop: NDArray[np.int64]  # (n,) one beyond the last sample
 

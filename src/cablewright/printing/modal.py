@@ -25,8 +25,6 @@ from cablewright.errors import InputError
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
 from cablewright.printing.words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, read_marker, split
 
-__all__ = ["COLUMNS", "MAX_COORDINATE", "MAX_MOVES", "Controller"]
-
 MAX_COORDINATE: Final = 1e6  # m, distance from the origin
 MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath
 MAX_DWELL: Final = 1e6  # s, of one G4

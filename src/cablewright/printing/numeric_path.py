@@ -9,13 +9,12 @@ from annotated_types import Ge, Le
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.printing.curve import Wanted, draw
 from cablewright.printing.gcode import Toolpath
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.units import Length
-
-__all__ = ["CHORD", "Helix", "RandomCurve"]
 
 CHORD: Final = 0.02  # m: pieces that a round is cut into, at most
 _SLOW_RISE: Final = 50.0  # m gone for each that a round rises from the one below
@@ -107,7 +106,7 @@ def _bound(pieces: int) -> None:
         raise InputError(f"the path has {pieces} pieces of {CHORD} m; at most {_MAX_PIECES} are allowed: fewer layers")
 
 
-def _toolpath(places: NDArray[np.float64], laying: NDArray[np.bool_], layer: NDArray[np.int32]) -> Toolpath:
+def _toolpath(places: Array, laying: Mask, layer: NDArray[np.int32]) -> Toolpath:
     """Moves from place to place at whatever speed the job allows; each lays its own length of material, or none."""
     start, end = places[:-1], places[1:]
     moves = len(start)

@@ -8,11 +8,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.printing.gcode import Toolpath
 from cablewright.printing.modal import MAX_COORDINATE
-
-__all__ = ["MAX_SAMPLES", "Samples", "sample"]
 
 MAX_SAMPLES: Final = 20_000_000  # about 4 GB while they are made
 _SHORTEST_MOVE: Final = 1e-9  # m: what rounding may leave between two places that are one
@@ -26,12 +25,12 @@ class Samples:
     of the first sample are the first segment's, except that nothing is extruded there. Read-only arrays.
     """
 
-    positions: NDArray[np.float64]  # (k, 3) m, machine
-    distance: NDArray[np.float64]  # (k,) m, along the path from its start
-    speed_limit: NDArray[np.float64]  # (k,) m/s, may be inf
-    dwell: NDArray[np.float64]  # (k,) s waited at the sample
+    positions: Array  # (k, 3) m, machine
+    distance: Array  # (k,) m, along the path from its start
+    speed_limit: Array  # (k,) m/s, may be inf
+    dwell: Array  # (k,) s waited at the sample
     move: NDArray[np.int64]  # (k,) row of the toolpath
-    extruding: NDArray[np.bool_]  # (k,)
+    extruding: Mask  # (k,)
     layer: NDArray[np.int32]  # (k,) -1 before the first layer
     line: NDArray[np.int32]  # (k,) line of the file, from 1
 

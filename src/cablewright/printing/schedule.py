@@ -7,15 +7,11 @@ from typing import Annotated, Self
 
 import numpy as np
 from annotated_types import Ge, Le
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from cablewright.arrays import Array
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.units import Angle3, Length, Positive
-
-__all__ = ["Schedule", "ScheduleStep"]
-
-Array = NDArray[np.float64]
 
 
 class ScheduleStep(BaseModel):

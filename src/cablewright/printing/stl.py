@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.triangle_mesh import STL_FACET, TriangleMesh
-
-__all__ = ["MAX_TRIANGLES", "read_stl"]
 
 MAX_TRIANGLES: Final = 2_000_000
 MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
@@ -52,7 +50,7 @@ def read_stl(path: str | Path, scale: float = 1.0) -> TriangleMesh:
     return TriangleMesh.of_corners(corners * scale)
 
 
-def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:
+def _read(file: BinaryIO, path: Path, size: int) -> Array:
     """Triangles (F, 3, 3) of an open file of *size* bytes. A text begins with ``solid``; so do some binary files."""
     header = file.read(_HEADER)
     count = int.from_bytes(header[80:84], "little") if len(header) == _HEADER else -1
@@ -73,7 +71,7 @@ def _read(file: BinaryIO, path: Path, size: int) -> NDArray[np.float64]:
         return np.frombuffer(data, STL_FACET)["corners"].astype(np.float64)
 
 
-def _text(file: BinaryIO, path: Path) -> NDArray[np.float64]:
+def _text(file: BinaryIO, path: Path) -> Array:
     """The text form: of each facet the three vertices between ``outer loop`` and ``endloop`` count."""
     numbers = array("d")
     corners, ended, number, read = -1, False, 0, 0

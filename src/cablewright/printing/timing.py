@@ -12,22 +12,18 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.printing.jerk import Knots, averaged, refined, widened
 from cablewright.printing.path import Samples
-
-__all__ = ["TimeLaw", "corner_speeds", "time_law"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
     """Arrival and speed at each of k samples. Read-only arrays."""
 
-    time: NDArray[np.float64]  # (k,) s, when the sample is reached; 0 at the first
-    speed: NDArray[np.float64]  # (k,) m/s, 0 at both ends and where the machine dwells
+    time: Array  # (k,) s, when the sample is reached; 0 at the first
+    speed: Array  # (k,) m/s, 0 at both ends and where the machine dwells
     duration: float  # s, with the dwell at the last sample
 
 
@@ -127,7 +123,7 @@ def _frozen(time: Array, speed: Array, last_dwell: float) -> TimeLaw:
     return TimeLaw(time, speed, float(time[-1] + last_dwell))
 
 
-def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float) -> NDArray[np.float64]:
+def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float) -> Array:
     """(k,) the greatest speed (m/s) at each sample by the corner there; inf where the path runs on straight."""
     speeds = np.full(len(samples), np.inf)
     at = np.flatnonzero(np.diff(samples.move[1:])) + 1  # samples between two moves
@@ -147,6 +143,6 @@ def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float
     return speeds
 
 
-def _direction(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _direction(vectors: Array) -> Array:
     """(n, 3) unit vectors."""
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))

@@ -15,11 +15,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.printing.path import Samples
-
-__all__ = ["WITHIN", "Nearest", "PathPoint", "Track", "Visits"]
-
-Array = NDArray[np.float64]
 
 WITHIN: Final = 0.5
 """How far along the path the nearest place is looked for, m either way."""
@@ -57,7 +54,7 @@ class Track:
     positions: Array  # (k, 3) m
     distance: Array  # (k,) m, strictly rising from 0
     layer: NDArray[np.int32]  # (k - 1,) of each piece
-    laying: NDArray[np.bool_]  # (k - 1,) whether material is laid along it
+    laying: Mask  # (k - 1,) whether material is laid along it
     visits: Visits
     _x: Array
     _y: Array
@@ -204,7 +201,7 @@ class Track:
         return math.copysign(math.sqrt(squared), ux * y - uy * x)
 
 
-def _filled(along: Array, upright: NDArray[np.bool_]) -> Array:
+def _filled(along: Array, upright: Mask) -> Array:
     """Unit vectors (n, 2): of an *upright* piece that of the piece before, else of the one after, else along x."""
     if upright.all():
         return np.tile([1.0, 0.0], (len(along), 1))

@@ -10,8 +10,6 @@ import math
 import re
 from typing import Final, Literal, NamedTuple
 
-__all__ = ["MACRO", "NUMBER", "LayerMarker", "WordError", "as_number", "bare_text", "code_of", "read_marker", "split"]
-
 NUMBER: Final = r"[-+.0-9]+"  # what float() takes of these has no exponent, no inf, no nan: just the numbers of G-code
 MACRO: Final = re.compile(r"[A-Z_]{3}\w*|%", re.ASCII)  # START_PRINT of Klipper, the % that frames a CNC program
 

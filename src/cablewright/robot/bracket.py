@@ -18,8 +18,6 @@ from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Length, Positive, Pressure
 
-__all__ = ["Axle", "Baseplate", "Bearing", "Bracket", "Lever", "Material", "Uprights", "load_bracket"]
-
 NEWEST_SCHEMA: Final = 1
 _LARGEST: Final = 10.0  # m
 _THINNEST: Final = 1e-4  # m

@@ -9,8 +9,6 @@ from pydantic import model_validator
 from cablewright.robot.description import Description, refusal
 from cablewright.units import Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure, ThermalExpansion
 
-__all__ = ["Cable"]
-
 
 class Cable(Description):
     """A cable's properties per metre.

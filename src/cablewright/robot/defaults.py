@@ -9,8 +9,6 @@ from cablewright.robot.faults import KeyPath, look_up, spell
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
 
-__all__ = ["LINE_KEYS", "PARTS", "holder", "locate", "merge"]
-
 PARTS = ("cable", "sheave", "winch")
 """The tables of a line that have a default table of their own."""
 

@@ -11,8 +11,6 @@ from pydantic_core import PydanticCustomError
 
 from cablewright.errors import suggestion
 
-__all__ = ["Description", "refusal", "require_own_names"]
-
 
 class Description(BaseModel):
     """A frozen, hashable description made of floats, texts and tuples. An unknown key names the nearest valid one."""

@@ -18,13 +18,11 @@ from pydantic import ValidationError
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot.faults import explain
 from cablewright.robot.line import Line
-from cablewright.robot.parameter_values import with_exit_point
-from cablewright.robot.parameters import AXES, KINDS, KINDS_OF, Parameter, parameters_of, with_value
+from cablewright.robot.parameter_values import AXES, with_exit_point
+from cablewright.robot.parameters import KINDS, KINDS_OF, Parameter, parameters_of, with_value
 from cablewright.robot.platform import RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.units import Vec3
-
-__all__ = ["NAMED", "Change", "changed", "nearest_exits", "with_box_inertia"]
 
 SAME = 1e-9
 """Lengths that differ by less, as a share of the frame's diagonal, are one."""

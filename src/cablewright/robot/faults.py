@@ -10,8 +10,6 @@ from pydantic_core import ErrorDetails
 
 from cablewright.errors import InputError
 
-__all__ = ["KeyPath", "explain", "look_up", "spell"]
-
 KeyPath = tuple[str | int, ...]
 
 _LONGEST_VALUE = 60

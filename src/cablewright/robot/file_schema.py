@@ -7,8 +7,6 @@ from typing import Any
 from cablewright.robot.defaults import LINE_KEYS, PARTS
 from cablewright.robot.robot import Robot
 
-__all__ = ["json_schema"]
-
 _SHEAVES = ("Eyelet", "Swivel", "UniversalJoint")
 
 

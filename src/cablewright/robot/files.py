@@ -17,8 +17,6 @@ from cablewright.robot.faults import explain
 from cablewright.robot.robot import NEWEST_SCHEMA, Robot
 from cablewright.toml_input import MAX_BYTES, parse_table, read_table, require_schema
 
-__all__ = ["library_names", "library_text", "load", "loads"]
-
 
 def load(name_or_path: str | Path) -> Robot:
     """Return the robot of that library name, or of that TOML file. Raises `InputError`.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from cablewright.robot.description import refusal
 from cablewright.units import Inertia3
 
-__all__ = ["check_inertia"]
-
 _TOLERANCE = 1e-12
 """How small the least principal moment may be, relative to their sum: below it, it is rounding and not a body."""
 

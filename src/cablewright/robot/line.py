@@ -13,8 +13,6 @@ from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, NonNegative, Vec3
 
-__all__ = ["Line"]
-
 AXIS_TOLERANCE = 1e-9
 """How far a winch exit may be off the vertical through the exit point, m: rounding, not geometry."""
 

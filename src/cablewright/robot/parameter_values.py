@@ -12,18 +12,6 @@ from cablewright.robot.platform import Platform
 from cablewright.robot.sheave import Eyelet, UniversalJoint
 from cablewright.units import Dimension, Vec3
 
-__all__ = [
-    "AXES",
-    "Kind",
-    "Owner",
-    "Room",
-    "above_winch",
-    "up_to_lever",
-    "with_exit",
-    "with_exit_point",
-    "with_modulus",
-]
-
 AXES: Final = "xyz"
 Owner = Literal["line", "all lines", "platform"]
 Room = tuple[float, float, str]

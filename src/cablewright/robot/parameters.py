@@ -17,8 +17,6 @@ from cablewright.robot.platform import PointPlatform
 from cablewright.robot.robot import Robot
 from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
-__all__ = ["AXES", "KINDS", "KINDS_OF", "Parameter", "misuse", "nominal", "parameters_of", "why_not", "with_value"]
-
 
 def _of_line(name: str, dimension: Dimension | None, meaning: str, **more: Any) -> Kind:
     return Kind(name, dimension, "line", meaning, shareable=True, **more)

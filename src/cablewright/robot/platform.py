@@ -13,8 +13,6 @@ from cablewright.robot.inertia import check_inertia
 from cablewright.robot.scene import MAX_SHAPES
 from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
 
-__all__ = ["Box", "Load", "Platform", "PointPlatform", "Retraction", "RigidPlatform"]
-
 _ZERO = (0.0, 0.0, 0.0)
 _Number = Annotated[float, Strict()]
 _OF_A_BODY = ("centre_of_mass", "inertia", "inertia_products", "moment")

@@ -16,8 +16,6 @@ from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform, PointPlatform, Retraction
 from cablewright.robot.scene import Scene
 
-__all__ = ["NEWEST_SCHEMA", "Robot"]
-
 NEWEST_SCHEMA = 1
 MAX_LINES = 64
 

@@ -9,8 +9,6 @@ from pydantic import Field, model_validator
 from cablewright.robot.description import Description, refusal
 from cablewright.units import Acceleration, Length, Positive, Vec3
 
-__all__ = ["MAX_SHAPES", "Beam", "Scene"]
-
 MAX_SHAPES = 200
 """Beams of a frame, or boxes of a platform, at most."""
 

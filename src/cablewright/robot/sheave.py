@@ -11,8 +11,6 @@ from pydantic import Field, model_validator
 from cablewright.robot.description import Description, refusal
 from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive
 
-__all__ = ["Eyelet", "Sheave", "Swivel", "UniversalJoint", "Wrap"]
-
 Wrap = Literal["over", "under"]
 """``over``: fed from below and laid over the sheave's top. ``under``: fed from above and laid under it."""
 

@@ -17,8 +17,6 @@ from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, p
 from cablewright.robot.robot import MAX_LINES, Robot
 from cablewright.toml_input import read_table, require_schema
 
-__all__ = ["NEWEST_SCHEMA", "Range", "Uncertain", "Uncertainty", "load_uncertainty", "modulus_ranges"]
-
 NEWEST_SCHEMA: Final = 1
 MAX_ENTRIES: Final = 200
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from cablewright.robot.description import Description
 from cablewright.units import Length, Positive, Speed, Torque
 
-__all__ = ["Winch"]
-
 
 class Winch(Description):
     """A winch. Each value may be unknown; what needs it then says so.

@@ -15,8 +15,6 @@ from cablewright.robot.files import loads
 from cablewright.robot.robot import Robot
 from cablewright.units import respell
 
-__all__ = ["update"]
-
 _ORIGIN = "the file to update"
 
 

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import is_compiled
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
-
-__all__ = ["as_poses", "as_rows", "of_rows", "run", "to_rows"]
 
 log = logging.getLogger(__name__)
 
@@ -26,7 +25,7 @@ SERIAL_BELOW = 64
 _sweeping = threading.Lock()  # one of Numba's threading layers kills the process when two threads sweep at once
 
 
-def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArray[np.float64], bool]:
+def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array, bool]:
     """*values* as a fresh (rows, width) array, and whether they were a single row.
 
     Raises `InputError` for a wrong count, text or numbers that are not finite.
@@ -37,7 +36,7 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[NDArra
     return np.atleast_2d(array), array.ndim == 1
 
 
-def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> NDArray[np.float64]:
+def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> Array:
     """*values* as a fresh array of one row or rows of a width that is allowed, or `InputError`."""
     try:
         array = np.array(values, dtype=np.float64, order="C")
@@ -49,7 +48,7 @@ def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -
     return array
 
 
-def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) -> tuple[NDArray[np.float64], bool]:
+def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) -> tuple[Array, bool]:
     """Poses as a fresh (rows, n) array, and whether they were a single row.
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector of more than half a turn is replaced by
@@ -84,7 +83,7 @@ def _check_count(model: Model, given: NDArray[np.int64], what: str) -> None:
         )
 
 
-def _short_turns(vectors: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+def _short_turns(vectors: Array, what: str) -> Array:
     """Rotation vectors of at most half a turn; those with a part that is free stay as they are."""
     angle = np.linalg.norm(vectors, axis=1)
     long = np.flatnonzero(angle > np.pi)
@@ -103,14 +102,14 @@ def _short_turns(vectors: NDArray[np.float64], what: str) -> NDArray[np.float64]
     return short
 
 
-def to_rows(given: NDArray[np.float64], rows: int, what: str) -> NDArray[np.float64]:
+def to_rows(given: Array, rows: int, what: str) -> Array:
     """*given* as *rows* rows: it is one for all, or one for each. Raises `InputError`."""
     if len(given) not in (1, rows):
         raise InputError(f"{what}: one row, or {rows} as there are problems; got {len(given)}")
     return np.broadcast_to(given, (rows, given.shape[1]))
 
 
-def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> NDArray[np.float64] | None:
+def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> Array | None:
     """One number for all rows, or one for each, as (rows,); None stays None. Raises `InputError`."""
     if values is None:
         return None

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
@@ -15,10 +16,6 @@ from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
 from cablewright.results import Figure, Result
 from cablewright.solvers.arguments import run
-
-__all__ = ["Certificate", "certify", "is_only_one"]
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """How near the equilibrium has to be unless told otherwise, m and rad."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError, Status
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
@@ -17,8 +18,6 @@ from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.models.statics import Model
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.forward import solve_forward
-
-__all__ = ["Tracker", "TrackerSettings"]
 
 
 @dataclass(frozen=True)
@@ -80,9 +79,7 @@ class Tracker:
             return Status.OK
         return Status.of(code)
 
-    def _follow(
-        self, lengths: NDArray[np.float64], pose: NDArray[np.float64], states: NDArray[np.float64]
-    ) -> tuple[int, float]:
+    def _follow(self, lengths: Array, pose: Array, states: Array) -> tuple[int, float]:
         """Code and margin of one step; *pose* and *states* are improved in place."""
         settings, packed = self.settings, self._packed
         tolerance = settings.tolerance if settings.certify else 0.0
@@ -94,9 +91,7 @@ class Tracker:
         )
         return code, margin
 
-    def _follow_massless(
-        self, lengths: NDArray[np.float64], pose: NDArray[np.float64], states: NDArray[np.float64], tolerance: float
-    ) -> int:
+    def _follow_massless(self, lengths: Array, pose: Array, states: Array, tolerance: float) -> int:
         """As `_follow`, with massless lines: a slack one has no shape, to linearise or to certify."""
         code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
         if code == Code.OK and tolerance > 0.0:

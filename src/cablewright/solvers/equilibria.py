@@ -8,8 +8,9 @@ from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
@@ -22,20 +23,6 @@ from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows, run
 from cablewright.solvers.certify import Certificate, certify, is_only_one
 from cablewright.solvers.forward import solve_forward
-
-__all__ = [
-    "FOUND",
-    "SAME_POSE",
-    "Equilibria",
-    "box_of",
-    "distinct",
-    "equilibria",
-    "lever_patterns",
-    "slack_spans",
-    "solve_from",
-]
-
-Array = NDArray[np.float64]
 
 ALL_PATTERNS = 6  # levers up to which every pattern of heads is tried
 PULLS = (1.0, 30.0)  # times a line's share of the load, to place levers with
@@ -70,7 +57,7 @@ class Equilibria(Result):
 
     solutions: Equilibrium
     certificates: Certificate
-    slack: NDArray[np.bool_]  # (K, m) lines whose free span is longer, unstrained, than the way it spans
+    slack: Mask  # (K, m) lines whose free span is longer, unstrained, than the way it spans
     starts: int  # solves begun
     outside: int  # equilibria that were found outside the box, and left out
     complete: bool  # whether it is proved that there are no others
@@ -79,7 +66,7 @@ class Equilibria(Result):
     undecided_why: tuple[str, ...] = ()  # of each
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable(self) -> Mask:
         """(K,) which return when pushed: statuses ok and overstretched."""
         return np.isin(self.solutions.code, [Code.OK, Code.OVERSTRETCHED])
 
@@ -181,7 +168,7 @@ def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
     return low, high
 
 
-def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tuple[Array, NDArray[np.bool_]]:
+def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tuple[Array, Mask]:
     """Poses (S, n) and levers on their head (S, m) to start from."""
     if not 1 <= count <= 100_000:
         raise InputError(f"starts = {count}: from 1 to 100 000 are allowed")
@@ -198,7 +185,7 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
     return poses, np.tile(patterns, (count, 1))
 
 
-def lever_patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
+def lever_patterns(model: Model, rng: np.random.Generator) -> Mask:
     """Which levers to put on their head, (P, m): every pattern of few levers, some of many."""
     levers = np.flatnonzero(model.lines.has_lever)
     if len(levers) <= ALL_PATTERNS:
@@ -211,7 +198,7 @@ def lever_patterns(model: Model, rng: np.random.Generator) -> NDArray[np.bool_]:
     return heads
 
 
-def solve_from(model: Model, lengths: Array, poses: Array, heads: NDArray[np.bool_]) -> Equilibrium:
+def solve_from(model: Model, lengths: Array, poses: Array, heads: Mask) -> Equilibrium:
     """What each start leads to, and a cold solve."""
     packed = model.rows()
     rounds = [solve_forward(model, lengths[None])]
@@ -263,7 +250,7 @@ def _same(found: Equilibrium, one: int, other: int) -> bool:
     return bool(np.abs(apart.array).max() < SAME_SHAPE)
 
 
-def slack_spans(found: Equilibrium) -> NDArray[np.bool_]:
+def slack_spans(found: Equilibrium) -> Mask:
     """Which free spans are longer than the way from where they leave their sheave to the platform, (K, m)."""
     lines, states = found.lines, found.line_states
     away = found.platform_points - lines.exit_point

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
@@ -26,10 +27,6 @@ from cablewright.solvers.equilibria import (
     solve_from,
 )
 from cablewright.solvers.line_cover import atlases, refuse_unfit
-
-__all__ = ["ExhaustiveSearch", "begin", "exhaust"]
-
-Array = NDArray[np.float64]
 
 BLOCK = 512  # boxes judged between two looks at the clock
 MIN_SIZES = (0.02, 0.01, 0.005)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
@@ -15,8 +16,6 @@ from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
-
-__all__ = ["forward", "solve_again", "solve_forward", "solve_from"]
 
 
 def forward(
@@ -71,7 +70,7 @@ def solve_forward(
     return batch[0] if single else batch
 
 
-def solve_again(solved: Equilibrium, packed: Packed, lengths: NDArray[np.float64], each: int) -> Equilibrium:
+def solve_again(solved: Equilibrium, packed: Packed, lengths: Array, each: int) -> Equilibrium:
     """Where each row of a batch that was *solved* goes when its robot or its lengths change: *each* changes in a row.
 
     *packed* and *lengths* (N * each, m) hold the changed problems, row by row of *solved*; rows that were not solved
@@ -84,10 +83,10 @@ def solve_again(solved: Equilibrium, packed: Packed, lengths: NDArray[np.float64
 def solve_from(
     model: Model,
     packed: Packed,
-    lengths: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    states: NDArray[np.float64],
-    again: NDArray[np.bool_],
+    lengths: Array,
+    poses: Array,
+    states: Array,
+    again: Mask,
 ) -> Equilibrium:
     """A batch of *lengths* (N, m) with its own numbers in *packed*, from *poses* (N, n) and *states* (N, m, 6) near by.
 
@@ -105,9 +104,9 @@ def solve_from(
 def _solve(
     model: Model,
     packed: Packed,
-    lengths: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    states: NDArray[np.float64],
+    lengths: Array,
+    pose: Array,
+    states: Array,
     start: int,
 ) -> Equilibrium:
     """A batch from the guesses in *pose* and *states* that *start* speaks of; both are overwritten."""
@@ -118,7 +117,7 @@ def _solve(
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
 
 
-def _factors(values: ArrayLike, rows: int, m: int) -> NDArray[np.float64]:
+def _factors(values: ArrayLike, rows: int, m: int) -> Array:
     given = to_rows(as_rows(values, m, "modulus factors", "1")[0], rows, "modulus factors")
     if not (given > 0.0).all():
         raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")

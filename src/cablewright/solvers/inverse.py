@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.kernels import batches
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
-
-__all__ = ["inverse", "solve_inverse"]
 
 
 def inverse(
@@ -49,7 +48,7 @@ def solve_inverse(
     path: bool = False,
     retraction: ArrayLike | None = None,
     preferred: ArrayLike | None = None,
-    exit_points: NDArray[np.float64] | None = None,
+    exit_points: Array | None = None,
 ) -> Equilibrium:
     """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster.
 
@@ -76,7 +75,7 @@ def solve_inverse(
     return batch[0] if single else batch
 
 
-def _preferred(values: ArrayLike | None, rows: int, m: int) -> NDArray[np.float64] | None:
+def _preferred(values: ArrayLike | None, rows: int, m: int) -> Array | None:
     return (
         None
         if values is None

@@ -5,14 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
 from cablewright.robot import Robot
-
-__all__ = ["lever_angles", "sheave_clearances", "swing_angles", "winch_torques"]
-
-Array = NDArray[np.float64]
 
 
 def swing_angles(equilibrium: Equilibrium) -> Array:

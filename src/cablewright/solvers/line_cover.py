@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.kernels.certificates import line_cell
 from cablewright.kernels.certificates.exclusion import Atlases
@@ -16,10 +17,6 @@ from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress
-
-__all__ = ["atlases", "known_of", "refuse_unfit"]
-
-Array = NDArray[np.float64]
 
 ROOM = 1 << 16  # leaves of a line, doubled as often as it takes
 MAX_ROOM = 1 << 21

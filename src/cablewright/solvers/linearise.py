@@ -6,18 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import batches
-from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
+from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.arguments import run
-
-__all__ = ["Linearisation", "TensionChanges", "linearise", "tension_changes"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,7 +74,7 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     equilibrium.checked()
     model, rows = equilibrium.model, equilibrium.code.size
     stiffness = np.zeros((rows, model.n, model.n))
-    motion = np.zeros((rows, model.n, model.m, batches.PARAMETERS))
+    motion = np.zeros((rows, model.n, model.m, PARAMETERS))
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
     run(batches.linearise_rows, batches.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
@@ -122,7 +118,7 @@ def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
     rows, m = equilibrium.lengths.shape
-    own, by_point = np.zeros((rows, m, batches.PARAMETERS)), np.zeros((rows, m, 3))
+    own, by_point = np.zeros((rows, m, PARAMETERS)), np.zeros((rows, m, 3))
     codes = np.zeros(rows, dtype=np.int64)
     batches.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_point, codes)
     if codes.any():

@@ -11,34 +11,19 @@ import operator
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import is_slack
-from cablewright.kernels.statics.line import guess, lever_stable, settle, start_force
+from cablewright.kernels.statics.line import SLACK_TENSION, guess, lever_stable, settle, start_force
 from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.solvers.arguments import as_poses
 
-__all__ = [
-    "TAUT",
-    "UNDER",
-    "LineKey",
-    "end_wrench",
-    "hang",
-    "last_fine",
-    "line_index",
-    "max_excess",
-    "one_pose",
-    "planes_and_arms",
-    "taut_lengths",
-]
-
-Array = NDArray[np.float64]
 LineKey = str | int
 """A line by its name, or by its place in the robot's lines, from 0."""
 
@@ -98,7 +83,7 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
         return Code.UNDER_EXIT
     if math.isnan(length) or (own.has_lever and math.hypot(x, z) < own.lever + own.radius):
         return Code.INSIDE_SHEAVE
-    if own.weight == 0.0 and straight(row, x, z, batches.SLACK_TENSION, y) and whole_length(row, y) <= length:
+    if own.weight == 0.0 and straight(row, x, z, SLACK_TENSION, y) and whole_length(row, y) <= length:
         return Code.OK
     block, rhs, settled = np.zeros((y.size, y.size)), np.zeros((y.size, 3)), np.full(y.size, np.nan)
     for pull in LEVER_PULLS:

@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise
-
-__all__ = ["at_nozzle", "departures", "nozzle_response", "response", "tension_response"]
-
-Array = NDArray[np.float64]
 
 
 def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: Linearisation | None = None) -> Array:

@@ -7,8 +7,9 @@ from itertools import product
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.layout import Packed
@@ -18,10 +19,6 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
-
-__all__ = ["PoseBox", "enclose_poses"]
-
-Array = NDArray[np.float64]
 
 BUDGET = 20_000
 """Leaves that a box may take unless told otherwise: some seconds."""

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code, Packed
@@ -49,19 +50,6 @@ from cablewright.solvers.one_line import (
     taut_lengths,
 )
 
-__all__ = [
-    "Excess",
-    "SlackSet",
-    "angle_from_excess",
-    "excess_from_angle",
-    "excess_lengths",
-    "let_out",
-    "slack_sets",
-    "solve_with_slack",
-    "tangent_angle",
-]
-
-Array = NDArray[np.float64]
 Excess = Mapping[str, float] | Mapping[int, float] | Mapping[LineKey, float]
 """How much too long lines are, m, by line: its name, or its place in the robot's lines, from 0."""
 

@@ -5,16 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.kernels.statics import taut
 from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Model
 from cablewright.solvers.one_line import TAUT
-
-__all__ = ["Taut", "taut_at"]
-
-Array = NDArray[np.float64]
 
 
 class Taut(NamedTuple):

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Protocol, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
@@ -23,19 +24,6 @@ from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
 
-__all__ = [
-    "METHODS",
-    "Capacity",
-    "Distribution",
-    "Objective",
-    "Quadratic",
-    "capacity",
-    "structures",
-    "tension_distribution",
-    "wrench_closure",
-]
-
-Array = NDArray[np.float64]
 Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
 METHODS = {
     "closed-form": distribution.CLOSED,
@@ -105,7 +93,7 @@ class _AtPoses(Result):
     code: NDArray[np.int64]
 
     @property
-    def feasible(self) -> NDArray[np.bool_]:
+    def feasible(self) -> Mask:
         """Where the answer is yes. The closed forms may say no where there are tensions within the limits."""
         return np.asarray(self.code == 0)
 

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any, ClassVar, Unpack, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions, AccuracyQuestion
 from cablewright.analyses.accuracy.spread import Method
 from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.analyses.workspace.workspace import count_nodes
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
@@ -26,10 +27,6 @@ from cablewright.solvers.arguments import as_poses
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 from cablewright.studies.job_poses import along
 from cablewright.studies.places import Places
-
-__all__ = ["AccuracyStudy", "accuracy"]
-
-Array = NDArray[np.float64]
 
 
 def _of_workspace(study: AccuracyStudy) -> bool:
@@ -90,7 +87,7 @@ def accuracy(
 @overload
 def accuracy(
     robot: Robot | Model,
-    where: NDArray[np.float64],
+    where: Array,
     ranges: Sequence[Range] | None = None,
     **options: Unpack[AccuracyOptions],
 ) -> Accuracy | AccuracyAtPose: ...

@@ -9,7 +9,6 @@ from operator import attrgetter
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
@@ -17,12 +16,10 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyQuestio
 from cablewright.analyses.accuracy.region import Region, region
 from cablewright.analyses.accuracy.spread import FirstOrder, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError
 from cablewright.results import Figure, Result
 
-__all__ = ["AccuracyAtPose", "at_pose"]
-
-Array = NDArray[np.float64]
 INNER = 4000
 """Random points inside the box of ranges that are tried against its corners."""
 

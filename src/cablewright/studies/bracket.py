@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.analyses.bracket.loads import Loads, joints, loads_at
 from cablewright.analyses.bracket.stress import Comparison, bracket_at, bracket_of, plate_peaks
 from cablewright.analyses.workspace.workspace import count_nodes
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
@@ -21,10 +22,6 @@ from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Bracket, Robot, load_bracket
 from cablewright.studies.job_poses import along
-
-__all__ = ["SIZES", "BracketStress", "Highest", "Varied", "bracket", "highest", "sensitivity"]
-
-Array = NDArray[np.float64]
 
 SIZES = (
     ("baseplate", "thickness"),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import Finding, LineQuantities, judge
+from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
@@ -24,10 +25,6 @@ from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
-
-__all__ = ["Check", "PathStatics", "check"]
-
-Array = NDArray[np.float64]
 
 BLOCK = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 MET = 1e-6
@@ -262,7 +259,7 @@ def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
     return speed
 
 
-def _verdict(found: Check, failed: NDArray[np.intp]) -> str:
+def _verdict(found: Check, failed: Indices) -> str:
     """One sentence; *failed* are the samples that compensation does not meet."""
     machine, part = found.robot.name, found.job.name
     if found.feasible:

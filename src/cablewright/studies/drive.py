@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -23,10 +23,6 @@ from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["INSET", "Drive", "DriveSettings", "Pilot", "drive", "path_length", "random_loop"]
-
-Array = NDArray[np.float64]
 
 SLACK: Final = 5e-3
 """Excess from which a line counts as slack in a summary, m."""

@@ -16,8 +16,6 @@ from cablewright.progress import Progress
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 
-__all__ = ["search_all"]
-
 FIELDS = ("box", "open", "undecided", "reasons", "poses", "level", "judged")
 MAX_BYTES = 1 << 30
 

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["CHI2_95", "SLACK", "ErrorStatistics", "bound", "spread"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 CHI2_95: Final = 7.8147
 """95 % quantile of the chi-square distribution with 3 degrees of freedom."""

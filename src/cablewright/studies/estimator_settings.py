@@ -11,7 +11,7 @@ from typing import Any, Final
 from cablewright.errors import InputError
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.drum_radius import RadiusSettings
-from cablewright.estimation.chain.observer import ObserverSettings
+from cablewright.estimation.chain.state import ObserverSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.state import FilterSettings
@@ -24,8 +24,6 @@ from cablewright.machine.simulated import settings as machine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
-
-__all__ = ["OBSERVERS", "Observer", "filter_settings", "observer_settings", "surveyed_walls", "with_drum_mass"]
 
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any, Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
@@ -22,10 +22,6 @@ from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.studies.estimator_settings import OBSERVERS, with_drum_mass
-
-__all__ = ["ESTIMATORS", "Estimator", "estimator"]
-
-Array = NDArray[np.float64]
 
 ESTIMATORS: Final = (*OBSERVERS, "encoders")
 """Names of the estimators of a print."""

@@ -7,8 +7,6 @@ from typing import Final
 
 from cablewright.signals import Fault
 
-__all__ = ["FaultCount", "count_faults"]
-
 FaultCount = dict[tuple[str, str], tuple[float, float, int]]
 """By source and sentence: start and end, s, and number of steps."""
 

@@ -23,6 +23,7 @@ from cablewright.analyses.interference import (
     free_region,
     too_near,
 )
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
@@ -36,10 +37,6 @@ from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along
 from cablewright.triangle_mesh import TriangleMesh
-
-__all__ = ["JobInterference", "interference"]
-
-Array = NDArray[np.float64]
 
 BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")

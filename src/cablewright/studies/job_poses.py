@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
 from cablewright.robot import Robot
-
-__all__ = ["along"]
-
-Array = NDArray[np.float64]
 
 
 def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:

@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.robot import Robot
 
-__all__ = ["HELIX_STEP", "Places"]
-
-Array = NDArray[np.float64]
 Shape = Literal["helix", "path", "plane", "workspace"]
 
 MAX_PLACES = 5_000_000

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.log.log import Entry, LogHead, read_log
@@ -24,10 +24,6 @@ from cablewright.solvers.taut import Taut
 from cablewright.studies.error_statistics import CHI2_95, SLACK, ErrorStatistics, bound, spread
 from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
-
-__all__ = ["Replay", "replay"]
-
-Array = NDArray[np.float64]
 
 _MAX_REST_MOTION: Final = 3e-3  # m in the last second, for a step to count as static ...
 _MIN_HISTORY: Final = 0.75  # s of that second that have to be known
@@ -166,7 +162,7 @@ class Replay(Pictured):
         """Relative errors of the radii (k, m), of counted steps."""
         return np.array(self.radii).reshape(len(self.radii), -1).T
 
-    def counted(self, *, moving: bool) -> NDArray[np.bool_]:
+    def counted(self, *, moving: bool) -> Mask:
         """Return which counted steps are moving, or static, (k,)."""
         return np.asarray((self.column("moving") > 0.5) == moving)
 

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["MAX_ROWS", "Histogram", "Moments", "Summary", "ThinnedRows"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 MAX_ROWS: Final = 20_000
 

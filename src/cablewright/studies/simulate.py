@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.machine.log.log import LogHead, write_log
@@ -20,8 +21,6 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.studies.drive import Drive, DriveSettings, drive, path_length, random_loop
-
-__all__ = ["Simulation", "simulate"]
 
 _ELSE = "merlet2023"  # the machine of a robot that has none of its own
 
@@ -107,7 +106,7 @@ def simulate(
 
 
 def _run(
-    twin: SimulatedMachine, way: NDArray[np.float64] | None, duration: float, settings: DriveSettings, head: LogHead,
+    twin: SimulatedMachine, way: Array | None, duration: float, settings: DriveSettings, head: LogHead,
     out: Path | None, progress: Progress | None,
 ) -> Drive:  # fmt: skip
     """Drive, with a log beside its place until it is whole. Raises `EnvironmentFault` where it cannot be written."""
@@ -128,7 +127,7 @@ def _run(
     return found
 
 
-def _place(hold: ArrayLike | None) -> NDArray[np.float64]:
+def _place(hold: ArrayLike | None) -> Array:
     place = np.asarray(hold, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
         raise InputError(f"hold = {place.tolist()}: 3 finite numbers are wanted, m")

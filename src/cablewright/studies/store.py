@@ -25,20 +25,6 @@ from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.check import Check
 
-__all__ = [
-    "MANIFEST",
-    "MANIFEST_BYTES",
-    "file_hash",
-    "folder_name",
-    "job_hashes",
-    "manifest_of",
-    "robot_hash",
-    "run_folder",
-    "write_check",
-    "write_manifest",
-    "write_places",
-]
-
 MANIFEST: Final = "manifest.json"
 MANIFEST_BYTES: Final = 1 << 20
 

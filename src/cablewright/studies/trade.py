@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, UnknownName
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -29,9 +29,6 @@ from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured, plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
-
-__all__ = ["COUNTS", "INERTIAS", "Combination", "Trade", "TradeSettings", "best_of", "trade"]
-
 
 COUNTS = ("volume", "nodes")
 INERTIAS = ("given", "box")
@@ -177,24 +174,24 @@ class Trade(Pictured):
         }
 
     @cached_property
-    def margins(self) -> NDArray[np.float64]:
+    def margins(self) -> Array:
         """How far apart the nearest exits are beyond the clearance (C,), m; infinite for a single line."""
         far = [math.inf if each.exit_distance is None else each.exit_distance for each in self.combinations]
         return np.round(np.array(far) - self.settings.clearance, 12) + 0.0  # no rounding that looks like a collision
 
     @property
-    def clear(self) -> NDArray[np.bool_]:
+    def clear(self) -> Mask:
         """In which combinations (C,) no sheaves collide."""
         return self.margins >= 0.0
 
     @cached_property
-    def best(self) -> NDArray[np.bool_]:
+    def best(self) -> Mask:
         """Which combinations (C,) are not dominated: no other without collision has more of one and no less of both."""
         least = [math.nan if each.least is None else each.least for each in self.combinations]
         return best_of([each.volume for each in self.combinations], least, self.clear)
 
 
-def best_of(volumes: Sequence[float], frequencies: Sequence[float], allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def best_of(volumes: Sequence[float], frequencies: Sequence[float], allowed: Mask) -> Mask:
     """Which of the *allowed* are not dominated: none of those has more of one and at least as much of the other.
 
     Without a volume, or with a frequency that is NaN, nothing is among the best.

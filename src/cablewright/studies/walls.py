@@ -19,8 +19,6 @@ from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_l
 from cablewright.results import Figure, Pictured, Result
 from cablewright.toml_input import read_bytes
 
-__all__ = ["LidarPlace", "Walls", "walls"]
-
 _PARALLEL: Final = math.radians(10.0)  # walls that differ by less leave the place along them open
 _MOST_ROOM: Final = 4 << 20
 _CANDIDATE: Final = ("position", "yaw", "variance", "explained", "laser_misfit")

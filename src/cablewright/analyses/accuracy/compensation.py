@@ -8,16 +8,13 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import UnknownName
 from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["COMPENSATIONS", "Compensation", "Reached"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,8 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["ALL_VERTICES", "extreme_signs", "signs_of_box", "vertex_count"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 ALL_VERTICES = 12  # numbers up to which all vertices of their box are looked at
 JITTER = 1e-9  # of a generator: tells apart what would be parallel

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.compensation import Compensation, Reached
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
@@ -24,9 +25,6 @@ from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.arguments import as_poses, of_rows
 from cablewright.solvers.inverse import solve_inverse
 
-__all__ = ["Accuracy", "AccuracyOptions", "AccuracyQuestion", "nozzle_errors"]
-
-Array = NDArray[np.float64]
 METHODS: dict[str, Method] = {each.name: each for each in (Vertices(), FirstOrder(), MonteCarlo())}
 
 
@@ -99,7 +97,7 @@ class Accuracy(Result):
         return [each.parameter.label for each in self.ranges]
 
     @property
-    def ok(self) -> NDArray[np.bool_]:
+    def ok(self) -> Mask:
         """(N,) which poses have an answer."""
         return np.asarray(self.codes == 0)
 
@@ -285,7 +283,7 @@ def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
     return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
 
-def _scattered(spread: Spread, ok: NDArray[np.bool_]) -> Spread:
+def _scattered(spread: Spread, ok: Mask) -> Spread:
     """The spread of the places that are *ok*, as rows among all; the others are NaN."""
     values = {}
     for name, known in spread.__dict__.items():

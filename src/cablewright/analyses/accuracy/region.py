@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, sampled, settled
+from cablewright.arrays import Array
 from cablewright.solvers.parameters import nozzle_response
 
-__all__ = ["Hull", "Interior", "Region", "area", "hull_of", "region"]
-
-Array = NDArray[np.float64]
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 FLAT = 1e-9  # smallest extent of a body with a volume, as a share of its largest
 CLIMBERS = 16  # samples from which the error is climbed

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.corners import ALL_VERTICES, extreme_signs, signs_of_box, vertex_count
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
@@ -24,21 +25,6 @@ from cablewright.progress import Progress, silent
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.parameters import at_nozzle, departures, response
-
-__all__ = [
-    "FirstOrder",
-    "Method",
-    "MonteCarlo",
-    "Spread",
-    "SpreadProblem",
-    "Vertices",
-    "corner_values",
-    "sampled",
-    "settled",
-    "signs_of_box",
-]
-
-Array = NDArray[np.float64]
 
 SOLVES = 32_768  # forward problems solved between two reports: bounds memory, and the wait for an interrupt
 LIKELY = 0.95  # share of samples that stay within the likely error
@@ -203,7 +189,7 @@ class MonteCarlo:
         return replace(found, deviation=deviation, likely_error=errors[np.arange(len(errors)), likely])
 
 
-def sampled(problem: SpreadProblem, values: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+def sampled(problem: SpreadProblem, values: Array) -> tuple[Array, Array, Mask]:
     """The nozzle (N, S, 3), its turn from what is wanted (N, S) and whether there is an answer, for *values*.
 
     *values*: (S, k), the same at each place, or (N, S, k). In blocks, however many there are.
@@ -362,7 +348,7 @@ def _gathered(
     values: Array,
     points: Array,
     turns: Array,
-    ok: NDArray[np.bool_],
+    ok: Mask,
     nonlinearity: Array,
 ) -> Spread:
     """The spread of nozzles *points* (N, S, 3); where *ok* is false they count for nothing."""
@@ -387,20 +373,20 @@ def _gathered(
     )
 
 
-def _nonlinearity(offsets: Array, expected: Array, ok: NDArray[np.bool_]) -> Array:
+def _nonlinearity(offsets: Array, expected: Array, ok: Mask) -> Array:
     """How far the *expected* offsets (N, S, 3) are from those found, as a share of the largest."""
     largest = _largest(np.linalg.norm(offsets, axis=2), ok)
     return _largest(np.linalg.norm(offsets - expected, axis=2), ok) / np.maximum(largest, 1e-300)
 
 
-def _largest(values: Array, ok: NDArray[np.bool_]) -> Array:
+def _largest(values: Array, ok: Mask) -> Array:
     """Largest (N, ...) of values (N, S, ...) along S where *ok* (N, S); NaN where there is none."""
     wide = ok.reshape(*ok.shape, *(1,) * (values.ndim - 2))
     largest = np.where(wide, values, -np.inf).max(axis=1)
     return np.where(np.isfinite(largest), largest, np.nan)
 
 
-def _deviation(points: Array, ok: NDArray[np.bool_]) -> Array:
+def _deviation(points: Array, ok: Mask) -> Array:
     """Standard deviation (N, 3) of points (N, S, 3) where *ok*; NaN where there is none."""
     count = ok.sum(axis=1)[:, None]
     number = np.where(count > 0, count, np.nan)

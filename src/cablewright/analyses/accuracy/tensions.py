@@ -9,17 +9,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.spread import Method, SpreadProblem
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["BestTensions", "best_tensions"]
-
-Array = NDArray[np.float64]
 
 GRID = {1: 33, 2: 9, 3: 5}
 """Tensions tried along each direction in which they can be chosen, a round, by how many directions there are."""

@@ -12,18 +12,15 @@ from itertools import product
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 from skfem import Basis
 from skfem.element import ElementHex2, ElementHexS2
 
 from cablewright.analyses.bracket.hexahedra import HexMesh, Index, levels
 from cablewright.analyses.bracket.nested_dissection import dissected
+from cablewright.arrays import Array
 from cablewright.robot.bracket import Material
 
-__all__ = ["Elastic", "von_mises"]
-
-Array = NDArray[np.float64]
 Traction = Callable[[Array, Array], Array]
 
 _CHUNK = 512  # elements whose matrices are in memory at once

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from skfem import Basis, MeshHex, MeshHex2
 from skfem.element import ElementHex2, ElementHexS2
 
-__all__ = ["Bore", "Grid", "HexMesh", "build", "levels", "ticks"]
+from cablewright.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 _NEAR = 1e-9  # m: what is one place
@@ -98,7 +97,7 @@ class HexMesh:
         """Where the points are, (3, P) m."""
         return np.asarray(self.points.doflocs)
 
-    def boundary(self, chosen: Callable[[Array], NDArray[np.bool_]]) -> Index:
+    def boundary(self, chosen: Callable[[Array], Mask]) -> Index:
         """Boundary facets whose logical middles (3, F) are *chosen*."""
         own = self.mesh.boundary_facets()
         return np.asarray(own[chosen(self.facets[:, own])])
@@ -126,7 +125,7 @@ def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float
     return np.append(np.concatenate(pieces), ends[-1])
 
 
-def build(grid: Grid, kept: Callable[[Array], NDArray[np.bool_]], bores: Sequence[Bore]) -> HexMesh:
+def build(grid: Grid, kept: Callable[[Array], Mask], bores: Sequence[Bore]) -> HexMesh:
     """The cells of a grid whose middles (3, E) are *kept*, less the *bores*."""
     whole = MeshHex.init_tensor(grid.x, grid.y, grid.z)
     middles = whole.p[:, whole.t].mean(axis=1)

@@ -10,17 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, UniversalJoint
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["CONVENTIONAL", "DESIGNS", "UNIVERSAL_JOINT", "Loads", "facings", "joints", "loads_at"]
-
-Array = NDArray[np.float64]
 
 UNIVERSAL_JOINT, CONVENTIONAL = "universal_joint", "conventional"
 DESIGNS = (UNIVERSAL_JOINT, CONVENTIONAL)

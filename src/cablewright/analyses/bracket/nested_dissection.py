@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["dissected"]
+from cablewright.arrays import Mask
 
 Index = NDArray[np.int64]
 
@@ -17,7 +17,7 @@ _MIN_UNKNOWNS = 200  # unknowns that are not parted any more
 _MAX_SHARE = 0.8  # of the unknowns on one side, at most
 
 
-def dissected(places: Index, corners: NDArray[np.bool_]) -> Index:
+def dissected(places: Index, corners: Mask) -> Index:
     """An order (n,) of unknowns at *places* (3, n) of a grid, counted in whole steps.
 
     Planes through *corners* of elements part them: no element reaches across.
@@ -27,7 +27,7 @@ def dissected(places: Index, corners: NDArray[np.bool_]) -> Index:
     return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
 
 
-def _part(some: Index, places: Index, corners: NDArray[np.bool_], parts: list[Index]) -> None:
+def _part(some: Index, places: Index, corners: Mask, parts: list[Index]) -> None:
     """Append *some* unknowns in their order."""
     found = _best_plane(some, places, corners) if len(some) > _MIN_UNKNOWNS else None
     if found is None:
@@ -40,7 +40,7 @@ def _part(some: Index, places: Index, corners: NDArray[np.bool_], parts: list[In
     parts.append(some[own == plane])
 
 
-def _best_plane(some: Index, places: Index, corners: NDArray[np.bool_]) -> tuple[int, int] | None:
+def _best_plane(some: Index, places: Index, corners: Mask) -> tuple[int, int] | None:
     """The axis and place of the plane with the fewest unknowns, rather in the middle; None if there is none."""
     best: tuple[float, int, int] | None = None
     for axis in range(3):

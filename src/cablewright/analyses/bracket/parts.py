@@ -13,17 +13,12 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.analyses.bracket.elasticity import Elastic, von_mises
 from cablewright.analyses.bracket.hexahedra import Bore, Grid, HexMesh, Index, build, levels, ticks
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.robot.bracket import Bracket
-
-__all__ = ["BASE_CASES", "LEVER_CASES", "BracketPart", "Plate", "base", "base_solid", "cheek"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 BASE_CASES = ("fx", "fy", "fz", "mx", "my")
 """What the joint may put on the base: force and moment in the joint, N and N m. The spindle turns freely about z."""

@@ -13,11 +13,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, joints, loads_at
 from cablewright.analyses.bracket.parts import BracketPart, base, cheek
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -26,10 +27,6 @@ from cablewright.robot.bracket import Axle
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
-
-__all__ = ["PLATES", "BracketMesh", "Comparison", "Design", "Peak", "bracket_at", "bracket_of", "plate_peaks"]
-
-Array = NDArray[np.float64]
 
 PLATES = ("baseplate", "uprights", "lever")
 """What is judged by finite elements, in the order of the rows of peaks."""

@@ -14,12 +14,10 @@ from scipy.ndimage import distance_transform_edt
 from cablewright.analyses.workspace.criterion import BLOCK, Criterion
 from cablewright.analyses.workspace.marching import surface_between
 from cablewright.analyses.workspace.workspace import NodeCount
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["CLOSE", "BoundaryLimits", "EndingLimit", "boundary_limits"]
-
-Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 
 CLOSE = 1e-3  # m: to which the boundary is found

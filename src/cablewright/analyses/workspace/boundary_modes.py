@@ -7,21 +7,17 @@ from functools import cached_property
 from typing import Any, ClassVar, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes
 from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
-
-__all__ = ["GRID", "HOLDING", "Boundary", "boundary_modes", "straight"]
-
-Array = NDArray[np.float64]
 
 GRID = 21
 GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
@@ -99,7 +95,7 @@ class Boundary(Pictured):
         return self.modes.lowest
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> Mask:
         """Which rows balance (N,)."""
         return np.isfinite(self.lowest)
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from typing import TypedDict
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.analyses.feasibility import broken_limits
 from cablewright.analyses.workspace.refinement import SearchBox
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -21,11 +22,6 @@ from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
-
-__all__ = ["CONTINUOUS", "CRITERIA", "POINTS", "Criterion", "Options", "RetractionLaw", "box_of", "criterion_figures"]
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 CRITERIA = ("closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static")
 POINTS = ("nozzle", "origin")
@@ -178,7 +174,7 @@ class Criterion:
             return law
         return law.at(poses[:, 2] if law.of == "origin" else self.model.nozzle(poses)[:, 2])
 
-    def broken_limits(self, poses: Array) -> tuple[tuple[str, ...], Flags]:
+    def broken_limits(self, poses: Array) -> tuple[tuple[str, ...], Mask]:
         """For `static`: the names of all limits, and which of them each of *poses* (N, n) breaks, (N, L)."""
         return broken_limits(solve_inverse(self.model, poses, retraction=self.lengths(poses)))
 

@@ -13,11 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["BITS", "CORNERS", "FACES", "PARITY", "crossings", "index_of", "key_of", "surface_between"]
-
-Array = NDArray[np.float64]
 Keys = NDArray[np.int64]
 
 BITS: Final = 18
@@ -72,7 +70,7 @@ TETRAHEDRA, WAYS = _tetrahedra()
 TABLE = _triangles()
 
 
-def crossings(cells: Keys, inside: NDArray[np.bool_]) -> tuple[Keys, Keys, Keys, NDArray[np.int64]]:
+def crossings(cells: Keys, inside: Mask) -> tuple[Keys, Keys, Keys, NDArray[np.int64]]:
     """The surface in *cells* (K,) whose corners are *inside* (K, 8) or not.
 
     Keys (E,) of the lattice's edges that it crosses, the nodes inside (E,) and outside (E,) at their ends, and
@@ -109,7 +107,7 @@ def crossings(cells: Keys, inside: NDArray[np.bool_]) -> tuple[Keys, Keys, Keys,
     return keys, inner, outer, numbers.reshape(-1, 3)
 
 
-def surface_between(axes: Sequence[Array], inside: NDArray[np.bool_], distances: Array) -> TriangleMesh:
+def surface_between(axes: Sequence[Array], inside: Mask, distances: Array) -> TriangleMesh:
     """The closed surface about the nodes of a whole grid that are *inside* (X, Y, Z), at *distances* from it, m.
 
     *axes*: coordinates of the nodes, m. Where nodes on the sides of the grid are inside, the surface lies on the side.

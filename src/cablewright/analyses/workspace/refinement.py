@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
+from cablewright.arrays import Array, Mask
 from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["Refined", "SearchBox", "refine"]
-
-Array = NDArray[np.float64]
 Keys = NDArray[np.int64]
 Margin = Callable[[Array, str], Array]  # (N,) of places (N, 3), m, and the name of this stage: at least 0 inside
 
@@ -148,8 +146,8 @@ class _Lattice:
     def __init__(self, margin: Margin, box: SearchBox, first: NDArray[np.int64], seed: int) -> None:
         self.margin, self.box, self.first = margin, box, first
         self.all_cells: Keys
-        self.inside: NDArray[np.bool_]  # (K, 8) corners of all cells
-        self.mixed: NDArray[np.bool_]  # (K,)
+        self.inside: Mask  # (K, 8) corners of all cells
+        self.mixed: Mask  # (K,)
         self.level, self.places, self.seed = 0, 0, seed
         grid = np.stack(np.meshgrid(*(np.arange(n + 2) for n in first), indexing="ij"), axis=-1)
         self.nodes, self.values = np.empty(0, dtype=np.int64), np.empty(0)
@@ -203,7 +201,7 @@ class _Lattice:
         self.nodes = np.concatenate([self.nodes, new])[order]
         self.values = np.concatenate([self.values, values])[order]
 
-    def _shares(self, keys: Keys) -> tuple[Array, NDArray[np.bool_]]:
+    def _shares(self, keys: Keys) -> tuple[Array, Mask]:
         """Where nodes are in the box, (N, 3) shares of its sides, and which are in it."""
         index = index_of(keys) - (1 << self.level)
         within = np.all((index >= 0) & (index <= self.cells), axis=1)
@@ -274,7 +272,7 @@ class _Lattice:
         used, numbers = np.unique(triangles, return_inverse=True)
         return TriangleMesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
-    def _cross(self, inner: Array, outer: Array, in_box: NDArray[np.bool_], within: Keys, without: Keys) -> Array:
+    def _cross(self, inner: Array, outer: Array, in_box: Mask, within: Keys, without: Keys) -> Array:
         """Where the surface crosses edges: shares (E,) of the way from inside to outside; 0 at a side of the box."""
         found = np.zeros(len(inner))
         rows = np.flatnonzero(in_box)
@@ -306,12 +304,12 @@ def _between(near: Array, far: Array) -> Array:
     return np.where(usable, np.where(usable, near, 0.5) / np.where(usable, span, 1.0), 0.5)
 
 
-def _differ(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _differ(flags: Mask) -> Mask:
     """Which rows of flags (N, c) are not all the same."""
     return np.asarray(flags.any(axis=1) & ~flags.all(axis=1))
 
 
-def _among(keys: Keys, known: Keys) -> NDArray[np.bool_]:
+def _among(keys: Keys, known: Keys) -> Mask:
     """Which of *keys* are among sorted *known* ones."""
     if not len(known):
         return np.zeros(len(keys), dtype=bool)

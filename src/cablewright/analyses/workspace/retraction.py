@@ -9,10 +9,11 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.analyses.workspace.criterion import RetractionLaw, box_of, criterion_figures
 from cablewright.analyses.workspace.workspace import Workspace, workspace
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -20,10 +21,6 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
-__all__ = ["RetractionStudy", "retraction"]
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 STEPS = (3, 200)
 HEIGHTS = (4, 1000)
 
@@ -56,7 +53,7 @@ class RetractionStudy(Pictured):
     volumes: Array  # (L,) m^3 of the workspaces at constant lengths
     best: Array  # (Z,) m, the length at which a slice is largest; NaN where no length has any
     best_areas: Array  # (Z,) m^2
-    fitted: Flags  # (Z,) which slices the law was fitted to
+    fitted: Mask  # (Z,) which slices the law was fitted to
     law: RetractionLaw
     held: Workspace  # the workspace with the law in force
 
@@ -151,7 +148,7 @@ def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:
     return np.where(areas.max(axis=1) > 0.0, best, np.nan), peak
 
 
-def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -> tuple[RetractionLaw, Flags]:
+def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -> tuple[RetractionLaw, Mask]:
     """The line through the best lengths of the slices that have a choice, and which slices those are (Z,)."""
     some = areas > 0.0
     fitted = some & (best > ends[0]) & (best < ends[1])

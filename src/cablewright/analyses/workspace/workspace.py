@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw, criterion_figures
 from cablewright.analyses.workspace.refinement import SearchBox, refine
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -17,10 +18,6 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
 from cablewright.triangle_mesh import TriangleMesh
-
-__all__ = ["NodeCount", "Workspace", "count_nodes", "workspace"]
-
-Array = NDArray[np.float64]
 
 NODES = (3, 400)  # fewest and most along a side
 GRID = 41  # nodes along a side
@@ -125,7 +122,7 @@ class NodeCount(Result):
     HEADLINES: ClassVar = ("robot", "criterion", "volume", "nodes", "counted")
 
     criterion: Criterion
-    inside: NDArray[np.bool_]  # (X, Y, Z)
+    inside: Mask  # (X, Y, Z)
 
     @property
     def status(self) -> str:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy import AccuracyStudy
     from cablewright.studies.places import Places
 
-__all__ = ["accuracy"]
-
 SHAPES = ("at", "helix", "path", "plane", "workspace")
 TAKEN_BY = {
     "half_width": ("plane",),

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy import AccuracyStudy
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 
-__all__ = ["print_place", "print_study", "warn"]
-
 DOUBT = 0.05
 """Share of the spread by which first order may be off before it is said."""
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from cablewright.models.statics import Model
     from cablewright.studies.bracket import BracketStress
 
-__all__ = ["bracket"]
-
 NO = 1
 
 

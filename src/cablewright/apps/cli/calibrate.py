@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[float64]
 
-__all__ = ["calibrate", "simulate_calibration"]
-
 
 def calibrate(
     robot: RobotName,

@@ -13,8 +13,6 @@ from cablewright.apps.cli.output import limits, print_json, progress, tell
 if TYPE_CHECKING:
     from cablewright.studies.check import Check
 
-__all__ = ["check"]
-
 
 def check(
     robot: RobotName,

@@ -13,8 +13,6 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from cablewright.printing.curve import Curves
 
-__all__ = ["curves"]
-
 _SHOWN = 20
 
 

@@ -14,8 +14,6 @@ from cablewright.errors import AnswerError, InputError, Status
 if TYPE_CHECKING:
     from cablewright.solvers.equilibria import Equilibria
 
-__all__ = ["equilibria"]
-
 
 def equilibria(
     robot: RobotName,

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from cablewright.studies.interference import JobInterference
     from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["interference"]
-
 NO = 1
 
 

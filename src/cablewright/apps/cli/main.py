@@ -34,8 +34,6 @@ from cablewright.apps.cli import (
 )
 from cablewright.errors import CablewrightError
 
-__all__ = ["app", "main"]
-
 app = typer.Typer(
     name="cablewright",
     help="Models, checks and simulates cable-driven parallel robots that print large parts.",

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from cablewright.analyses.modes import Modes
     from cablewright.analyses.workspace.boundary_modes import Boundary
 
-__all__ = ["modes"]
-
 NO = 1
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from cablewright.robot import Cable
     from cablewright.units import Dimension
 
-__all__ = ["modulus"]
-
 
 def modulus(
     test: Annotated[Path, typer.Argument(metavar="TEST", help="CSV with columns force and elongation.")],

@@ -16,37 +16,6 @@ if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.robot import Robot
 
-__all__ = [
-    "AsJson",
-    "Box",
-    "Cable",
-    "Count",
-    "Criterion",
-    "Geometric",
-    "Grid",
-    "Holding",
-    "LawOfRetraction",
-    "Limits",
-    "LoadName",
-    "Orientations",
-    "Plot",
-    "Point",
-    "Retracted",
-    "RobotName",
-    "Seed",
-    "Sheave",
-    "Slack",
-    "StraightCable",
-    "Tolerance",
-    "Wrench",
-    "check_plot",
-    "command",
-    "described",
-    "retracting",
-    "slack_excess",
-    "turns",
-]
-
 RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `robots` lists.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
 Limits = Annotated[

@@ -21,8 +21,6 @@ from cablewright.results import plain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SCHEMA", "limits", "numbers", "print_json", "progress", "tell", "write_picture"]
-
 SCHEMA = 1
 """Version of the JSON that commands print."""
 

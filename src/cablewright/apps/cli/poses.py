@@ -11,8 +11,6 @@ from cablewright.apps.cli.options import AsJson, Limits, RobotName
 from cablewright.apps.cli.output import limits, print_json
 from cablewright.file_output import write_whole
 
-__all__ = ["poses"]
-
 
 def poses(
     robot: RobotName,

@@ -10,8 +10,6 @@ import typer
 from cablewright.apps.cli.options import AsJson, RobotName
 from cablewright.apps.cli.output import print_json, progress, tell
 
-__all__ = ["print_job"]
-
 
 def print_job(
     robot: RobotName,

@@ -15,8 +15,6 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
 
-__all__ = ["replay"]
-
 _NOTHING = "no step of the log has a valid estimate"
 _KINDS = ("in space   ", "from above ", "in height  ")
 _ORDER = (

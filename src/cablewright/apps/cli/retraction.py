@@ -27,8 +27,6 @@ from cablewright.errors import AnswerError
 if TYPE_CHECKING:
     from cablewright.analyses.workspace.retraction import RetractionStudy
 
-__all__ = ["retraction"]
-
 
 def retraction(
     robot: RobotName,

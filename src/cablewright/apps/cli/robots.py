@@ -10,8 +10,6 @@ import typer
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import print_json
 
-__all__ = ["robots", "schema"]
-
 
 def robots(
     name: Annotated[str | None, typer.Argument(metavar="NAME", help="Print this robot's file.")] = None,

@@ -15,8 +15,6 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
 
-__all__ = ["machines", "simulate"]
-
 
 def machines(
     name: Annotated[str | None, typer.Argument(metavar="NAME", help="Print this machine's file.")] = None,

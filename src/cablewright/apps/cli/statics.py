@@ -26,8 +26,6 @@ from cablewright.apps.cli.output import limits, numbers, print_json, progress, t
 if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
 
-__all__ = ["forward", "inverse"]
-
 NO = 1
 
 

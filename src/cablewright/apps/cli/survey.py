@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from cablewright.calibration.survey.result import Survey
     from cablewright.robot import Robot
 
-__all__ = ["survey"]
-
 
 def survey(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Leica GSI-8 or GSI-16, or CSV.")],

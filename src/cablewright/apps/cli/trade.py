@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from cablewright.robot.design_variables import Change
     from cablewright.studies.trade import Combination, Trade
 
-__all__ = ["trade"]
-
 NO = 1
 MAX_VALUES = 10_000  # values of one parameter
 

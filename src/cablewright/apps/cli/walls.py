@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
     from cablewright.studies.walls import Walls
 
-__all__ = ["walls"]
-
 
 def walls(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="CSV or JSON: x,y or angle,distance; or a LaserScan.")],

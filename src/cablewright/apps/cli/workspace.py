@@ -38,8 +38,6 @@ from cablewright.file_output import write_whole
 if TYPE_CHECKING:
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace
 
-__all__ = ["workspace"]
-
 NO = 1
 COUNTS = ("volume", "nodes")
 

@@ -13,19 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
 from cablewright.apps.report.digest import Band
 from cablewright.apps.space_axes import add_faces, add_lines, bar, draw_frame, heights, scale_of, space
+from cablewright.arrays import Array, Indices
 from cablewright.robot import Robot
 from cablewright.studies.accuracy import AccuracyStudy
-
-__all__ = ["along", "contributions", "displaced_by", "effects", "plane"]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 _MAX_PIECES: Final = 4000
 _MAX_BINS: Final = 240

@@ -14,8 +14,6 @@ from cablewright.analyses.workspace.boundary_modes import Boundary
 from cablewright.apps import style
 from cablewright.apps.space_axes import draw_frame, space
 
-__all__ = ["boundary_picture"]
-
 _OF_FREEDOMS: Final = (style.BLUE, style.GREEN, style.INK, "#56b4e9", "#cc79a7", style.ORANGE)
 
 

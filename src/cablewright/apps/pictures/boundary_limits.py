@@ -10,18 +10,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 from cablewright.apps import style
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.space_axes import add_surface, bar, draw_frame, point, scale_of, space
+from cablewright.arrays import Array, Mask
 from cablewright.studies.accuracy import AccuracyStudy
-
-__all__ = ["extremes", "workspace"]
-
-Array = NDArray[np.float64]
 
 _Where = Literal["outside lower left", "outside lower right"]
 
@@ -116,7 +112,7 @@ def _section(axes: Axes, study: AccuracyStudy, found: BoundaryLimits, colours: S
     axes.set_ylim(z[0] - 0.04 * (x[-1] - x[0]), z[-1] + 0.04 * (x[-1] - x[0]))
 
 
-def _ends(axes: Axes, found: BoundaryLimits, near: NDArray[np.bool_]) -> None:
+def _ends(axes: Axes, found: BoundaryLimits, near: Mask) -> None:
     """Draw the boundary points that are *near*, by limit, the most frequent limit first."""
     counts = np.bincount(found.ended_by[near], minlength=len(found.limits))
     order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]

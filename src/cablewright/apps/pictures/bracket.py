@@ -10,17 +10,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.stress import Design
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_lines, space
+from cablewright.arrays import Array
 from cablewright.studies.bracket import BracketStress
-
-__all__ = ["bracket_picture"]
-
-Array = NDArray[np.float64]
 
 _MILLI: Final = 1e3
 _AROUND: Final = 72  # pieces of the sheave's outline

@@ -8,14 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
-from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.calibration.result import Calibration
-
-__all__ = ["correlation_picture", "exits_picture", "residuals_picture"]
-
-Array = NDArray[np.float64]
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.INK)
 _MARKS: Final = "osD^vP"

@@ -11,8 +11,6 @@ from matplotlib.figure import Figure
 from cablewright.apps import style
 from cablewright.printing.curve import Curves
 
-__all__ = ["curves_picture"]
-
 _WIDTH = 12.0  # inches
 _WIDE = 14  # curves side by side, at most, of an area as long as wide
 _GAP = 0.12  # between two, of the area's shorter side

@@ -9,15 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
-from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
 from cablewright.apps.report.digest import Band, Digest
-
-__all__ = ["error_by_height"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _FLOOR: Final = 1e-6  # mm: below it the arithmetic speaks, not the machine

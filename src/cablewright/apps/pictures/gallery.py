@@ -12,8 +12,6 @@ from cablewright.apps import style
 from cablewright.file_output import write_whole
 from cablewright.results import Pictured
 
-__all__ = ["PICTURES", "draw"]
-
 PICTURES: Final = {
     "Calibration": ("calibration", "residuals_picture"),
     "Curves": ("curves", "curves_picture"),

@@ -7,21 +7,17 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
-from numpy.typing import NDArray
 
 from cablewright.analyses.interference import Contact, Interference
 from cablewright.apps import style
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, draw_frame, point, space
+from cablewright.arrays import Array
 from cablewright.kernels.collision.clearance import BEADS
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle
 from cablewright.robot import Robot
 from cablewright.studies.interference import JobInterference
-
-__all__ = ["interference_picture"]
-
-Array = NDArray[np.float64]
 
 _MAX_PIECES: Final = 6000
 _SIDES: Final = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))

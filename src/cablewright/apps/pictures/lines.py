@@ -8,17 +8,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cablewright.analyses.feasibility import LIMITS
 from cablewright.apps import style
 from cablewright.apps.report.digest import Digest, band
 from cablewright.apps.report.quantities import quantity
+from cablewright.arrays import Array
 from cablewright.robot import Line
-
-__all__ = ["MAX_LINES", "Use", "limits", "tensions", "uses"]
-
-Array = NDArray[np.float64]
 
 MAX_LINES: Final = 8
 """Lines that one picture shows; of more, those nearest to their limits."""

@@ -8,17 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
-from numpy.typing import NDArray
 
 from cablewright.analyses.modes import FREEDOMS, Modes
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_lines, space
+from cablewright.arrays import Array
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform
-
-__all__ = ["modes_picture"]
-
-Array = NDArray[np.float64]
 
 _ROOM: Final = 0.45  # of the platform's largest side: what is shown around it
 _ZOOM: Final = 0.78  # leaves room for the labels of tall boxes too

@@ -12,17 +12,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
 from cablewright.apps import style
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
+from cablewright.arrays import Array
 from cablewright.robot import Robot
-
-__all__ = ["MAX_NAMES", "ErrorScale", "box_edges", "error_scale", "plan", "side_view"]
-
-Array = NDArray[np.float64]
 
 _MAX_PLAN: Final = 30_000
 _MAX_SIDE: Final = 40_000

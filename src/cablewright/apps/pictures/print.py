@@ -13,21 +13,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PathFollowing, PrintRecord
 from cablewright.studies.running_statistics import Histogram
-
-__all__ = [
-    "clock",
-    "drum_picture",
-    "errors_picture",
-    "path_picture",
-    "speed_picture",
-    "states_picture",
-    "steps_picture",
-]
-
-Array = NDArray[np.float64]
 
 _MAX_LAYERS: Final = 4  # whose errors are drawn place by place
 _CORE: Final = 0.002  # of the steps at each end may be beyond a colour scale

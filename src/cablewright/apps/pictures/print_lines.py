@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 
 from cablewright.apps import style
 from cablewright.apps.pictures.print import clock
+from cablewright.arrays import Array, Indices
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
-
-__all__ = ["angles_picture", "coiling_picture", "ringing_picture", "tensions_picture"]
-
-Array = NDArray[np.float64]
 
 _MAX_LINES: Final = 12  # lines that a picture has room for
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)
@@ -46,7 +43,7 @@ def angles_picture(found: PrintRecord) -> Figure | None:
     return drawn
 
 
-def _last_layer(found: PrintRecord) -> NDArray[np.intp]:
+def _last_layer(found: PrintRecord) -> Indices:
     """Rows that printed in the last layer of which much was printed; all, where none was."""
     rows, begins = found.rows, found.track.visits.begin
     printing = rows.in_state(PrintState.PRINTING) & np.isfinite(rows["distance"])

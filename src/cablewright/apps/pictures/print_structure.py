@@ -10,16 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
-from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.printing.heightfield import HeightField
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.structure import CrossSection, PrintedStructure
-
-__all__ = ["cuts_picture", "maps_picture"]
-
-Array = NDArray[np.float64]
 
 _MARGIN: Final = 0.5  # m about the path that is drawn
 

@@ -9,16 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.region import PLANES, Region
 from cablewright.apps import style
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, bar, scale_of, space, towards_eye
-
-__all__ = ["region"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 _VIEWS: Final = {"xy": "from above", "xz": "from the front", "yz": "from the side"}
 _NEAR: Final = 1.5  # of the region's radius: a wanted place farther off would shrink the region to a dot

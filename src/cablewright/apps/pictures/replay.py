@@ -8,12 +8,10 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.studies.replay import Replay
-
-__all__ = ["replay_picture"]
 
 _BEFORE_LINES: Final = 7  # columns of a trace before the lines'
 
@@ -53,7 +51,7 @@ def _colours(found: Sequence[Replay]) -> list[str]:
     return [style.ORANGE, style.BLUE][-len(found) :]
 
 
-def _draw_errors(axis: Axes, found: Sequence[Replay], traces: Sequence[NDArray[np.float64]]) -> None:
+def _draw_errors(axis: Axes, found: Sequence[Replay], traces: Sequence[Array]) -> None:
     """How far the position was off, and under what it should be in 95 of 100 steps."""
     axis.set(xlabel="time in s", ylabel="error in mm", title="position: how far from the true one")
     if not any(np.isfinite(trace[5]).any() for trace in traces):
@@ -77,9 +75,9 @@ def _draw_line(
     axis: Axes,
     found: Replay,
     line: int,
-    time: NDArray[np.float64],
-    taut: NDArray[np.float64],
-    told: NDArray[np.float64],
+    time: Array,
+    taut: Array,
+    told: Array,
 ) -> None:
     """Angles of one line, and how long it was taut."""
     share = 100.0 * (1.0 - found.slack_steps[line] / max(found.valid, 1))

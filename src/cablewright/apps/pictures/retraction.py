@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 from cablewright.analyses.workspace.retraction import RetractionStudy
 from cablewright.apps import style
 
-__all__ = ["retraction_picture"]
-
 
 def retraction_picture(found: RetractionStudy) -> Figure:
     """Draw the table of areas with the law, and the areas by height. Call within `style.drawing`."""

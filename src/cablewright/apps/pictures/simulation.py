@@ -11,8 +11,6 @@ from cablewright.apps import style
 from cablewright.studies.drive import SLACK
 from cablewright.studies.simulate import Simulation
 
-__all__ = ["simulation_picture"]
-
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)
 _DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), "-.", (0, (1, 1.2)))
 

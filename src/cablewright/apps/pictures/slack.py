@@ -8,15 +8,11 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.slack import excess_lengths
-
-__all__ = ["angle_over_excess", "let_out_picture"]
-
-Array = NDArray[np.float64]
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)
 _DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), "-.", (0, (1, 1.2)))

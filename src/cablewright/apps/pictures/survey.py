@@ -7,14 +7,10 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
-
-__all__ = ["survey_picture"]
-
-Array = NDArray[np.float64]
 
 _MAGNIFIED: Final = 100.0  # how much larger than the room the ellipses are drawn
 _SIGMAS: Final = 2.4477  # of an ellipse that holds 95 %

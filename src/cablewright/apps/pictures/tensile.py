@@ -7,14 +7,12 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cablewright.apps import style
+from cablewright.arrays import Array
 from cablewright.calibration.tensile.modulus import PAPER_SPREAD
 from cablewright.calibration.tensile.recording import TensileTest
 from cablewright.calibration.tensile.result import TensileResult
-
-__all__ = ["tensile_picture"]
 
 _MAX_POINTS: Final = 20_000  # of a curve: more cannot be told apart in the picture
 
@@ -72,8 +70,8 @@ def _draw_slopes(axes: Axes, result: TensileResult) -> None:
 
 def _curve(
     axes: Axes,
-    elongation: NDArray[np.float64],
-    force: NDArray[np.float64],
+    elongation: Array,
+    force: Array,
     color: str,
     label: str | None,
     linewidth: float = 1.6,

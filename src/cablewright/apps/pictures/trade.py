@@ -15,8 +15,6 @@ from cablewright.apps import style
 from cablewright.robot.design_variables import Change
 from cablewright.studies.trade import Trade
 
-__all__ = ["trade_picture"]
-
 Array = NDArray[Any]
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, "#cc79a7", style.INK)

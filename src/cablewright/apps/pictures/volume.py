@@ -10,16 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import Workspace
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_surface, draw_frame, space
-
-__all__ = ["volume_picture"]
-
-Array = NDArray[np.float64]
 
 _HEIGHTS: Final = 201  # of which the largest slice is shown
 _MARGIN: Final = 0.05  # of the longest side

@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from cablewright.apps import style
 from cablewright.studies.walls import Walls
 
-__all__ = ["walls_picture"]
-
 _MAX_POINTS: Final = 20_000
 _LABEL_AT: Final = (0.5, 0.3, 0.6, 0.4, 0.7)  # along the wall: a window's number is not on its wall's
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED)

@@ -23,8 +23,6 @@ from cablewright.apps.report.quantities import count, quantity
 from cablewright.file_output import write_whole
 from cablewright.studies.accuracy import AccuracyStudy
 
-__all__ = ["write", "write_place"]
-
 Pictures = dict[str, bytes]
 
 _SHAPES: Final = {

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
@@ -14,26 +13,9 @@ from cablewright.apps.pictures.accuracy import effects
 from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
+from cablewright.arrays import Array
 from cablewright.errors import Status
 from cablewright.studies.accuracy import AccuracyStudy
-
-__all__ = [
-    "contributions_table",
-    "ends_table",
-    "extremes_table",
-    "inputs_table",
-    "meanings",
-    "notices",
-    "number",
-    "place_of",
-    "plain",
-    "remains_table",
-    "share",
-    "tensions_table",
-    "volume",
-]
-
-Array = NDArray[np.float64]
 
 _TOO_CURVED: Final = 0.05  # of the spread: beyond it first order is an estimate only
 

@@ -13,10 +13,7 @@ from skfem.element import ElementHexS2
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.stress import Comparison, Design
-
-__all__ = ["CORNERS_THEN_EDGES", "vtu"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 _APART: Final = 1.5  # of the baseplate's width
 

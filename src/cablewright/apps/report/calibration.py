@@ -11,8 +11,6 @@ from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.report.quantities import count, quantity
 from cablewright.calibration.result import Calibration
 
-__all__ = ["calibration_page"]
-
 Pictures = dict[str, bytes]
 
 

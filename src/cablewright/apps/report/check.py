@@ -24,8 +24,6 @@ from cablewright.file_output import write_whole
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.check import Check
 
-__all__ = ["write"]
-
 Pictures = dict[str, bytes]
 
 

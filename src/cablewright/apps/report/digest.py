@@ -8,16 +8,11 @@ from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.check import Check
-
-__all__ = ["Band", "Digest", "Heights", "extreme", "median"]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 _MAX_STRETCHES: Final = 300
 _FEWEST_STRETCHES: Final = 20

@@ -9,8 +9,6 @@ from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, join, short_name, table
 from cablewright.apps.report.quantities import allowed_range, count, duration, quantity
 
-__all__ = ["findings_table", "ranked"]
-
 
 def ranked(findings: tuple[Finding, ...]) -> list[Finding]:
     """Return violations first; among equals that first whose margin is smallest for the size of its limit."""

@@ -9,9 +9,6 @@ from html import escape
 from importlib import resources
 from typing import Final
 
-__all__ = ["Html", "bundled", "cards", "element", "join", "page", "picture", "section", "short_name", "table"]
-
-
 _ONE_LINE: Final = 20  # characters
 
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.apps.report.digest import Digest, median
 from cablewright.apps.report.page import Html, short_name, table
 from cablewright.apps.report.quantities import allowed_range, quantity
+from cablewright.arrays import Array
 from cablewright.robot import Robot
-
-__all__ = ["line_table", "unknowns"]
-
-Array = NDArray[np.float64]
 
 
 def line_table(digest: Digest) -> Html:

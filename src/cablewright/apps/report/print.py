@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.apps import style
 from cablewright.apps.pictures.print import (
@@ -38,15 +37,13 @@ from cablewright.apps.report.print_tables import (
 )
 from cablewright.apps.report.provenance import list_of
 from cablewright.apps.report.quantities import count, duration, quantity
+from cablewright.arrays import Array
 from cablewright.file_output import write_whole
 from cablewright.printing.heightfield import HeightField
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.triangle_mesh import TriangleMesh
 
-__all__ = ["write"]
-
-Array = NDArray[np.float64]
 Pictures = dict[str, bytes]
 
 _GAP: Final = "\N{NO-BREAK SPACE}"

@@ -6,23 +6,13 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.apps.report.page import Html, element, short_name, table
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.quantities import NOT_KNOWN, count, duration, quantity
+from cablewright.arrays import Array
 from cablewright.studies.prints.result import LineUse, PathFollowing, PrintRecord
 from cablewright.studies.prints.structure import PrintedStructure
-
-__all__ = [
-    "faults_table",
-    "following_table",
-    "lines_table",
-    "paper_table",
-    "states_table",
-    "structure_table",
-    "went_in",
-]
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
 _MAX_FAULTS: Final = 40
@@ -87,7 +77,7 @@ def paper_table(found: PrintRecord) -> Html | None:
     return element("div", table(head, rows, numbers=(1, 2, 3)), element("p", told, class_="soft"))
 
 
-def _top(values: NDArray[np.float64]) -> float:
+def _top(values: Array) -> float:
     return float(values[np.isfinite(values)].max()) if np.isfinite(values).any() else math.nan
 
 

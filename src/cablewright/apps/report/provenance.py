@@ -14,8 +14,6 @@ from cablewright.robot import Line, RigidPlatform, Robot
 
 _MAX_HEIGHTS = 6
 
-__all__ = ["assumptions", "inputs_table", "list_of"]
-
 
 def inputs_table(digest: Digest) -> Html:
     """Return robot, job, sampling and program, one per row."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-__all__ = ["NOT_KNOWN", "allowed_range", "count", "duration", "quantity"]
-
 NOT_KNOWN = "not known"
 
 _GAP = "\N{NO-BREAK SPACE}"

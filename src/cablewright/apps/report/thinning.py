@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Indices
 from cablewright.printing.path import Samples
-
-__all__ = ["Pieces", "coarse_corners", "worst_of_each_place"]
-
-Indices = NDArray[np.intp]
 
 
 class Pieces:
@@ -24,7 +20,7 @@ class Pieces:
         return len(self.end)
 
 
-def worst_of_each_place(samples: Samples, known: Indices, error: NDArray[np.float64], limit: int) -> Pieces:
+def worst_of_each_place(samples: Samples, known: Indices, error: Array, limit: int) -> Pieces:
     """Return one segment for each place of the plan, the one with the largest error, by rising error.
 
     ``known`` are the samples whose segments may be shown. A place is a square as small as ``limit`` allows, and a

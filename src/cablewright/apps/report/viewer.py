@@ -16,8 +16,7 @@ from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, bundled, element
 from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import coarse_corners
-
-__all__ = ["canvas", "script"]
+from cablewright.arrays import Indices
 
 _MAX_PIECES: Final = 18_000
 _SPAN: Final = 10  # samples
@@ -81,7 +80,7 @@ def _data(digest: Digest) -> dict[str, Any]:
     }
 
 
-def _vertices(digest: Digest, low: float, high: float) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
+def _vertices(digest: Digest, low: float, high: float) -> tuple[Indices, NDArray[np.uint8]]:
     """Return samples and the colour levels of the pieces that end there; a piece that does not go on lifts the pen."""
     pieces = coarse_corners(digest.check.samples, digest.extruding, _MAX_PIECES, _SPAN)
     lifted = np.append(True, pieces.begin[1:] != pieces.end[:-1])

@@ -8,16 +8,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.survey.markers import Markers
 from cablewright.calibration.survey.plan import Feature, SurveyPlan
 from cablewright.calibration.survey.shape_fits import Linear
 from cablewright.errors import InputError
-
-__all__ = ["SurveyFrame", "frame_of"]
-
-Array = NDArray[np.float64]
 
 _FACING: Final = {"north": (0.0, 1.0), "east": (1.0, 0.0), "south": (0.0, -1.0), "west": (-1.0, 0.0)}
 """Where the normals of the four walls point, by their names."""

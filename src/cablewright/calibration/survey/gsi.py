@@ -15,8 +15,6 @@ from typing import Final, NamedTuple
 from cablewright.csv_input import shown
 from cablewright.errors import InputError
 
-__all__ = ["Block", "looks_like_gsi", "read_blocks"]
-
 POINT: Final = 11
 ANGLES: Final = frozenset({21, 22})  # horizontal circle, zenith angle
 LENGTHS: Final = frozenset({31, 81, 82, 83, 84, 85, 86, 87, 88})

@@ -8,15 +8,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.survey.plan import SCHEME, Feature, Instrument, SurveyPlan, feature_of
 from cablewright.calibration.survey.shots import FARTHEST, Shot, Shots
 from cablewright.errors import InputError
-
-__all__ = ["Markers", "SurveyMarker", "markers_of"]
-
-Array = NDArray[np.float64]
 
 MAX_MARKERS: Final = 600  # their covariance is a full matrix
 _LARGEST_EXTENT: Final = 500.0  # m, of a machine; farther apart is a unit

@@ -19,8 +19,6 @@ from cablewright.robot.description import Description, refusal
 from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Angle, Length, NonNegative, Positive, Vec3
 
-__all__ = ["SCHEME", "Feature", "Instrument", "Placing", "SurveyPlan", "Where", "feature_of", "load_plan"]
-
 NEWEST_SCHEMA: Final = 1
 MAX_POINTS: Final = 5000
 

@@ -7,14 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.survey.frame import SurveyFrame
 from cablewright.results import Figure, Pictured
-
-__all__ = ["Axis", "Exit", "MarkerResidual", "Survey", "SurveyedWall"]
-
-Array = NDArray[np.float64]
 
 _SUSPECT: Final = 3.5  # sigmas
 

@@ -12,11 +12,8 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Linear", "ShapeFit", "circle", "level_circle", "level_plane", "plane", "upright_plane"]
-
-Array = NDArray[np.float64]
+from cablewright.arrays import Array
 
 _ROUNDS: Final = 30
 _SETTLED: Final = 1e-13  # relative

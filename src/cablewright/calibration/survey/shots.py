@@ -23,8 +23,6 @@ from cablewright.csv_input import (
 from cablewright.errors import InputError
 from cablewright.units import ANGLE, LENGTH, Dimension
 
-__all__ = ["FARTHEST", "MAX_BYTES", "MAX_SHOTS", "Shot", "Shots", "of_polar", "read_shots"]
-
 Vector = tuple[float, float, float]
 
 MAX_BYTES: Final = 4 << 20

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.survey import shape_fits
 from cablewright.calibration.survey.frame import SurveyFrame, frame_of
 from cablewright.calibration.survey.markers import Markers, SurveyMarker, markers_of
@@ -23,10 +23,6 @@ from cablewright.calibration.survey.shots import Shots, read_shots
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-
-__all__ = ["survey"]
-
-Array = NDArray[np.float64]
 
 _WORST_AZIMUTH: Final = math.radians(1.0)  # sigma of a wall's direction
 _WORST_CENTRE: Final = 0.02  # m, sigma of a circle's centre

@@ -5,18 +5,15 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Exit, Survey
 from cablewright.errors import InputError
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet
 from cablewright.units import Vec3
-
-__all__ = ["surveyed"]
 
 _DIGITS: Final = 5  # of a metre: a hundredth of a millimetre is far below what was measured
 _OFF_AXIS: Final = 5e-3  # m: how far a winch may feed beside a swivel's axis without a word
@@ -76,6 +73,6 @@ def _winch_exit(line: Line, before: Vec3, point: Vec3, exit_: Exit, notes: list[
     return point[0], point[1], place[2]
 
 
-def _rounded(place: NDArray[np.float64]) -> Vec3:
+def _rounded(place: Array) -> Vec3:
     x, y, z = (round(float(value), _DIGITS) + 0.0 for value in place)
     return x, y, z

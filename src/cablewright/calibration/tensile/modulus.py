@@ -11,15 +11,11 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.recording import MIN_POINTS, TensileTest, read_test
 from cablewright.calibration.tensile.result import Branch, TensileResult
 from cablewright.errors import InputError
-
-__all__ = ["PAPER_SPREAD", "modulus"]
-
-Array = NDArray[np.float64]
 
 PAPER_SPREAD: Final = 0.3
 """By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""
@@ -222,7 +218,7 @@ def _turning_points(force: Array, low: float) -> list[int]:
     return [*points, best] if points else []
 
 
-def _crossing(above: NDArray[np.bool_], force: Array, elongation: Array, load: float) -> float:
+def _crossing(above: Mask, force: Array, elongation: Array, load: float) -> float:
     """Return the elongation at ``load``: the mean over the places where the branch crosses it."""
     at = np.flatnonzero(above[1:] != above[:-1])
     share = (load - force[at]) / (force[at + 1] - force[at])

@@ -9,15 +9,12 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.csv_input import cells_of, find_column, no_column, read_number, separator_of, text_lines
 from cablewright.errors import InputError
 from cablewright.units import FORCE, LENGTH
-
-__all__ = ["MAX_BYTES", "MAX_ROWS", "MIN_POINTS", "TensileTest", "read_test"]
-
-Array = NDArray[np.float64]
 
 MAX_BYTES: Final = 64 << 20
 MAX_ROWS: Final = 2_000_000

@@ -7,15 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.calibration.tensile.recording import TensileTest
 from cablewright.results import Figure, Pictured
-
-__all__ = ["Branch", "TensileResult"]
-
-Array = NDArray[np.float64]
-
 
 FIGURES = (
     Figure("modulus", "Pa", "Nominal Young's modulus: secant of the last full loading over the band."),

@@ -12,13 +12,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
-
-__all__ = ["RadiusSettings", "RadiusState", "start", "step", "without_reference"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -72,9 +68,7 @@ def without_reference(state: RadiusState) -> RadiusState:
     return state._replace(last_lengths=None, last_angles=None)
 
 
-def step(
-    settings: RadiusSettings, state: RadiusState, lengths: Array, angles: Array, known: NDArray[np.bool_]
-) -> RadiusState:
+def step(settings: RadiusSettings, state: RadiusState, lengths: Array, angles: Array, known: Mask) -> RadiusState:
     """Return the state after a lidar state: unstrained *lengths* (m,), m, and drum *angles* (m,), rad, paid out.
 
     Only lines whose length is *known* (m,) are updated.
@@ -98,7 +92,7 @@ def _kalman_step(
     lengths: Array,
     angles: Array,
     rotation: Array,
-    known: NDArray[np.bool_],
+    known: Mask,
 ) -> RadiusState:
     """Predict length += radius * rotation with a random walk of the radius, then update with the measured length."""
     assert state.last_lengths is not None  # `step` has taken the first state

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, Status
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, catenary_excess, parabolic_excess
 from cablewright.models.statics import Equilibrium
@@ -15,15 +15,11 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
 from cablewright.solvers.taut import Taut, taut_at
 
-__all__ = ["current_excess", "hang_at", "move_to", "visibly_slack"]
-
-Array = NDArray[np.float64]
-
 _MAX_ITERATIONS: Final = 4
 _TOLERANCE: Final = 1e-4  # m, of the drum's position
 
 
-def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> NDArray[np.bool_]:
+def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
     """Lines (m,) whose excess the angle tells: they have a reading, and sag enough for it."""
     return np.isfinite(state.excess) & (state.differences > settings.visible_angle)
 

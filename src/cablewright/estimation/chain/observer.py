@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
@@ -45,10 +45,6 @@ from cablewright.signals import (
 )
 from cablewright.solvers.continuation import TrackerSettings
 from cablewright.solvers.taut import taut_at
-
-__all__ = ["ObserverSettings", "ObserverState", "start", "step"]
-
-Array = NDArray[np.float64]
 
 _BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
 _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.fault_monitor import FaultMonitor
@@ -24,10 +24,6 @@ from cablewright.models.statics import Model
 from cablewright.signals import Distance, Scan
 from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.taut import Taut
-
-__all__ = ["ExtractedTurn", "ObserverSettings", "ObserverState"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,6 @@ import numpy as np
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction, kalman_update
 from cablewright.signals import Inertial
 
-__all__ = ["predict", "predict_without_imu"]
-
 _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration

@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverState
@@ -42,10 +42,6 @@ from cablewright.signals import (
     SensorFrame,
     frozen,
 )
-
-__all__ = ["FilterSettings", "FilterState", "start", "step"]
-
-Array = NDArray[np.float64]
 
 _POSITION_SIGMA: Final = 0.01  # m, of the chain's first position
 _TILT_SIGMA: Final = math.radians(0.15)  # at the start

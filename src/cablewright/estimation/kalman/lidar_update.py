@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.estimation.chain.state import ExtractedTurn
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -25,10 +25,6 @@ from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.constraints import ObservedLine, wrap_angle
 from cablewright.estimation.lidar.localisation import LidarTurn
 from cablewright.signals import Scan
-
-__all__ = ["WallObservation", "extract", "gated_update", "noise_factor", "sweep_of", "update", "wall_observations"]
-
-Array = NDArray[np.float64]
 
 _SETTLING_TIME: Final = 4.0  # s from the start in which ...
 _SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is so many times as large

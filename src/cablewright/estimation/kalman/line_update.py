@@ -11,8 +11,8 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.estimation.chain.lengths import visibly_slack
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -23,10 +23,6 @@ from cablewright.estimation.kalman.state import (
 )
 from cablewright.estimation.slackness import parabolic_excess
 from cablewright.solvers.taut import taut_at
-
-__all__ = ["excess", "predict", "update", "update_jacobian"]
-
-Array = NDArray[np.float64]
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
@@ -128,7 +124,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         innovation = measured - excess(state)
 
 
-def _measured_excess(settings: FilterSettings, state: FilterState) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _measured_excess(settings: FilterSettings, state: FilterState) -> tuple[Array, Array, Mask]:
     """Excess (m,), m, of each line, its standard deviation (m,), m, and which lines have a measured angle (m,)."""
     taut, slackness, sensors = state.taut, state.slackness, settings.chain.slackness
     assert taut is not None  # `update_jacobian` has run

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
 from cablewright.estimation.fault_monitor import FaultMonitor
@@ -17,19 +18,6 @@ from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.signals import Scan
 from cablewright.solvers.taut import Taut
-
-__all__ = [
-    "FilterSettings",
-    "FilterState",
-    "Layout",
-    "MotionSince",
-    "inflate_position",
-    "inject_correction",
-    "kalman_update",
-    "passes_gate",
-]
-
-Array = NDArray[np.float64]
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1}  # by degrees of freedom, exceeded by one of 10 000

@@ -10,16 +10,12 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure, tilted
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, inflate_position
 from cablewright.signals import Scan
-
-__all__ = ["update"]
-
-Array = NDArray[np.float64]
 
 _RINGS: Final = ((35.0, 70.0), (0.0, 35.0))  # degrees from the axis: two parts of the floor, the freer one first
 _WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls

@@ -9,12 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.estimation.lidar.scan import Points
 from cablewright.kernels.fitting.scan_lines import SUMS, cut
 
-__all__ = ["Clustering", "Clusters", "find_clusters"]
-
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 

@@ -10,27 +10,11 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Indices, Mask
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.wall_lines import WallLine
 from cablewright.kernels.fitting.scan_lines import explain
-
-__all__ = [
-    "Candidate",
-    "Candidates",
-    "Constraint",
-    "ObservedLine",
-    "find_candidates",
-    "find_constraints",
-    "score_candidates",
-    "wrap_angle",
-    "wrap_angles",
-]
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Bools = NDArray[np.bool_]
 
 _MIN_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
 _MAX_CANDIDATES: Final = 40
@@ -95,12 +79,12 @@ class Candidates(NamedTuple):
 
     position: Array  # (k, 2) m
     yaw: Array  # (k,) rad
-    constraints: Index  # (k, 2)
+    constraints: Indices  # (k, 2)
     variance: Array  # (k,) m^2
     explained: Array  # (k,); NaN if not scored
     laser_misfit: Array  # (k,) sigmas; 0 without any
 
-    def select(self, which: Index) -> Candidates:
+    def select(self, which: Indices) -> Candidates:
         """Return the candidates of those indices, in that order."""
         first = self.position[which], self.yaw[which], self.constraints[which]
         return Candidates(*first, self.variance[which], self.explained[which], self.laser_misfit[which])
@@ -112,7 +96,7 @@ class Candidates(NamedTuple):
 
 
 def find_constraints(
-    lines: Sequence[ObservedLine], visible: Bools, room: RoomMap, yaws: tuple[float, float]
+    lines: Sequence[ObservedLine], visible: Mask, room: RoomMap, yaws: tuple[float, float]
 ) -> list[Constraint]:
     """Match each line with each wall that it can be at a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
 
@@ -166,7 +150,7 @@ def find_candidates(
 
 def score_candidates(
     candidates: Candidates,
-    points: Sequence[tuple[Array, Bools]],
+    points: Sequence[tuple[Array, Mask]],
     room: RoomMap,
     lasers: Sequence[Laser],
     near_distance: float,

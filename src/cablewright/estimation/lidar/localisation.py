@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.estimation.lidar.constraints import (
     Candidate,
@@ -29,21 +30,6 @@ from cablewright.estimation.lidar.constraints import (
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.scan import LidarModel, level_mount, level_points
 from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
-
-__all__ = [
-    "LidarTurn",
-    "TurnFeatures",
-    "WallPose",
-    "WallSettings",
-    "WallState",
-    "WallStatus",
-    "extract",
-    "start",
-    "steady_drift",
-    "step",
-]
-
-Array = NDArray[np.float64]
 
 WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
 
@@ -99,7 +85,7 @@ class WallSettings:
             raise InputError("one lidar and one turn to keep at least are wanted")
 
     @cached_property
-    def visible(self) -> NDArray[np.bool_]:
+    def visible(self) -> Mask:
         """(l, w): which walls each lidar can see."""
         names = [wall.name for wall in self.room.walls]
         seen = [names if each.visible_walls is None else each.visible_walls for each in self.lidars]
@@ -279,13 +265,13 @@ def _with_newest(
     return tuple(turn for i, turn in enumerate(turns) if i not in dropped)
 
 
-def _latest_points(turns: Sequence[TurnFeatures], settings: WallSettings) -> list[tuple[Array, NDArray[np.bool_]]]:
+def _latest_points(turns: Sequence[TurnFeatures], settings: WallSettings) -> list[tuple[Array, Mask]]:
     """Return the points of each lidar's last turn, and which walls that lidar can see."""
     last = {turn.lidar: turn.points for turn in turns}
     return [(xy[:: 1 + len(xy) // _MAX_SCORED], settings.visible[i]) for i, xy in last.items()]
 
 
-def _are_latest(turns: Sequence[TurnFeatures]) -> NDArray[np.bool_]:
+def _are_latest(turns: Sequence[TurnFeatures]) -> Mask:
     """Return which of all lines are of their lidar's last turn."""
     last = {turn.lidar: i for i, turn in enumerate(turns)}
     return np.array([last[turn.lidar] == i for i, turn in enumerate(turns) for _ in turn.lines], np.bool_)
@@ -310,7 +296,7 @@ def _pose(
     constraints: Sequence[Constraint],
     found: Candidates,
     lines: Sequence[ObservedLine],
-    latest: NDArray[np.bool_],
+    latest: Mask,
     expected: Array | None,
 ) -> WallPose:
     """Fit the pose from the first candidate, and judge its status."""
@@ -347,7 +333,7 @@ def _pose(
     )  # fmt: skip
 
 
-def _plausible(found: Candidates, excess: Array) -> NDArray[np.bool_]:
+def _plausible(found: Candidates, excess: Array) -> Mask:
     """Return which candidates fit the operator's distances and the expected position; all, if none does."""
     fits = found.laser_misfit <= _LASER_GATE
     fits |= not fits.any()
@@ -367,7 +353,7 @@ def _partial_pose(unknown: WallPose) -> WallPose:
     return replace(unknown, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 
 
-def _distinct(found: Candidates, settings: WallSettings, current: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _distinct(found: Candidates, settings: WallSettings, current: Mask) -> Mask:
     """Return which candidates are other positions or yaws than the first, by more than motion between turns explains.
 
     ``current``: (k,), which are of the lidars' last turns alone.

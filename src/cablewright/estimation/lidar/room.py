@@ -9,13 +9,9 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
-
-__all__ = ["Laser", "RoomMap", "RoomWall"]
-
-Array = NDArray[np.float64]
 
 MAX_WALLS: Final = 24
 

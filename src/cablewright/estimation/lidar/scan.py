@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
-
-__all__ = ["LidarModel", "Points", "estimate_noise", "level_mount", "level_points"]
-
-Array = NDArray[np.float64]
 
 _MEDIAN_OF_NORMAL = 0.6745  # of the size of a normal number, in sigmas
 

@@ -13,16 +13,12 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.csv_input import Column, cells_of, find_column, separator_of, shown, text_lines
 from cablewright.errors import InputError
 from cablewright.toml_input import read_bytes
 from cablewright.units import ANGLE, LENGTH
-
-__all__ = ["MAX_BYTES", "MAX_POINTS", "FileScan", "read_scan"]
-
-Array = NDArray[np.float64]
 
 MAX_BYTES: Final = 8 << 20
 MAX_POINTS: Final = 100_000

@@ -11,15 +11,11 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.estimation.lidar.clusters import Clustering, find_clusters
 from cablewright.estimation.lidar.scan import LidarModel, Points
 from cablewright.kernels.fitting.scan_lines import COLUMNS, draw
-
-__all__ = ["LineSearch", "WallLine", "find_lines"]
-
-Array = NDArray[np.float64]
 
 _MAX_LINES = 24
 

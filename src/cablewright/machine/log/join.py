@@ -9,8 +9,6 @@ from cablewright.file_output import cannot_write, whole_file
 from cablewright.machine.log.log import begin_log
 from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 
-__all__ = ["join_log"]
-
 _CHUNKS: Final = 1 << 20, 32 << 20  # bytes, least and most
 _SHARE: Final = 1000  # of the log's bytes: the index of all chunks is held in memory, so that there must not be many
 

@@ -24,8 +24,6 @@ from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.robot import Robot
 from cablewright.signals import Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
 
-__all__ = ["Entry", "Log", "LogHead", "LogWriter", "begin_log", "read_log", "write_log"]
-
 NEWEST_SCHEMA: Final = 1
 _CHUNK: Final = 256 << 10  # bytes: a second or two
 

@@ -17,8 +17,6 @@ from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_
 
 from cablewright.errors import InputError
 
-__all__ = ["HEAD", "MAX_RECORD", "LogFile", "RawMessage"]
-
 MAX_RECORD: Final = 64 << 20
 """Limit of a record, of an uncompressed chunk, and of the messages of one step, bytes."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import from_json, to_json
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.machine.log.topics import ESTIMATE_FIELDS, LIDARS, TRUTH_FIELDS
 from cablewright.signals import (
@@ -34,8 +35,6 @@ from cablewright.signals import (
     frozen,
 )
 
-__all__ = ["TOPICS_OF", "Signal", "decode", "encode", "encode_frame"]
-
 Signal = Reading | Command | Truth | Estimate | Progress
 """Types with a message of their own."""
 
@@ -54,7 +53,6 @@ TOPICS_OF: Final[dict[type[Signal], tuple[str, ...]]] = {
 }
 """Topics of each type of signal."""
 
-Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
 _MAX_NUMBERS: Final = 100_000  # numbers in one array of a message

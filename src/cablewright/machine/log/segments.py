@@ -16,8 +16,6 @@ from typing import Final
 from cablewright.errors import InputError
 from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 
-__all__ = ["CLOSING_TOPIC", "JOINED_NAME", "Segment", "Segments", "log_files", "next_segment"]
-
 JOINED_NAME: Final = "log.mcap"
 """Name of the log of a run folder, once its segments are joined."""
 

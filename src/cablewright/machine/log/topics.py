@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple
 
-__all__ = ["ESTIMATE_FIELDS", "LIDARS", "TOPICS", "TRUTH_FIELDS", "Topic"]
-
 _Values = dict[str, Any]
 
 LIDARS: Final = ("north", "south", "vertical")

@@ -9,8 +9,6 @@ from cablewright.machine.simulated.settings import Tolerances
 from cablewright.robot import KINDS, Line, Robot
 from cablewright.robot.parameter_values import with_exit_point
 
-__all__ = ["as_built"]
-
 
 def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
     """Return a robot that *robot* may be the description of: the same seed gives the same one.

@@ -11,8 +11,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Distance
 
-__all__ = ["Rangefinder"]
-
 
 class Rangefinder:
     """One distance sensor."""

@@ -12,9 +12,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Climate, Encoders
 
-__all__ = ["EncoderReader", "Thermometer"]
-
-
 _BITS: Final = 24  # of a counter
 
 

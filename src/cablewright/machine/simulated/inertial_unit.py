@@ -12,9 +12,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Inertial
 
-__all__ = ["InertialUnit"]
-
-
 _RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
 """Largest outliers: 4 g and 500 degrees per second, the range of such a unit."""
 

@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Scan
-
-__all__ = ["SimulatedLidar"]
-
-Array = NDArray[np.float64]
 
 
 class SimulatedLidar:

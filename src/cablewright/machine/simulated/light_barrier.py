@@ -10,8 +10,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import Barrier
 
-__all__ = ["LightBarrier"]
-
 
 class LightBarrier:
     """One light barrier. It latches: an interruption since the last reading shows in the next one."""

@@ -12,8 +12,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.ticks import steps_per_interval
 from cablewright.signals import LineAngles
 
-__all__ = ["LineAccelerometers"]
-
 
 class LineAccelerometers:
     """One accelerometer on each line."""

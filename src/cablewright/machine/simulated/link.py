@@ -10,8 +10,6 @@ from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import Reading
 
-__all__ = ["Channel"]
-
 
 class Channel:
     """One link with the readings in transit."""

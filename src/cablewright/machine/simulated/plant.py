@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
@@ -18,10 +18,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
 from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
-
-__all__ = ["DynamicPlant", "Plant", "QuasiStaticPlant"]
-
-Array = NDArray[np.float64]
 
 MAX_SUBSTEPS: Final = 1000
 

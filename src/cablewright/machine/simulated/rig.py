@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import dynamics, machine_step, winding
@@ -23,10 +24,6 @@ from cablewright.robot import Robot
 from cablewright.signals import Condition, Notice, Truth, frozen
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-
-__all__ = ["Rig", "RigState", "drum_parameters"]
-
-Array = NDArray[np.float64]
 
 _DAY = 86400.0  # s
 _MAX_FALLING = 0.03  # kg, deposited at once

@@ -14,32 +14,6 @@ from cablewright.robot.description import Description, refusal, require_own_name
 from cablewright.toml_input import parse_table, read_table, require_schema, validated
 from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
 
-__all__ = [
-    "BarrierSensor",
-    "ClimateLaw",
-    "ClimateSensor",
-    "DistanceSensor",
-    "Drum",
-    "Encoder",
-    "Extrusion",
-    "FaultPlan",
-    "InertialSensor",
-    "LidarSettings",
-    "LineSensor",
-    "LineSettings",
-    "Link",
-    "MachineSettings",
-    "RoomSettings",
-    "Tolerances",
-    "WallFace",
-    "WinchSettings",
-    "check_faults",
-    "extruding",
-    "load_machine",
-    "machine_names",
-    "machine_text",
-]
-
 NEWEST_SCHEMA: Final = 1
 MAX_WALLS: Final = 200
 MAX_RAYS: Final = 20_000

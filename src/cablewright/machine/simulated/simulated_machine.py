@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from typing import Any, Final, Literal, Protocol, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.distance_sensor import Rangefinder
@@ -37,8 +38,6 @@ from cablewright.signals import (
     SensorFrame,
     Truth,
 )
-
-__all__ = ["PLANTS", "PlantName", "SimulatedMachine"]
 
 PlantName = Literal["dynamic", "quasi-static"]
 PLANTS: Final = ("dynamic", "quasi-static")
@@ -189,7 +188,7 @@ class SimulatedMachine:
             raise InputError("snapshot: held: a fault that is not planned")
         self._held_readings = {plans[int(number)]: reading for number, reading in held}
 
-    def _checked(self, command: Command) -> NDArray[np.float64]:
+    def _checked(self, command: Command) -> Array:
         """Return the speeds of a valid command, else raise `InputError`."""
         speeds, m = np.array(command.winch_speeds, dtype=np.float64), self.rig.robot.m
         if speeds.shape != (m,) or not np.isfinite(speeds).all():

@@ -19,14 +19,11 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.file_output import whole_file
 from cablewright.machine.log.messages import decode, encode
 from cablewright.signals import Reading, SensorFrame
-
-__all__ = ["Archive", "LoadingArchive", "SavingArchive", "Snapshot", "read_snapshots", "write_snapshots"]
-
-Array = NDArray[np.float64]
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
 _START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of what follows

@@ -11,8 +11,6 @@ from typing import Self
 from cablewright.errors import EnvironmentFault
 from cablewright.machine.simulated.snapshot import Snapshot, write_snapshots
 
-__all__ = ["SnapshotWriter"]
-
 
 class SnapshotWriter:
     """Writes snapshots to *path* in its own thread: always the newest, each whole. A context manager.

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.machine.simulated.settings import MachineSettings, RoomSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
-
-__all__ = ["Ground", "walls_of"]
-
-Array = NDArray[np.float64]
 
 
 def walls_of(room: RoomSettings) -> Array:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from cablewright.errors import InputError
 
-__all__ = ["steps_per_interval"]
-
 
 def steps_per_interval(period: float, interval: float, what: str) -> int:
     """Return how many steps of *period* (s) make an *interval* (s). Raises `InputError`, naming *what*, if none do."""

@@ -5,16 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.plant import winding
 from cablewright.machine.simulated.settings import WinchSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.coil import Coil, wind
 from cablewright.robot import Line, Robot
-
-__all__ = ["Winches", "coil_of"]
-
-Array = NDArray[np.float64]
 
 
 class Winches:

@@ -19,8 +19,6 @@ from cablewright.studies.prints.record import UNUSED, Recorder
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing
 
-__all__ = ["METRICS", "finish", "step_times", "write_metrics"]
-
 METRICS = "metrics.json"
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -14,10 +14,6 @@ from cablewright.signals import Estimate
 from cablewright.solvers.taut import Taut, taut_at
 from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.prints.steps_table import Columns
-
-__all__ = ["LineTensions"]
-
-Array = NDArray[np.float64]
 
 _ROUNDING: Final = 1e-6  # share of the drum's weight, of a negative tension that counts as zero
 

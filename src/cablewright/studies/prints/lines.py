@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.machine.log.log import LogHead
 from cablewright.studies.prints.result import LineUse
@@ -12,11 +12,6 @@ from cablewright.studies.prints.spooling import SpoolRadii, SpoolStatistics
 from cablewright.studies.prints.steps_table import Columns
 from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Moments
-
-__all__ = ["LineStatistics"]
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 class LineStatistics:
@@ -31,7 +26,7 @@ class LineStatistics:
         self._spools = SpoolStatistics(head.robot, head.settings.winch)
         self._last_row: Columns | None = None
 
-    def add(self, rows: Columns, printing: Bools) -> None:
+    def add(self, rows: Columns, printing: Mask) -> None:
         """Add *rows*, of which some are *printing* (k,)."""
         slack, valid = rows["slack"], rows["valid"] == 1.0
         taut = np.where(valid[:, None] & np.isfinite(slack), slack == 0.0, np.nan)

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.control import guide, height, supervisor, velocity
 from cablewright.control.guide import GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
@@ -20,9 +20,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import Command, Estimate, PrintState, Progress, SensorFrame, frozen
 from cablewright.studies.estimators import Estimator
 
-__all__ = ["Attendant", "PrintPlan", "Printer", "Step"]
-
-Array = NDArray[np.float64]
 MakeEstimator = Callable[[Array, Array], Estimator]
 
 

@@ -12,8 +12,6 @@ from cablewright.studies.prints.result import ErrorLocation, PathFollowing, Prin
 from cablewright.studies.prints.structure import HeightDifference, PrintedStructure
 from cablewright.studies.running_statistics import Summary
 
-__all__ = ["metrics", "metrics_text"]
-
 _Values = dict[str, Any]
 
 SCHEMA: Final = 1

@@ -5,16 +5,12 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.printing.track import Track
 from cablewright.studies.prints.result import ErrorLocation, LayerErrors, PathFollowing
 from cablewright.studies.prints.steps_table import Columns
 from cablewright.studies.running_statistics import Histogram, Moments
-
-__all__ = ["PathErrors"]
-
-Array = NDArray[np.float64]
 
 _SEARCH: Final = 0.3  # m along the path, before and after the current distance
 _MAX_ERROR: Final = 0.1  # m, range of the histogram

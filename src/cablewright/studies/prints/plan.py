@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
@@ -26,9 +26,6 @@ from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.loop import PrintPlan
 
-__all__ = ["HEIGHTS", "HeightRule", "MachineTwin", "PrintOptions", "plan_print", "twin_of"]
-
-Array = NDArray[np.float64]
 HeightRule = Literal["structure", "job"]
 HEIGHTS: Final = ("structure", "job")
 

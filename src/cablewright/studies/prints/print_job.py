@@ -20,8 +20,6 @@ from cablewright.studies.prints.plan import MachineTwin, PrintOptions, twin_of
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import PrintRun, run_print
 
-__all__ = ["PrintedJob", "print_job"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PrintedJob(Result):

@@ -13,7 +13,6 @@ from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.machine.log.log import Entry, LogHead
 from cablewright.printing.heightfield import HeightField
@@ -28,10 +27,6 @@ from cablewright.studies.prints.steps_table import STATES, Columns, StepsTable
 from cablewright.studies.prints.structure import StructureScans, structure_of
 from cablewright.studies.prints.vibration import VibrationWindows
 from cablewright.studies.running_statistics import Moments, ThinnedRows
-
-__all__ = ["UNUSED", "Recorder", "record"]
-
-Array = NDArray[np.float64]
 
 UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")
 """Signals that are not used: ``log.entries(without=UNUSED)`` is faster and gives the same record."""

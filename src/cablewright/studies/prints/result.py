@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.machine.log.log import LogHead
 from cablewright.printing.track import Track
 from cablewright.signals import PrintState
@@ -17,10 +18,6 @@ from cablewright.studies.prints.steps_table import Columns
 from cablewright.studies.prints.structure import PrintedStructure
 from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Histogram, Summary
-
-__all__ = ["ErrorLocation", "LayerErrors", "LineUse", "PathFollowing", "PrintRecord", "Span"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

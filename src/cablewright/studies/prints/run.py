@@ -17,10 +17,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from filelock import FileLock, Timeout
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, write_log
@@ -34,10 +33,6 @@ from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
 from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
-
-__all__ = ["CHECKPOINT", "LOCK", "PrintRun", "Timing", "alone_in", "run_print"]
-
-Array = NDArray[np.float64]
 
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"

@@ -11,16 +11,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.machine.simulated.settings import WinchSettings
 from cablewright.models.coil import wind
 from cablewright.robot import Line, Robot
-
-__all__ = ["BIN", "SpoolRadii", "SpoolStatistics"]
-
-Array = NDArray[np.float64]
 
 BIN: Final = 0.05
 """m of cable over which radii are averaged."""

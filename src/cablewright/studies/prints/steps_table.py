@@ -6,15 +6,11 @@ from functools import cache
 from typing import Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.signals import Barrier, Climate, Encoders, LineAngles, PrintState
-
-__all__ = ["STATES", "Columns", "StepsTable"]
-
-Array = NDArray[np.float64]
 
 STATES: Final = tuple(PrintState)
 """A row's state is an index into this; NaN: unknown."""
@@ -56,7 +52,7 @@ class Columns:
         found = self.rows[:, columns_of(self.m)[name]]
         return found[:, 0] if name in _SCALARS else found
 
-    def where(self, chosen: NDArray[np.bool_]) -> Self:
+    def where(self, chosen: Mask) -> Self:
         """Return the *chosen* rows."""
         return type(self)(self.m, self.rows[chosen])
 
@@ -64,7 +60,7 @@ class Columns:
         """Return these rows followed by those *after*."""
         return type(self)(self.m, np.concatenate([self.rows, after.rows]))
 
-    def in_state(self, state: PrintState) -> NDArray[np.bool_]:
+    def in_state(self, state: PrintState) -> Mask:
         """Return which rows are in that state, (k,)."""
         return np.asarray(self["state"] == STATES.index(state))
 

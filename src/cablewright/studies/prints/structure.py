@@ -12,17 +12,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array, Mask
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, Scan
-
-__all__ = ["CELL", "CrossSection", "HeightDifference", "PrintedStructure", "StructureScans", "structure_of"]
-
-Array = NDArray[np.float64]
 
 CELL: Final = 0.02
 """Cell size of the reconstruction, m."""
@@ -123,7 +119,7 @@ def _floor_correction(heights: Array, sigma: float) -> float:
     return -low if low < -2.0 * sigma else 0.0
 
 
-def _has_near_neighbour(ranges: Array) -> NDArray[np.bool_]:
+def _has_near_neighbour(ranges: Array) -> Mask:
     """Return which ranges (k,) differ little from a neighbour's."""
     near = np.abs(np.diff(ranges)) <= _NOISE
     return np.asarray(np.append(near, False) | np.append(False, near))

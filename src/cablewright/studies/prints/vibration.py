@@ -11,14 +11,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.signals import LineAngles
 from cablewright.studies.running_statistics import ThinnedRows
-
-__all__ = ["LineVibration", "VibrationWindows", "peak_frequency"]
-
-Array = NDArray[np.float64]
 
 WINDOW: Final = 20.0
 """Length of a window, s."""
