@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from enum import Enum
 from importlib import import_module
@@ -18,13 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a result.
+    """One figure of a result, declared once for JSON, terminal, reports and the docs' tables.
 
-    ``key`` is its name in JSON; ``unit`` its SI unit, "1" for a share or factor, "" for what is no quantity;
+    ``key`` is its name in JSON, ``unit`` its SI unit ("1" for a share, factor or count, "" for what is no quantity) and
     ``meaning`` one sentence. ``value`` says how it is read off the result: attributes joined by dots, methods without
     arguments among them, None as soon as one of them is; or a function; by default the attribute named ``key``.
-    ``name`` is what people read where it is not the key. ``digits`` are the significant ones that people see. Where
-    ``only`` is given, results for which it is false do not have the figure.
+    Results for which ``only`` is false do not have the figure.
+
+    What people read: ``name`` where it is not the key; ``digits``, the significant ones; ``shown``, the unit, such as
+    "mm" or "%", chosen by size where it is empty. A figure with ``detail`` is in JSON and docs only. Figures with the
+    same ``along`` ("line") have one value for each and are columns of one table. ``parts`` are the figures of each row
+    of a table, or of a part. ``outward``: 1 or -1 rounds up or down what people read, for bounds that are proved.
     """
 
     key: str
@@ -34,13 +38,21 @@ class Figure:
     name: str = ""
     digits: int = 4
     only: Callable[[Any], bool] | None = None
+    shown: str = ""
+    along: str = ""
+    parts: tuple[Figure, ...] = ()
+    detail: bool = False
+    outward: int = 0
 
     def of_part(self, part: str) -> Figure:
         """Return the same figure of a result of which it is read off a *part*."""
+        inner, only = attrgetter(part), self.only
         value = self.value
-        if not isinstance(value, str):
-            return replace(self, value=lambda of: None if (it := attrgetter(part)(of)) is None else value(it))
-        return replace(self, value=f"{part}.{value or self.key}")
+        if isinstance(value, str):
+            read: str | Callable[[Any], Any] = f"{part}.{value or self.key}"
+        else:
+            read = lambda of: None if (it := inner(of)) is None else value(it)  # noqa: E731
+        return replace(self, value=read, only=None if only is None else lambda of: only(inner(of)))
 
     @property
     def label(self) -> str:
@@ -48,7 +60,9 @@ class Figure:
         return self.name or self.key.replace("_", " ")
 
     def of(self, result: object) -> Any:
-        """Return the value that *result* has of this."""
+        """Return the value that *result* has of this; of a mapping that at ``key``."""
+        if isinstance(result, Mapping):
+            return result.get(self.key)
         if not isinstance(self.value, str):
             return self.value(result)
         found: Any = result
@@ -58,6 +72,15 @@ class Figure:
             found = getattr(found, part)
             found = found() if isinstance(found, MethodType) else found
         return found
+
+    def plain_of(self, result: object) -> Any:
+        """Return that value as JSON has it."""
+        value = self.of(result)
+        if not self.parts or value is None or isinstance(value, Mapping | Result):
+            return plain(value)
+        if isinstance(value, tuple | list):
+            return [figures_dict(self.parts, row) for row in value]
+        return figures_dict(self.parts, value)
 
 
 class Result:
@@ -73,12 +96,22 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures by their keys as JSON has them: SI, lists, texts, None for what is not known."""
-        return {each.key: plain(each.of(self)) for each in self.figures}
+        return figures_dict(self.figures, self)
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
+        return ""
 
     def __repr__(self) -> str:
         """The headlines in one line."""
         parts = [f"{each.key}={_brief(each.of(self), each)}" for each in self.figures if each.key in self.HEADLINES]
         return f"{type(self).__name__}({', '.join(parts)})"
+
+
+def figures_dict(figures: Iterable[Figure], of: object) -> dict[str, Any]:
+    """Return the values that *of* has of *figures*, by key, as JSON has them."""
+    return {each.key: each.plain_of(of) for each in figures}
 
 
 class Pictured(Result):

@@ -175,6 +175,15 @@ Positive = Annotated[_Quantity, Gt(0)]
 NonNegative = Annotated[_Quantity, Ge(0)]
 
 
+_SIZES: dict[str, float] = {unit: float(size) for each in _DIMENSIONS for unit, size in each.units.items()}
+_SIZES |= {"%": 1e-2, "cm^2/s": 1e-4, "mm^3": 1e-9, "kg/s": 1.0, "g/s": 1e-3, "Hz": 1.0, "kN/m": 1e3, "% per K": 1e-2}
+
+
+def unit_size(unit: str) -> float:
+    """Return how large a *unit* is in the SI unit of its dimension; 0.01 for a per cent. Raises `KeyError`."""
+    return _SIZES[unit]
+
+
 def respell(value: float, like: str) -> str:
     """Return ``value`` (SI) as a text in the unit of the text ``like``, which `Dimension.read` has accepted before."""
     match = _TEXT.fullmatch(like.strip())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import ClassVar, Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,14 @@ from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import random_poses
+from cablewright.choices import PoseCriterion
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 
-CRITERIA: Final = ("d-optimal", "worst-sigma")
-"""The smallest volume of the ellipsoid of all unknowns; the smallest of the worst sigma of an exit point."""
+CRITERIA: Final = get_args(PoseCriterion)
 
 MOST_CANDIDATES: Final = 20_000
 MOST_POSES: Final = 500

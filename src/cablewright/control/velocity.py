@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Final, get_args
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.choices import LawName
 from cablewright.control.guide import Target
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName
@@ -23,8 +24,7 @@ from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import Taut, taut_at
 
-LawName = Literal["paper", "model"]
-LAWS: Final = ("paper", "model")
+LAWS: Final = get_args(LawName)
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,11 +44,23 @@ class Certificate(Rows, Result):
     """
 
     FIGURES: ClassVar = (
-        Figure("certified", "", "Whether exactly one equilibrium is near, within the tolerance."),
-        Figure("bound", "m, rad", "How far the equilibrium may be from the pose."),
-        Figure("box", "m, rad", "How far from the pose there is no other."),
-        Figure("levers", "", "Whether every lever returns when pushed.", lambda own: by_row(LEVERS.get, own.levers)),
-        Figure("reason", "", "Why it holds, or does not."),
+        Figure("certified", "", "Whether exactly one equilibrium is proved to be near, within the tolerance."),
+        Figure(
+            "bound",
+            "m, rad",
+            "Max distance of the true equilibrium from the pose, per coordinate.",
+            outward=1,
+            digits=2,
+        ),
+        Figure(
+            "box",
+            "m, rad",
+            "Distance from the pose, per coordinate, within which there is no other.",
+            outward=-1,
+            digits=2,
+        ),
+        Figure("levers", "", "Whether every lever is proved stable.", lambda own: by_row(LEVERS.get, own.levers)),
+        Figure("reason", "", "Why the proof holds, or does not."),
     )
 
     code: NDArray[np.int64]  # ()

@@ -58,11 +58,11 @@ class PoseBox(Result):
     """
 
     FIGURES: ClassVar = (
-        Figure("low", "m, rad", "Lowest pose."),
-        Figure("high", "m, rad", "Highest pose."),
-        Figure("certified", "", "Whether that is proved.", "complete"),
-        Figure("unique", "", "Whether there is no other equilibrium at all, or none near.", "_unique"),
-        Figure("leaves", "1", "Parts of the lengths that were looked at."),
+        Figure("low", "m, rad", "Min of each pose coordinate, for all lengths within the error.", digits=7, outward=-1),
+        Figure("high", "m, rad", "Max of each pose coordinate.", digits=7, outward=1),
+        Figure("certified", "", "Whether the box is proved.", "complete"),
+        Figure("unique", "", "Whether the equilibrium is the only one, globally or locally.", "_unique"),
+        Figure("leaves", "1", "Number of parts of the lengths that were examined."),
         Figure("reason", "", "What is proved, or why there is no box."),
     )
     HEADLINES: ClassVar = ("certified", "unique", "leaves")

@@ -216,13 +216,13 @@ class SlackSet(Result):
 
     FIGURES: ClassVar = (
         Figure("taut", "", "Lines that hold the pose."),
-        Figure("slack", "", "Lines that are too long."),
-        Figure("status", "", "That of the pose at the smallest excess.", "equilibrium.status.word"),
-        Figure("excess_low", "m", "Smallest excess."),
-        Figure("excess_high", "m", "Largest one; none where nothing ends the range."),
-        Figure("ended_by", "", "What ends the range."),
-        Figure("tensions", "N", "Of all lines, at the sheaves, at the smallest excess."),
-        Figure("lengths", "m", "Unstrained lengths at the smallest excess.", "equilibrium.lengths"),
+        Figure("slack", "", "Lines that are longer than taut."),
+        Figure("status", "", "Status of the pose at the min excess.", "equilibrium.status.word"),
+        Figure("excess_low", "m", "Min excess of the slack lines.", name="min excess", shown="m"),
+        Figure("excess_high", "m", "Max excess; null where nothing ends the range.", name="max excess", shown="m"),
+        Figure("ended_by", "", "What ends the range of the excess."),
+        Figure("tensions", "N", "Tensions of all lines at the sheaves, at the min excess.", shown="N"),
+        Figure("lengths", "m", "Unstrained lengths at the min excess.", "equilibrium.lengths", detail=True),
     )
     HEADLINES: ClassVar = ("slack", "excess_low", "excess_high", "ended_by")
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, get_args
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.choices import EstimatorName
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
@@ -23,8 +24,7 @@ from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.studies.estimator_settings import OBSERVERS, with_drum_mass
 
-ESTIMATORS: Final = (*OBSERVERS, "encoders")
-"""Names of the estimators of a print."""
+ESTIMATORS: Final = get_args(EstimatorName)
 
 
 class Estimator(Protocol):

@@ -12,7 +12,7 @@ from functools import cached_property
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -21,6 +21,7 @@ from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, 
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.arrays import Array, Mask
+from cablewright.choices import CountName, InertiaName
 from cablewright.errors import InputError, UnknownName
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -30,8 +31,8 @@ from cablewright.results import Figure, Pictured, plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
 
-COUNTS = ("volume", "nodes")
-INERTIAS = ("given", "box")
+COUNTS: tuple[str, ...] = get_args(CountName)
+INERTIAS: tuple[str, ...] = get_args(InertiaName)
 MAX_COMBINATIONS = 10_000  # combinations
 MAX_BYTES = 1 << 26
 WRITTEN_EVERY = 10.0  # s

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar, Unpack, get_args
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from cablewright.analyses.modes import FREEDOMS, Modes, modes
 from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.arrays import Array, Mask
+from cablewright.choices import TensionChoice
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -21,8 +22,7 @@ from cablewright.robot import Robot
 
 GRID = 21
 GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
-HOLDING = ("least", "middle")
-"""Which tensions hold the platform where many would: those of least norm, or nearest to the middle of the limits."""
+HOLDING: tuple[str, ...] = get_args(TensionChoice)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sized
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import TypedDict, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from cablewright.analyses.feasibility import broken_limits
 from cablewright.analyses.workspace.refinement import SearchBox
 from cablewright.arrays import Array, Mask
+from cablewright.choices import CriterionName, PointName
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -23,8 +24,8 @@ from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
 
-CRITERIA = ("closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static")
-POINTS = ("nozzle", "origin")
+CRITERIA: tuple[str, ...] = get_args(CriterionName)
+POINTS: tuple[str, ...] = get_args(PointName)
 CONTINUOUS = ("closed-form", "exact", "capacity", "wrench-closure")
 """Criteria whose margin is continuous at the boundary. That of the improved closed form is zero far inside."""
 
@@ -264,12 +265,12 @@ def criterion_figures(path: str) -> tuple[Figure, ...]:
     """What JSON has of the criterion that stands at *path* of a result."""
     return (
         Figure("robot", "", "Name of the robot.", f"{path}.model.robot.name"),
-        Figure("criterion", "", "What has to hold at a place.", f"{path}.name"),
+        Figure("criterion", "", "What must hold at a place.", f"{path}.name"),
         Figure("cable", "", "Cable law.", f"{path}.model.fidelity.cable"),
-        Figure("sheave", "", "Sheave law; none where sheaves are as built.", f"{path}.model.fidelity.sheave"),
-        Figure("point", "", "What is at a place: the nozzle or the platform's origin.", f"{path}.point"),
-        Figure("orientations", "rad", "Rotation vectors under each of which it holds.", f"{path}.turns"),
-        Figure("retraction", "m", "Retraction length.", f"{path}.length"),
-        Figure("retraction_law", "", "Law of the retraction length by height.", f"{path}.law"),
-        Figure("wrench_box", "N, N m", "Lowest and highest wrench that is balanced.", f"{path}.wrench_box"),
+        Figure("sheave", "", "Sheave law; null where each is as built.", f"{path}.model.fidelity.sheave", detail=True),
+        Figure("point", "", "Point of the platform at a place: nozzle or origin.", f"{path}.point"),
+        Figure("orientations", "rad", "Rotation vectors under each of which it holds.", f"{path}.turns", detail=True),
+        Figure("retraction", "m", "Retraction length.", f"{path}.length", detail=True),
+        Figure("retraction_law", "", "Law of the retraction length by height.", f"{path}.law", detail=True),
+        Figure("wrench_box", "N, N m", "Min and max wrench that is balanced.", f"{path}.wrench_box", detail=True),
     )

@@ -29,14 +29,17 @@ NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on
 
 
 COUNTED = (
-    Figure("box", "m", "Where places were looked for: lowest and highest corner.", "box.corners"),
+    Figure("box", "m", "Box that was searched: min and max corner, world.", "box.corners", shown="m"),
     Figure("volume", "m^3", "Volume of the workspace."),
-    Figure("volume_error", "m^3", "Estimated error of the volume."),
-    Figure("fraction", "1", "Share of the box that is inside."),
-    Figure("nodes", "", "How many places were tried."),
+    Figure("volume_error", "m^3", "Estimated error of the volume.", digits=2),
+    Figure("fraction", "1", "Share of the box that is inside.", name="share of the box", shown="%"),
+    Figure("nodes", "1", "Number of places tried."),
+)
+SLICE = (
+    Figure("heights", "m", "Height of the section.", name="height", shown="m"),
+    Figure("areas", "m^2", "Area of the section that is inside.", name="area"),
 )
 VERDICTS = {
-    "ok": "found",
     "empty": "no place in the box was found inside",
     "not-converged": "the volume's error stays over the tolerance: give a larger --tolerance, or a smaller --box "
     "around it; a workspace without thickness, as a planar robot's, has no volume",
@@ -50,12 +53,14 @@ class Workspace(Pictured):
     FIGURES: ClassVar = (
         Figure("status", "", "ok, empty, or not-converged: the error is over the tolerance."),
         *criterion_figures("criterion"),
-        Figure("count", "", "How the volume is found.", lambda _found: "volume"),
+        Figure("count", "", "How the volume is found.", lambda _found: "volume", detail=True),
         *COUNTED,
-        Figure("unseen", "m^3", "Part of the error: what is so small that random places may have missed it."),
-        Figure("cells", "", "Cells of the finest lattice along the sides of the box."),
+        Figure(
+            "unseen", "m^3", "Part of the error: volumes so small that random places may have missed them.", detail=True
+        ),
+        Figure("cells", "1", "Cells of the finest lattice along the sides of the box."),
         Figure("surface_area", "m^2", "Area of the boundary.", "mesh.area"),
-        Figure("slices", "m, m^2", "Areas of level sections by height.", "sections"),
+        Figure("slices", "", "Level sections.", "sections", parts=SLICE),
     )
     HEADLINES: ClassVar = ("robot", "criterion", "volume", "volume_error", "status")
 
@@ -73,9 +78,9 @@ class Workspace(Pictured):
         return "empty" if not self.volume else "ok" if self.converged else "not-converged"
 
     @property
-    def verdict(self) -> str:
-        """The status in a sentence."""
-        return VERDICTS[self.status]
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
+        return VERDICTS.get(self.status, "")
 
     @property
     def box(self) -> SearchBox:
@@ -114,10 +119,10 @@ class NodeCount(Result):
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or empty."),
         *criterion_figures("criterion"),
-        Figure("count", "", "How the volume is found.", lambda _found: "nodes"),
+        Figure("count", "", "How the volume is found.", lambda _found: "nodes", detail=True),
         *COUNTED,
-        Figure("counted", "", "How many nodes are inside."),
-        Figure("slices", "m, m^2", "Areas of the layers of nodes by height.", "sections"),
+        Figure("counted", "1", "Number of nodes inside."),
+        Figure("slices", "", "Layers of nodes.", "sections", parts=SLICE),
     )
     HEADLINES: ClassVar = ("robot", "criterion", "volume", "nodes", "counted")
 
@@ -130,9 +135,9 @@ class NodeCount(Result):
         return "ok" if self.counted else "empty"
 
     @property
-    def verdict(self) -> str:
-        """The status in a sentence."""
-        return VERDICTS[self.status]
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
+        return VERDICTS.get(self.status, "")
 
     @property
     def sections(self) -> dict[str, Array]:

@@ -3,69 +3,88 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
 import traceback
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any, ClassVar
 
 import typer
+from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
-from cablewright.apps.cli import (
-    accuracy,
-    bracket,
-    calibrate,
-    check,
-    curves,
-    equilibria,
-    interference,
-    modes,
-    modulus,
-    poses,
-    print_job,
-    replay,
-    retraction,
-    robots,
-    simulate,
-    statics,
-    survey,
-    trade,
-    walls,
-    workspace,
-)
 from cablewright.errors import CablewrightError
+
+COMMANDS = {
+    "Model": {
+        "inverse": ("statics.Inverse", "Lengths and tensions of the lines that hold the platform at a pose."),
+        "forward": ("statics.Forward", "Pose of the platform for given unstrained lengths."),
+        "equilibria": ("equilibria.Equilibria", "All equilibria of given unstrained lengths that a search finds."),
+    },
+    "Analyse": {
+        "accuracy": ("accuracy.Accuracy", "Position error of the nozzle under uncertain parameters."),
+        "workspace": ("workspace.Workspace", "Volume, boundary and slices of the workspace by a criterion."),
+        "retraction": ("retraction.Retraction", "Best retraction length of the end-effector at each height."),
+        "modes": ("modes.Modes", "Stiffness and natural frequencies of the platform on its lines."),
+        "trade": ("trade.Trade", "Workspace against lowest frequency while design parameters vary."),
+        "interference": ("interference.Interference", "Distances of the lines from each other, platform, frame, part."),
+        "bracket": ("bracket.Bracket", "Stress in the brackets of the sheaves, by finite elements."),
+    },
+    "Calibrate": {
+        "survey": ("survey.Survey", "Exit points, sheave axes and walls from a total station's markers."),
+        "poses": ("poses.Poses", "Poses to measure for a calibration."),
+        "calibrate": ("calibrate.Calibrate", "Exit points and home lengths from length changes at poses."),
+        "simulate-calibration": ("calibrate.SimulateCalibration", "Simulated measurements to try `calibrate` with."),
+        "modulus": ("modulus.Modulus", "Young's modulus of a cable from a tensile test."),
+        "walls": ("walls.Walls", "Walls in a lidar's scan, and the lidar's place in a surveyed room."),
+    },
+    "Print": {
+        "check": ("check.Check", "Whether a robot can print a job, how far off, and the winch lengths for it."),
+        "print": ("print_job.PrintJob", "Print a job closed-loop on a simulated machine."),
+        "simulate": ("simulate.Simulate", "Drive a simulated machine along a path and log its sensors."),
+        "replay": ("replay.Replay", "Run the estimation on a log and compare it with the truth in it."),
+    },
+    "Tools": {
+        "robots": ("robots.Robots", "Robots of the library, or the file of one."),
+        "machines": ("simulate.Machines", "Simulated machines of the library, or the file of one."),
+        "schema": ("robots.Schema", "JSON Schema of robot files, for editors."),
+        "curves": ("curves.Curves", "Random closed curves to print, ranked by how well they cover an area."),
+    },
+}
+"""Commands by group: the class that declares each, in a module of `apps.cli`, and what it answers."""
+
+INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
+
+
+class _Lazy(TyperCommand):
+    """A command that is imported when it is run or its own help is shown."""
+
+    home: ClassVar[str]
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """Parse with the real command."""
+        return command(self.name or "").make_context(info_name, args, parent, **extra)
+
+
+def command(name: str) -> TyperCommand:
+    """The command called *name*. Raises `KeyError`."""
+    from cablewright.apps.cli.command import command_of
+
+    home, summary = next(commands[name] for commands in COMMANDS.values() if name in commands)
+    module, kind = home.split(".")
+    return command_of(getattr(import_module(f"cablewright.apps.cli.{module}"), kind), name, summary)
+
 
 app = typer.Typer(
     name="cablewright",
-    help="Models, checks and simulates cable-driven parallel robots that print large parts.",
-    add_completion=False,
+    help="Models, checks, calibrates and simulates cable-driven parallel robots that print large parts.",
+    epilog="`cablewright COMMAND --help` shows the options of a command and an example.",
     pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
 )
-app.command("accuracy")(accuracy.accuracy)
-app.command("bracket")(bracket.bracket)
-app.command("calibrate")(calibrate.calibrate)
-app.command("check")(check.check)
-app.command("curves")(curves.curves)
-app.command("equilibria")(equilibria.equilibria)
-app.command("forward")(statics.forward)
-app.command("interference")(interference.interference)
-app.command("inverse")(statics.inverse)
-app.command("machines")(simulate.machines)
-app.command("modes")(modes.modes)
-app.command("modulus")(modulus.modulus)
-app.command("poses")(poses.poses)
-app.command("print")(print_job.print_job)
-app.command("replay")(replay.replay)
-app.command("retraction")(retraction.retraction)
-app.command("robots")(robots.robots)
-app.command("schema")(robots.schema)
-app.command("simulate-calibration")(calibrate.simulate_calibration)
-app.command("simulate")(simulate.simulate)
-app.command("survey")(survey.survey)
-app.command("trade")(trade.trade)
-app.command("walls")(walls.walls)
-app.command("workspace")(workspace.workspace)
-
-INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
+for _group, _commands in COMMANDS.items():
+    for _name, (_, _summary) in _commands.items():
+        app.command(_name, help=_summary, rich_help_panel=_group, cls=_Lazy)(lambda: None)
 
 
 @app.callback(invoke_without_command=True)
@@ -85,7 +104,13 @@ def _root(
 
 def main() -> None:
     """Run the command line; never returns."""
-    sys.exit(run(sys.argv[1:]))
+    code = run(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever reads has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter's last flush complains
+        code = 0
+    sys.exit(code)
 
 
 def run(arguments: list[str]) -> int:

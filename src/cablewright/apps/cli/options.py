@@ -1,173 +1,232 @@
-"""Arguments and options that several commands share."""
+"""Arguments, options and groups of options that several commands share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
-from cablewright.apps.cli.output import numbers
-from cablewright.errors import InputError, UnknownName
+from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_limits
+from cablewright.choices import CountName, CriterionName, PointName, TensionChoice
+from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw, SheaveLaw
 
 if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
+    from cablewright.results import Pictured
     from cablewright.robot import Robot
 
-RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `robots` lists.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
+RobotName = Annotated[
+    str,
+    typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
+]
+JobFile = Annotated[Path, typer.Argument(metavar="JOB", help="A job's TOML file, or a G-code file.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units instead of text.")]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture of the result.")]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of all random numbers; the same seed gives the same result.")]
+Pose = Annotated[
+    str | None,
+    typer.Option(
+        "--at",
+        metavar="X,Y,Z[,RX,RY,RZ]",
+        help="Pose of the platform: position, m, and rotation vector, rad; `free` for what gravity decides.",
+    ),
+]
+Lengths = Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m.")]
 Limits = Annotated[
-    str | None, typer.Option("--tension-limits", metavar="MIN,MAX", help="Tension limits of every line, N.")
-]
-Cable = Annotated[str, typer.Option("--cable", help="rigid, elastic or catenary.")]
-Sheave = Annotated[
-    str | None, typer.Option("--sheave", help="eyelet, swivel or universal-joint; as built when left out.")
-]
-LoadName = Annotated[str | None, typer.Option("--load", metavar="NAME", help="A load of the platform, by name.")]
-Wrench = Annotated[
     str | None,
-    typer.Option(
-        "--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="External force, N, and moment about the origin, N m."
-    ),
-]
-Slack = Annotated[
-    str | None,
-    typer.Option(
-        "--slack",
-        metavar="LINE=EXCESS[,LINE=EXCESS]",
-        help="Lines that are too long by so much, m; a line by its name, or its number counted from 1.",
-    ),
-]
-StraightCable = Annotated[
-    str | None, typer.Option("--cable", help="rigid, elastic or catenary; catenary of static, else rigid.")
+    typer.Option("--tension-limits", metavar="MIN,MAX", help="Tension limits of every line, N; else the robot file's."),
 ]
 Box = Annotated[
-    str | None, typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Where to look, m; the robot's frame.")
-]
-Point = Annotated[str, typer.Option("--point", help="What is at a place: nozzle, or the platform's origin.")]
-Criterion = Annotated[
-    str,
-    typer.Option(
-        "--criterion", help="closed-form, improved-closed-form, exact, capacity, wrench-closure or static (with sag)."
-    ),
-]
-Count = Annotated[str, typer.Option("--count", help="volume, with an error, or nodes of a grid.")]
-Grid = Annotated[int | None, typer.Option("--grid", metavar="N", help="Nodes along a side.")]
-Tolerance = Annotated[
-    float | None, typer.Option("--tolerance", metavar="T", help="Error of the volume as a share of it; 0.002.")
-]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of the random places.")]
-Orientations = Annotated[
     str | None,
-    typer.Option("--orientations", metavar="RX,RY,RZ;...", help="Inside under all of these, rotation vectors, rad."),
+    typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Box that is searched, m; by default the robot's frame."),
 ]
-LawOfRetraction = Annotated[
-    str | None,
-    typer.Option("--retraction-law", metavar="C,D[,LEAST,MOST]", help="Retraction length C z + D with its clamps, m."),
+Retraction = Annotated[
+    float | None, typer.Option("--retraction", metavar="L", help="Retraction length of the end-effector, m.")
+]
+SheaveChoice = Annotated[
+    SheaveLaw | None, typer.Option("--sheave", help="Sheave law; by default each sheave as it is built.")
 ]
 Geometric = Annotated[
     bool,
+    typer.Option("--geometric/--no-geometric", help="Count the stiffness that tension adds for the frequencies."),
+]
+Tensions = Annotated[
+    TensionChoice | None,
     typer.Option(
-        "--geometric/--no-geometric", help="Whether what tension adds to the stiffness counts for the frequencies."
+        "--tensions",
+        help="Tensions along the boundary: least norm, or nearest to the middle of the limits; by default middle for "
+        "the closed forms, else least.",
     ),
 ]
-Holding = Annotated[
-    str | None,
-    typer.Option(
-        "--tensions", help="Along the boundary: least, or nearest to the middle of the limits, as the closed forms'."
-    ),
-]
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture.")]
-Retracted = Annotated[float | None, typer.Option("--retraction", metavar="L", help="Retraction length, m.")]
 
 
-class _Command(Protocol):
-    def run(self) -> int: ...
+@dataclass(frozen=True, kw_only=True)
+class RobotOptions:
+    """The robot and what pulls at its platform."""
+
+    PANEL: ClassVar = "Robot and load"
+
+    robot: RobotName
+    load: Annotated[
+        str | None, typer.Option("--load", metavar="NAME", help="Load of the robot file that the platform carries.")
+    ] = None
+    wrench: Annotated[
+        str | None,
+        typer.Option(
+            "--wrench",
+            metavar="FX,FY,FZ[,MX,MY,MZ]",
+            help="External force on the platform, N, and moment about its origin, N m, in the world's axes.",
+        ),
+    ] = None
+
+    def loaded(self, retraction: float | None = None) -> Robot:
+        """The robot under its load and wrench, retracted to a length (m) where one is given. Raises `InputError`."""
+        from cablewright.robot import load
+
+        robot = load(self.robot)
+        if self.load is not None:
+            robot = robot.under_load(self.load)
+        if retraction is not None:
+            robot = robot.retracted(retraction)
+        values = numbers(self.wrench, "--wrench")
+        if values is None:
+            return robot
+        if len(values) not in (3, 6):
+            raise InputError(f"--wrench = {self.wrench!r}: expected 3 numbers, N, or 6, N and N m")
+        x, y, z, *moment = values
+        a, b, c = moment or (0.0, 0.0, 0.0)
+        return robot.under_wrench((x, y, z), (a, b, c))
 
 
-def command(asked: type[_Command]) -> Callable[..., int]:
-    """The command whose arguments and options are the fields of a dataclass, and whose help is its docstring."""
+@dataclass(frozen=True, kw_only=True)
+class LawOptions:
+    """The physics of the lines."""
 
-    @wraps(asked)
-    def run(**given: Any) -> int:
-        return asked(**given).run()
+    PANEL: ClassVar = "Model of the lines"
 
-    run.__annotations__ = {}  # Typer reads those of the fields, from the signature
-    return run
+    cable: Annotated[CableLaw | None, typer.Option("--cable", help="Cable law; by default catenary.")] = None
+    sheave: SheaveChoice = None
+    tension_limits: Limits = None
 
-
-def described(name: str, load: str | None = None, wrench: str | None = None) -> Robot:
-    """The robot that a command line speaks of. Raises `InputError`."""
-    from cablewright.robot import load as load_robot
-
-    robot = load_robot(name)
-    if load is not None:
-        robot = robot.under_load(load)
-    values = numbers(wrench, "--wrench")
-    if values is None:
-        return robot
-    if len(values) not in (3, 6):
-        raise InputError(f"--wrench = {wrench!r}: 3 numbers are wanted, N, or 6, N and N m")
-    x, y, z, *moment = values
-    a, b, c = moment or (0.0, 0.0, 0.0)
-    return robot.under_wrench((x, y, z), (a, b, c))
+    def as_arguments(self) -> dict[str, Any]:
+        """What the verbs of `cablewright` take."""
+        limits = tension_limits(self.tension_limits)
+        return {"cable": self.cable, "sheave": self.sheave, "tension_limits": limits}
 
 
-def check_plot(plot: Path | None) -> None:
-    """Raise `InputError` unless --plot names a PNG, or nothing."""
-    if plot is not None and plot.suffix.lower() != ".png":
-        raise InputError(f"--plot = {str(plot)!r}: a name that ends in .png is wanted")
+@dataclass(frozen=True, kw_only=True)
+class RegionOptions(LawOptions):
+    """What has to hold at a place of the workspace, and where places are searched."""
+
+    PANEL: ClassVar = "Workspace"
+
+    criterion: Annotated[
+        CriterionName | None,
+        typer.Option("--criterion", help="What must hold in the workspace; by default exact. Only static counts sag."),
+    ] = None
+    box: Box = None
+    point: Annotated[
+        PointName | None,
+        typer.Option("--point", help="Point of the platform that is at a place; by default the nozzle."),
+    ] = None
+    cable: Annotated[
+        CableLaw | None,
+        typer.Option("--cable", help="Cable law; by default catenary for the criterion static, else rigid."),
+    ] = None
+
+    @property
+    def criterion_name(self) -> str:
+        """The criterion."""
+        return self.criterion or "exact"
+
+    def as_arguments(self) -> dict[str, Any]:
+        """What the verbs of `cablewright` take, but for the criterion."""
+        return super().as_arguments() | {"box": numbers(self.box, "--box"), "point": self.point or "nozzle"}
 
 
-def turns(text: str | None) -> list[list[float]] | None:
-    """Rotation vectors, apart by semicolons."""
-    if text is None:
-        return None
-    return [numbers(part, "--orientations") or [] for part in text.split(";")]
+@dataclass(frozen=True, kw_only=True)
+class OrientedRegionOptions(RegionOptions):
+    """The same for any orientation and retraction."""
+
+    orientations: Annotated[
+        str | None,
+        typer.Option(
+            "--orientations",
+            metavar="RX,RY,RZ;...",
+            help="Rotation vectors, rad, under each of which the criterion must hold; by default no rotation.",
+        ),
+    ] = None
+    retraction: Retraction = None
+    retraction_law: Annotated[
+        str | None,
+        typer.Option(
+            "--retraction-law",
+            metavar="C,D[,MIN,MAX]",
+            help="Retraction length C z + D at height z, m, clamped to MIN and MAX, m.",
+        ),
+    ] = None
+
+    def as_arguments(self) -> dict[str, Any]:
+        """What the verbs of `cablewright` take, but for the criterion."""
+        more = {"orientations": rotations(self.orientations), "retraction": self.retraction_at_heights()}
+        return super().as_arguments() | more
+
+    def retraction_at_heights(self) -> float | RetractionLaw | None:
+        """The retraction length, m, or its law. Raises `InputError`."""
+        from cablewright.analyses.workspace.criterion import RetractionLaw
+
+        values = numbers(self.retraction_law, "--retraction-law")
+        if values is None:
+            return self.retraction
+        if self.retraction is not None:
+            raise InputError("--retraction and --retraction-law: give one of them")
+        if len(values) not in (2, 4):
+            raise InputError(
+                f"--retraction-law = {self.retraction_law!r}: expected C,D of the length C z + D in m, or C,D,MIN,MAX"
+            )
+        slope, intercept, *clamps = values
+        low, high = clamps or (None, None)
+        return RetractionLaw(slope, intercept, low, high, self.point or "nozzle")
 
 
-def retracting(length: float | None, law: str | None, point: str) -> float | RetractionLaw | None:
-    """What --retraction and --retraction-law ask for. Raises `InputError`."""
-    from cablewright.analyses.workspace.criterion import RetractionLaw
+@dataclass(frozen=True, kw_only=True)
+class CountOptions:
+    """How a volume is found."""
 
-    if law is not None and length is not None:
-        raise InputError("--retraction and --retraction-law: give one of them")
-    values = numbers(law, "--retraction-law")
-    if values is None:
-        return length
-    if len(values) not in (2, 4):
-        raise InputError(f"--retraction-law = {law!r}: 2 numbers are wanted, C,D of C z + D in m, or 4 with its clamps")
-    slope, intercept, *clamps = values
-    low, high = clamps or (None, None)
-    return RetractionLaw(slope, intercept, low, high, point)
+    PANEL: ClassVar = "Volume"
 
-
-def slack_excess(robot: Robot, text: str) -> dict[str, float]:
-    """Excess (m) by the names of the lines that --slack speaks of. Raises `InputError`."""
-    by: dict[str, float] = {}
-    for part in text.split(","):
-        who, equals, value = part.rpartition("=")
-        if not equals:
-            raise InputError(f"--slack = {text!r}: LINE=EXCESS is wanted, like {robot.lines[0].name}=0.3 or 1=0.3")
-        name = _line_name(robot, who.strip())
-        if name in by:
-            raise InputError(f"--slack = {text!r}: line {name!r} is named twice")
-        try:
-            by[name] = float(value)
-        except ValueError:
-            raise InputError(f"--slack = {text!r}: {value!r} is no number of metres") from None
-    return by
+    count: Annotated[
+        CountName, typer.Option("--count", help="A volume with an error, or the nodes of a grid that are inside.")
+    ] = "volume"
+    grid: Annotated[
+        int | None, typer.Option("--grid", metavar="N", help="Nodes along each side of the box; by default 41.")
+    ] = None
+    tolerance: Annotated[
+        float | None,
+        typer.Option("--tolerance", metavar="T", help="Error of the volume, as a share of it; by default 0.002."),
+    ] = None
+    seed: Seed = 0
 
 
-def _line_name(robot: Robot, given: str) -> str:
-    """The name of the line that a command line calls *given*: its name, or else its number from 1."""
-    names = [line.name for line in robot.lines]
-    if given in names:
-        return given
-    if not given.isdecimal() or len(given) > len(str(len(names))):
-        raise UnknownName("line", given, names)
-    if not 1 <= int(given) <= len(names):
-        raise InputError(f"--slack: no line {given}; the lines of {robot.name!r} are 1 to {len(names)}")
-    return names[int(given) - 1]
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """What is printed and written."""
+
+    PANEL: ClassVar = "Output"
+
+    plot: Plot = None
+    as_json: AsJson = False
+
+    def __post_init__(self) -> None:
+        """Refuse a picture that is no PNG, before any work. Raises `InputError`."""
+        check_suffix(self.plot, "--plot", ".png")
+
+    def draw(self, found: Pictured, *, when: bool = True) -> Path | None:
+        """Write the picture if one is requested and there is something to draw; return its file."""
+        if self.plot is None or not when:
+            return None
+        found.plot(self.plot)
+        return self.plot

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 from cablewright.apps import style
-from cablewright.apps.report.quantities import quantity
+from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_surface, bar, draw_frame, point, scale_of, space
 from cablewright.arrays import Array, Mask
 from cablewright.studies.accuracy import AccuracyStudy

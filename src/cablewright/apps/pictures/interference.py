@@ -10,7 +10,7 @@ from matplotlib.gridspec import SubplotSpec
 
 from cablewright.analyses.interference import Contact, Interference
 from cablewright.apps import style
-from cablewright.apps.report.quantities import quantity
+from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, draw_frame, point, space
 from cablewright.arrays import Array
 from cablewright.kernels.collision.clearance import BEADS

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from cablewright.analyses.feasibility import LIMITS
 from cablewright.apps import style
+from cablewright.apps.quantities import quantity
 from cablewright.apps.report.digest import Digest, band
-from cablewright.apps.report.quantities import quantity
 from cablewright.arrays import Array
 from cablewright.robot import Line
 

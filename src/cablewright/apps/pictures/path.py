@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from cablewright.apps import style
+from cablewright.apps.quantities import quantity
 from cablewright.apps.report.digest import Digest
-from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.arrays import Array
 from cablewright.robot import Robot

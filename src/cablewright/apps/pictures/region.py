@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from cablewright.analyses.accuracy.region import PLANES, Region
 from cablewright.apps import style
-from cablewright.apps.report.quantities import quantity
+from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, bar, scale_of, space, towards_eye
 from cablewright.arrays import Array
 

@@ -16,10 +16,10 @@ from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
 from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report import accuracy_tables as tell
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.provenance import assumptions, list_of
-from cablewright.apps.report.quantities import count, quantity
 from cablewright.file_output import write_whole
 from cablewright.studies.accuracy import AccuracyStudy
 

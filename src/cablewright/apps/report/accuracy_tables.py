@@ -10,9 +10,9 @@ import numpy as np
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps.pictures.accuracy import effects
+from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.page import Html, element, table
 from cablewright.apps.report.provenance import program
-from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
 from cablewright.arrays import Array
 from cablewright.errors import Status
 from cablewright.studies.accuracy import AccuracyStudy

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from cablewright.apps import style
 from cablewright.apps.pictures.calibration import correlation_picture, exits_picture, residuals_picture
+from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
-from cablewright.apps.report.quantities import count, quantity
 from cablewright.calibration.result import Calibration
 
 Pictures = dict[str, bytes]

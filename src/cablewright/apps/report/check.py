@@ -12,12 +12,12 @@ from cablewright.apps import style
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
+from cablewright.apps.quantities import count, duration, quantity
 from cablewright.apps.report.digest import Digest, extreme, median
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.per_line import line_table, unknowns
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
-from cablewright.apps.report.quantities import count, duration, quantity
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
 from cablewright.file_output import write_whole

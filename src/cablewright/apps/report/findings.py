@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from cablewright.analyses.feasibility import Finding
+from cablewright.apps.quantities import allowed_range, count, duration, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, join, short_name, table
-from cablewright.apps.report.quantities import allowed_range, count, duration, quantity
 
 
 def ranked(findings: tuple[Finding, ...]) -> list[Finding]:

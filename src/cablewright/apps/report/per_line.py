@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from cablewright.apps.quantities import allowed_range, quantity
 from cablewright.apps.report.digest import Digest, median
 from cablewright.apps.report.page import Html, short_name, table
-from cablewright.apps.report.quantities import allowed_range, quantity
 from cablewright.arrays import Array
 from cablewright.robot import Robot
 

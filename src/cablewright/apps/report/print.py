@@ -25,6 +25,7 @@ from cablewright.apps.pictures.print_lines import (
     tensions_picture,
 )
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
+from cablewright.apps.quantities import count, duration, quantity
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.print_tables import (
     faults_table,
@@ -36,7 +37,6 @@ from cablewright.apps.report.print_tables import (
     went_in,
 )
 from cablewright.apps.report.provenance import list_of
-from cablewright.apps.report.quantities import count, duration, quantity
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
 from cablewright.printing.heightfield import HeightField

@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.apps.quantities import NOT_KNOWN, count, duration, quantity
 from cablewright.apps.report.page import Html, element, short_name, table
 from cablewright.apps.report.provenance import program
-from cablewright.apps.report.quantities import NOT_KNOWN, count, duration, quantity
 from cablewright.arrays import Array
 from cablewright.studies.prints.result import LineUse, PathFollowing, PrintRecord
 from cablewright.studies.prints.structure import PrintedStructure

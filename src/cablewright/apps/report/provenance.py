@@ -6,9 +6,9 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
+from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
-from cablewright.apps.report.quantities import NOT_KNOWN, count, quantity
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Line, RigidPlatform, Robot
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from cablewright.apps import style
 from cablewright.apps.pictures.path import error_scale
+from cablewright.apps.quantities import quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, bundled, element
-from cablewright.apps.report.quantities import quantity
 from cablewright.apps.report.thinning import coarse_corners
 from cablewright.arrays import Indices
 

@@ -6,12 +6,13 @@ import dataclasses
 import hashlib
 import math
 from collections.abc import Iterator
-from typing import Any, Final, Literal, Protocol, Self
+from typing import Any, Final, Protocol, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
+from cablewright.choices import PlantName
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.distance_sensor import Rangefinder
@@ -39,8 +40,7 @@ from cablewright.signals import (
     Truth,
 )
 
-PlantName = Literal["dynamic", "quasi-static"]
-PLANTS: Final = ("dynamic", "quasi-static")
+PLANTS: Final = get_args(PlantName)
 
 _WIRED: Final = ("encoders", "climate")
 _LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent

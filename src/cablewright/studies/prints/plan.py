@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, get_args
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.choices import HeightRule
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
@@ -26,8 +27,7 @@ from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.loop import PrintPlan
 
-HeightRule = Literal["structure", "job"]
-HEIGHTS: Final = ("structure", "job")
+HEIGHTS: Final = get_args(HeightRule)
 
 _SPEED_FACTOR: Final = 3.0  # speed limit, times the job's fastest motion, ...
 _SWING_SPEED: Final = 0.05  # ... plus so many m/s, for a drum that swings

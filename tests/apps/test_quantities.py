@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cablewright.apps.report.quantities import allowed_range, count, duration, quantity
+from cablewright.apps.quantities import allowed_range, count, duration, quantity
 
 
 def plain(text: str) -> str:

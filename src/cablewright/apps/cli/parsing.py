@@ -1,0 +1,105 @@
+"""Texts of options turned into values; an error names the option, the text and what is expected."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cablewright.errors import InputError, UnknownName
+
+if TYPE_CHECKING:
+    from cablewright.estimation.lidar.room import Laser
+    from cablewright.robot import Robot
+
+FREE = "free"
+"""How a command line marks a freedom of the pose that gravity decides."""
+
+
+def numbers(text: str | None, option: str, count: int | None = None, *, free: bool = False) -> list[float] | None:
+    """Comma-separated numbers of an option; where *free*, `FREE` among them is NaN. Raises `InputError`.
+
+    Unless *count* is None, exactly so many finite numbers.
+    """
+    if text is None:
+        return None
+    try:
+        values = [math.nan if free and part.strip() == FREE else float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"{option} = {text!r}: expected numbers with commas between them, like 0,0,1.5") from None
+    if count is not None and (len(values) != count or not all(map(math.isfinite, values))):
+        raise InputError(f"{option} = {text!r}: expected {count} finite numbers with commas between them")
+    return values
+
+
+def interval(text: str, option: str) -> tuple[float, float]:
+    """Two finite numbers, the first below the second. Raises `InputError`."""
+    low, high = numbers(text, option, 2) or []
+    if not low < high:
+        raise InputError(f"{option} = {text!r}: expected MIN,MAX with MIN below MAX")
+    return low, high
+
+
+def tension_limits(text: str | None) -> tuple[float, float] | None:
+    """The value of --tension-limits, N. Raises `InputError`."""
+    values = numbers(text, "--tension-limits")
+    if values is None:
+        return None
+    if len(values) != 2:
+        raise InputError(f"--tension-limits = {text!r}: expected MIN,MAX in N")
+    return values[0], values[1]
+
+
+def rotations(text: str | None) -> list[list[float]] | None:
+    """Rotation vectors of --orientations, rad. Raises `InputError`."""
+    return None if text is None else [numbers(part, "--orientations") or [] for part in text.split(";")]
+
+
+def named_values(text: str, option: str, example: str) -> list[tuple[str, float]]:
+    """Pairs of NAME=VALUE, the value finite and not negative. Raises `InputError`."""
+    found = []
+    for part in text.split(","):
+        name, equals, value = (each.strip() for each in part.rpartition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not (equals and name and 0.0 <= number < math.inf):
+            raise InputError(f"{option} = {text!r}: expected NAME=VALUE, VALUE in m and not negative, like {example}")
+        found.append((name, number))
+    return found
+
+
+def lasers(text: str | None) -> tuple[Laser, ...]:
+    """Distances to walls of --laser. Raises `InputError`."""
+    from cablewright.estimation.lidar.room import Laser
+
+    return () if text is None else tuple(Laser(*each) for each in named_values(text, "--laser", "north=2.345"))
+
+
+def slack_excess(robot: Robot, text: str) -> dict[str, float]:
+    """Excess (m) by line name of --slack; a line is given by its name or its number from 1. Raises `InputError`."""
+    by: dict[str, float] = {}
+    for given, value in named_values(text, "--slack", f"{robot.lines[0].name}=0.3 or 1=0.3"):
+        name = _line_name(robot, given)
+        if name in by:
+            raise InputError(f"--slack = {text!r}: line {name!r} is named twice")
+        by[name] = value
+    return by
+
+
+def _line_name(robot: Robot, given: str) -> str:
+    names = [line.name for line in robot.lines]
+    if given in names:
+        return given
+    if not given.isdecimal() or len(given) > len(str(len(names))):
+        raise UnknownName("line", given, names)
+    if not 1 <= int(given) <= len(names):
+        raise InputError(f"--slack: no line {given}; the lines of {robot.name!r} are 1 to {len(names)}")
+    return names[int(given) - 1]
+
+
+def check_suffix(file: Path | None, option: str, *suffixes: str) -> None:
+    """Raise `InputError` unless a file that is to be written has one of the *suffixes*."""
+    if file is not None and file.suffix.lower() not in suffixes:
+        raise InputError(f"{option} = {str(file)!r}: expected a name that ends in {' or '.join(suffixes)}")

@@ -1,0 +1,167 @@
+"""Figures of results as people read them: values with their units, and tables; the same for terminal and reports."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from typing import Any, NamedTuple
+
+from cablewright.results import Figure, Result, plain
+from cablewright.units import unit_size
+
+NONE = "-"
+
+
+class Sheet(NamedTuple):
+    """A table of figures: heads, rows of texts, and which columns are numbers."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+    numeric: tuple[bool, ...]
+
+
+def summary(result: Result) -> list[tuple[str, str]]:
+    """Labels and values of the figures that are no table and no detail, in their order."""
+    return [(each.label, text(each, each.of(result))) for each in result.figures if _is_plain(each)]
+
+
+def sheets(result: Result) -> Iterator[Sheet]:
+    """The tables of a result: the figures along its lines, or whatever else they run along, and those with parts."""
+    seen = set()
+    for each in result.figures:
+        if each.detail or _is_plain(each):
+            continue
+        value = each.of(result)
+        if each.along and each.along not in seen:
+            seen.add(each.along)
+            beside = [one for one in result.figures if one.along == each.along and not one.detail]
+            yield columns("", [(one, one.of(result)) for one in beside])
+        elif each.parts and value is not None:
+            yield _of_parts(each, value)
+
+
+def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
+    """A table of figures that have a sequence of values each; those without any value are left out."""
+    kept = [(figure, list(values)) for figure, values in given if values is not None]
+    kept = [(figure, values) for figure, values in kept if any(not _is_missing(value) for value in values)]
+    heads, made = [], []
+    for figure, values in kept:
+        factor, unit = scale(figure, values)
+        heads.append(f"{figure.label}, {unit}" if unit else figure.label)
+        form = _form(figure, [value * factor for value in _numbers(values)])
+        made.append([_cell(value, factor, form, figure.outward) for value in values])
+    numeric = tuple(bool(_numbers(values)) for _, values in kept)
+    return Sheet(title, tuple(heads), list(zip(*made, strict=True)), numeric)
+
+
+def table(title: str, figures: Iterable[Figure], rows: Iterable[object]) -> Sheet:
+    """A table with one row for each of *rows*, whose columns are *figures*."""
+    every = list(rows)
+    return columns(title, [(each, [each.of(row) for row in every]) for each in figures if not each.detail])
+
+
+def text(figure: Figure, value: Any) -> str:
+    """A value of a figure as people read it, with its unit."""
+    value = plain(value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {text(figure, each)}" for key, each in value.items()) or NONE
+    if figure.unit == "m, rad" and isinstance(value, list) and not isinstance(value[0], list):
+        place = f"{_joined(value[:3], 1.0, figure)} m"
+        return place if len(value) == 3 else f"{place}, {_joined(value[3:], 1.0, figure)} rad"
+    factor, unit = scale(figure, value if isinstance(value, list) else [value])
+    return f"{_joined(value, factor, figure)} {unit}".rstrip() if not _is_missing(value) else NONE
+
+
+def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
+    """The factor from SI to the unit in which *values* of a figure are read, and that unit."""
+    unit = figure.shown or _by_size(figure.unit, _numbers(values))
+    if unit in ("", "1"):
+        return 1.0, ""
+    return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
+
+
+def _of_parts(figure: Figure, value: Any) -> Sheet:
+    """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
+    shown = [part for part in figure.parts if not part.detail]
+    if isinstance(value, tuple | list):
+        return table(figure.label, shown, value)
+    if isinstance(value, Mapping) and not any(part.key in value for part in figure.parts):
+        names = (Figure("name", "", "", name=" "), list(value))
+        return columns(figure.label, [names, *((part, [part.of(row) for row in value.values()]) for part in shown)])
+    values = [(part, plain(part.of(value))) for part in shown]
+    if isinstance(value, Mapping) and all(isinstance(each, list) for _, each in values):
+        return columns(figure.label, values)
+    return Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
+
+
+def _is_plain(figure: Figure) -> bool:
+    return not (figure.along or figure.parts or figure.detail)
+
+
+def _is_missing(value: Any) -> bool:
+    return value is None or (isinstance(value, float) and math.isnan(value))
+
+
+def _numbers(values: Sequence[Any]) -> list[float]:
+    """The finite numbers among *values*, and in lists among them."""
+    found: list[float] = []
+    for value in values:
+        flat = plain(value)
+        if isinstance(flat, list):
+            found += _numbers(flat)
+        elif isinstance(flat, int | float) and not isinstance(flat, bool):
+            found.append(flat)
+    return found
+
+
+_STEPS = {
+    "m": ((1.0, "mm"), (1e4, "m"), (math.inf, "km")),
+    "N": ((1e4, "N"), (math.inf, "kN")),
+    "Pa": ((1e3, "Pa"), (1e9, "MPa"), (math.inf, "GPa")),
+    "rad": ((math.inf, "deg"),),
+    "s": ((0.1, "ms"), (120.0, "s"), (7200.0, "min"), (math.inf, "h")),
+}
+"""Units that people read, each below a size in SI."""
+
+
+def _by_size(unit: str, values: list[float]) -> str:
+    largest = max(map(abs, values), default=math.inf)
+    return next((name for below, name in _STEPS.get(unit, ()) if largest < below or below == math.inf), unit)
+
+
+def _form(figure: Figure, values: list[float]) -> str:
+    """The format that gives the largest of *values* the significant digits of the figure."""
+    if all(float(value).is_integer() for value in values) and figure.unit in ("", "1"):
+        return ".0f"
+    largest = max(map(abs, values), default=0.0)
+    leading = math.floor(math.log10(largest)) if largest else 0
+    return f".{max(figure.digits - 1 - leading, 0)}f" if -4 <= leading <= 9 else ".1e"
+
+
+def _joined(value: Any, factor: float, figure: Figure) -> str:
+    """Numbers, or lists of them, all with as many decimals as the largest needs."""
+    return _cell(value, factor, _form(figure, [each * factor for each in _numbers([value])]), figure.outward)
+
+
+def _cell(value: Any, factor: float, form: str, outward: int) -> str:
+    value = plain(value)
+    if isinstance(value, list):
+        nested = any(isinstance(each, list) for each in value)
+        return ("; " if nested else ", ").join(_cell(each, factor, form, outward) for each in value) or NONE
+    if _is_missing(value):
+        return NONE
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return format(float(_rounded(Decimal(value * factor), form, outward)) + 0.0, form)  # no minus before a zero
+    return str(value)
+
+
+def _rounded(value: Decimal, form: str, outward: int) -> Decimal:
+    """To the digits of a format: to the nearest, or up or down where *outward* is 1 or -1."""
+    how = {1: ROUND_CEILING, -1: ROUND_FLOOR, 0: ROUND_HALF_EVEN}[outward]
+    digits = int(form[1:-1])
+    last = value.adjusted() - digits if form.endswith("e") else -digits
+    return value.quantize(Decimal(1).scaleb(last), rounding=how, context=Context(prec=400))

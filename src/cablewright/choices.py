@@ -1,0 +1,30 @@
+"""Names that people choose by, on the command line, in files and as arguments."""
+
+from typing import Literal
+
+CriterionName = Literal["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static"]
+"""Criterion of a workspace; ``static`` counts sag, the others are of straight lines."""
+PointName = Literal["nozzle", "origin"]
+"""Point of the platform that is meant by a place."""
+CountName = Literal["volume", "nodes"]
+"""Whether a workspace is a volume with an error, or a count of grid nodes."""
+TensionChoice = Literal["least", "middle"]
+"""Tensions where many hold a pose: those of least norm, or those nearest to the middle of their limits."""
+InertiaName = Literal["given", "box"]
+"""Inertia of the platform: that of its file, or that of a box about its platform points."""
+MethodName = Literal["vertices", "first-order", "monte-carlo"]
+"""How the spread of the error is found."""
+CompensationName = Literal["none", "elastic", "eyelets", "full"]
+"""Model from which the commanded lengths are computed; ``none``: of rigid cables."""
+PoseCriterion = Literal["d-optimal", "worst-sigma"]
+"""What calibration poses make small: the volume of all unknowns' ellipsoid, or the largest sigma of an exit point."""
+PlantName = Literal["dynamic", "quasi-static"]
+"""Motion of a simulated machine: with inertia at 10 ms a step, or a sequence of equilibria."""
+LawName = Literal["paper", "model"]
+"""Control law of a print: that of Merlet and Papegay 2023, or the machine's model."""
+HeightRule = Literal["structure", "job"]
+"""Height of a print: kept above the structure by the vertical lidar, or that of the job."""
+ObserverName = Literal["paper", "filter"]
+"""Estimator of a log: the chain of Merlet and Papegay 2023, or the error-state Kalman filter."""
+EstimatorName = Literal["paper", "filter", "encoders"]
+"""Estimator of a print: an observer, or dead reckoning by the encoders."""
