@@ -24,7 +24,7 @@ from cablewright.solvers.inverse import solve_inverse
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the freedoms: translations along the world's axes, rotations about them."""
 
-OF_POSE = ("status", "robot", "cable", "sheave", "pose", "lengths", "tensions")
+OF_POSE = ("status", "robot", "cable", "sheave", "pose", "lines", "lengths", "tensions")
 
 ROUNDING = 1e-13
 """Eigenvalues below this share of the largest are zero."""
@@ -59,28 +59,29 @@ class Modes(Pictured):
 
     FIGURES: ClassVar = (
         *(each.of_part("equilibrium") for each in EQUILIBRIUM if each.key in OF_POSE),
-        Figure("counts_geometric", "", "Whether what tension adds to the stiffness counts.", "geometric"),
-        Figure("frequencies", "Hz", "Natural frequencies, ascending; negative: unstable.", _if_balanced("frequencies")),
-        Figure("dominant", "", "Freedom that has most of each mode's energy.", _if_balanced("mostly")),
-        Figure("participation", "1", "Share of a mode's energy by freedom.", _if_balanced("participation", True)),
-        Figure("shapes", "m, rad", "Motion in each mode, of unit modal mass.", _if_balanced("shapes", True)),
-        Figure("stiffness", "N/m, N m/rad", "Tangent stiffness, lengths held.", _if_balanced("stiffness.total")),
-        Figure(
-            "elastic",
-            "N/m, N m/rad",
-            "Part that lines resist along themselves.",
-            _if_balanced("stiffness.elastic"),
-        ),
-        Figure(
-            "geometric",
-            "N/m, N m/rad",
-            "All else: what tension and load do.",
-            _if_balanced("stiffness.geometric"),
-        ),
-        Figure("axial_stiffness", "N/m", "Stiffness of each line along itself.", _if_balanced("stiffness.axial")),
-        Figure("line_frequencies", "Hz", "Lowest sideways frequency of each span.", _if_balanced("line_frequencies")),
-        Figure("asymmetry", "1", "Largest part of the stiffness that is not symmetric.", _if_balanced("asymmetry")),
-    )
+        Figure("counts_geometric", "", "Whether the stiffness that tension adds is counted.", "geometric"),
+        Figure("freedoms", "", "Freedoms of the platform, in the order of `participation`.", detail=True),
+        Figure("frequencies", "Hz", "Natural frequencies, ascending; negative where unstable.",
+               _if_balanced("frequencies"), "frequency", 5, along="mode"),
+        Figure("dominant", "", "Freedom with the largest share of the mode's kinetic energy.", _if_balanced("mostly"),
+               along="mode"),
+        Figure("participation", "1", "Share of the mode's kinetic energy by freedom.", _if_balanced("participation", True),
+               "energy by freedom", 3, shown="%", along="mode"),
+        Figure("shapes", "m, rad", "Motion of the platform's origin in each mode, of unit modal mass.",
+               _if_balanced("shapes", True), detail=True),
+        Figure("stiffness", "N/m, N m/rad", "Tangent stiffness of the platform, winches held.",
+               _if_balanced("stiffness.total"), detail=True),
+        Figure("elastic", "N/m, N m/rad", "Part of the stiffness from the lines' elasticity along themselves.",
+               _if_balanced("stiffness.elastic"), detail=True),
+        Figure("geometric", "N/m, N m/rad", "All else: the part from tension and load.",
+               _if_balanced("stiffness.geometric"), detail=True),
+        Figure("axial_stiffness", "N/m", "Stiffness of each line along itself.", _if_balanced("stiffness.axial"),
+               digits=5, along="line"),
+        Figure("line_frequencies", "Hz", "Lowest sideways frequency of each free span, ends held.",
+               _if_balanced("line_frequencies"), "sideways frequency", 5, along="line"),
+        Figure("asymmetry", "1", "Largest asymmetric part of the stiffness between two modes, relative to theirs.",
+               _if_balanced("asymmetry"), detail=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "frequencies")
 
     equilibrium: Equilibrium
@@ -97,7 +98,22 @@ class Modes(Pictured):
         return bool(np.isfinite(self.frequencies).any())
 
     @property
-    def verdict(self) -> str:
+    def freedoms(self) -> tuple[str, ...]:
+        """Names of the platform's freedoms."""
+        return FREEDOMS[: self.equilibrium.model.n]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A warning where lines vibrate at frequencies of the platform."""
+        if not self.has_modes:
+            return ()
+        lowest = float(np.nanmin(self.line_frequencies, initial=np.inf))
+        if not lowest < np.nanmax(self.frequencies):
+            return ()
+        return (f"lines vibrate sideways from {lowest:.2f} Hz; modes above that may couple with them",)
+
+    @property
+    def refusal(self) -> str:
         """Why a pose is not held, in a sentence; empty where all are."""
         held = self.equilibrium
         bad = np.flatnonzero(~np.atleast_1d(held.ok))

@@ -109,6 +109,8 @@ def _numbers(values: Sequence[Any]) -> list[float]:
     found: list[float] = []
     for value in values:
         flat = plain(value)
+        if isinstance(flat, Mapping):
+            flat = list(flat.values())
         if isinstance(flat, list):
             found += _numbers(flat)
         elif isinstance(flat, int | float) and not isinstance(flat, bool):
@@ -147,6 +149,8 @@ def _joined(value: Any, factor: float, figure: Figure) -> str:
 
 def _cell(value: Any, factor: float, form: str, outward: int) -> str:
     value = plain(value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_cell(each, factor, form, outward)}" for key, each in value.items()) or NONE
     if isinstance(value, list):
         nested = any(isinstance(each, list) for each in value)
         return ("; " if nested else ", ").join(_cell(each, factor, form, outward) for each in value) or NONE

@@ -7,7 +7,7 @@ import json
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
 from itertools import product
@@ -17,7 +17,7 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from cablewright.analyses.workspace.boundary_modes import GRID, boundary_modes, straight
+from cablewright.analyses.workspace.boundary_modes import FREQUENCIES, GRID, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.arrays import Array, Mask
@@ -82,8 +82,45 @@ class TradeSettings:
         return {name: getattr(self, name) for name in names}
 
 
-JSON_NAMES = {"geometric": "counts_geometric", "holding": "tensions", "clearance": "sheave_clearance"}
-"""Settings that JSON has by the names of the command's options."""
+SETTINGS = (
+    Figure("criterion", "", "Criterion of the workspace."),
+    Figure("count", "", "How volumes are found: volume, or nodes of a grid."),
+    Figure("grid", "1", "Nodes along each side of the box for volumes; null for the default."),
+    Figure("tolerance", "1", "Error of each volume as a share of it; null for the default."),
+    Figure("box", "m", "Box that is searched; null for the robot's frame."),
+    Figure("point", "", "Point of the platform at a place: nozzle or origin."),
+    Figure("orientations", "rad", "Rotation vectors under each of which the criterion must hold; null for none."),
+    Figure("retraction", "m", "Retraction length, or its law; null where the robot's own holds."),
+    Figure("seed", "1", "Seed of the random places."),
+    Figure("boundary_grid", "1", "Nodes along each side, for boundaries."),
+    Figure("counts_geometric", "", "Whether the stiffness that tension adds is counted.", "geometric"),
+    Figure(
+        "tensions", "", "Which tensions hold the boundary's poses: least or middle; null for the default.", "holding"
+    ),
+    Figure("sheave_clearance", "m", "Distance of exit points under which sheaves collide.", "clearance"),
+    Figure("inertia", "", "Inertia of the platform: given, or box."),
+)
+
+COMBINATION = (
+    Figure("parameters", "SI", "Values of the parameters.", digits=5),
+    Figure("volume", "m^3", "Volume of the workspace."),
+    Figure("volume_error", "m^3", "Estimated error of the volume.", detail=True),
+    Figure("fraction", "1", "Share of the box that is inside.", name="of the box", shown="%"),
+    Figure("converged", "", "Whether the error of the volume is within the tolerance.", detail=True),
+    Figure("min_frequency", "Hz", "Lowest frequency along the boundary."),
+    Figure("lowest_frequency", "Hz", "Lowest frequencies along the boundary.", detail=True, parts=(
+        Figure("n", "1", "Number of poses along the boundary."),
+        Figure("unheld", "1", "Poses that cannot be held; they are not counted."),
+        *FREQUENCIES,
+    )),
+    Figure("sheaves", "", "The two nearest exit points.", detail=True, parts=(
+        Figure("distance", "m", "Their distance; null for a single line."),
+        Figure("lines", "", "Their lines."),
+        Figure("margin", "m", "Distance beyond the clearance; null for a single line."),
+        Figure("collide", "", "Whether the margin is negative."),
+    )),
+    Figure("not_dominated", "", "Whether no other without collision has more volume and a higher frequency."),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -115,14 +152,28 @@ class Trade(Pictured):
         Figure("status", "", "ok; empty: no place is inside; not-converged: a volume's error is over the tolerance."),
         Figure("robot", "", "Name of the robot.", "model.robot.name"),
         Figure("cable", "", "Cable law of the modes.", "model.fidelity.cable"),
-        Figure("sheave", "", "Sheave law; none where sheaves are as built.", "model.fidelity.sheave"),
-        *(
-            Figure(JSON_NAMES.get(each.name, each.name), "", "As set.", f"settings.{each.name}")
-            for each in fields(TradeSettings)
+        Figure("sheave", "", "Sheave law; null where each is as built.", "model.fidelity.sheave", detail=True),
+        *(replace(each, value=f"settings.{each.value or each.key}", detail=True) for each in SETTINGS),
+        Figure(
+            "varied",
+            "",
+            "What varies.",
+            "variations",
+            detail=True,
+            parts=(
+                Figure("name", "", "Name of the parameter."),
+                Figure("unit", "", "Its SI unit."),
+                Figure("values", "SI", "Its values."),
+            ),
         ),
-        Figure("varied", "", "Name, unit and values of what varies.", "variations"),
-        Figure("combinations", "", "Volume, frequencies and collisions of each combination.", "records"),
-        Figure("not_dominated", "", "Combinations that no other betters in both.", lambda of: np.flatnonzero(of.best)),
+        Figure("combinations", "", "Each combination of values.", "records", parts=COMBINATION),
+        Figure(
+            "not_dominated",
+            "1",
+            "Indices of the combinations that are not dominated.",
+            lambda of: np.flatnonzero(of.best),
+            detail=True,
+        ),
     )
     HEADLINES: ClassVar = ("status", "robot", "not_dominated")
 
@@ -143,8 +194,8 @@ class Trade(Pictured):
         return "ok" if all(each.converged for each in self.combinations if each.volume) else "not-converged"
 
     @property
-    def verdict(self) -> str:
-        """What is wrong, in a sentence; empty where nothing is."""
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
         sentences = {"ok": "", "empty": "no combination has a place in the box that is inside"}
         wide = "some volumes have a larger error than what was asked for, even on the finest lattice"
         return sentences.get(self.status, wide)
@@ -160,11 +211,12 @@ class Trade(Pictured):
         return [self._record(k, each) for k, each in enumerate(self.combinations)]
 
     def _record(self, k: int, each: Combination) -> dict[str, Any]:
-        frequency = ("n", "unheld", "least", "median", "greatest", "dominant", "shares", "worst_pose")
+        lowest = {"n": each.n, "unheld": each.unheld, "min": each.least, "median": each.median, "max": each.greatest}
         return {
             "parameters": {change.name: value for change, value in zip(self.varied, each.values, strict=True)},
             **{key: getattr(each, key) for key in ("volume", "volume_error", "fraction", "converged")},
-            "lowest_frequency": {key: getattr(each, key) for key in frequency},
+            "min_frequency": each.least,
+            "lowest_frequency": lowest | {key: getattr(each, key) for key in ("dominant", "shares", "worst_pose")},
             "sheaves": {
                 "distance": each.exit_distance,
                 "lines": each.exits,

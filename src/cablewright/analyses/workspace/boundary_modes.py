@@ -25,6 +25,26 @@ GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
 HOLDING: tuple[str, ...] = get_args(TensionChoice)
 
 
+FREQUENCIES = (
+    Figure("min", "Hz", "Lowest frequency of all."),
+    Figure("median", "Hz", "Median of the lowest frequencies."),
+    Figure("max", "Hz", "Highest of the lowest frequencies."),
+    Figure("dominant", "", "Freedom that dominates the lowest mode most often.", name="mostly"),
+    Figure("shares", "1", "Share of the poses at which each freedom dominates the lowest mode.", shown="%", digits=3),
+    Figure("worst_pose", "m, rad", "Pose with the lowest frequency."),
+)
+"""Of the lowest modes along a boundary."""
+
+ALONG = (
+    Figure("grid", "1", "Nodes along each side of the box."),
+    Figure("n", "1", "Number of poses along the boundary.", name="poses"),
+    Figure("unheld", "1", "Poses that cannot be held; they are not counted."),
+    Figure("out_of_limits", "1", "Poses held only beyond tension limits or unstably; they are counted."),
+    Figure("tensions", "", "Which tensions hold the poses: least norm, or nearest to the middle of the limits."),
+    *FREQUENCIES,
+)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Boundary(Pictured):
     """Modes at the outermost nodes of a workspace: with K orientations K rows for each node, one orientation at a time.
@@ -33,7 +53,7 @@ class Boundary(Pictured):
     """
 
     FIGURES: ClassVar = (
-        Figure("status", "", "ok; unheld: no place can be held; empty: no place is inside."),
+        Figure("status", "", "ok; unheld: no node of the boundary can be held; empty: no node is inside."),
         *(each for each in criterion_figures("nodes.criterion") if each.key != "cable"),
         Figure("cable", "", "Cable law of the modes.", "modes.equilibrium.model.fidelity.cable"),
         *(
@@ -41,7 +61,7 @@ class Boundary(Pictured):
             for each in Modes.FIGURES
             if each.key not in ("status", "robot", "cable", "sheave")
         ),
-        Figure("boundary", "Hz", "Lowest frequencies along the boundary, and where the worst is.", "along"),
+        Figure("boundary", "", "Lowest frequencies along the boundary.", "along", parts=ALONG),
     )
     HEADLINES: ClassVar = ("status", "robot", "criterion")
 
@@ -61,7 +81,12 @@ class Boundary(Pictured):
         return self.status == "ok"
 
     @property
-    def verdict(self) -> str:
+    def notes(self) -> tuple[str, ...]:
+        """Warnings about the worst pose."""
+        return () if self.worst_modes is None else self.worst_modes.notes
+
+    @property
+    def refusal(self) -> str:
         """Why there are no modes, in a sentence; empty where there are."""
         sentences = {"ok": "", "empty": "no node of the grid is inside"}
         return sentences.get(self.status, "no node of the boundary can be held")
@@ -74,16 +99,16 @@ class Boundary(Pictured):
     @property
     def along(self) -> dict[str, Any]:
         """Frequencies along the boundary as JSON has them."""
-        least, median, greatest = self.spread
+        lowest, median, highest = self.spread
         return {
             "grid": self.nodes.inside.shape[0],
             "n": len(self.lowest),
             "unheld": int((~self.known).sum()),
             "out_of_limits": self.beyond,
             "tensions": self.holding,
-            "least": least,
+            "min": lowest,
             "median": median,
-            "greatest": greatest,
+            "max": highest,
             "dominant": self.dominant,
             "shares": self.shares,
             "worst_pose": None if self.worst is None else self.modes.equilibrium.pose[self.worst],

@@ -5,7 +5,7 @@ Jung 2020, Eqs. 13 to 15: the area of each level slice is made largest over the 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,6 +23,14 @@ from cablewright.robot import Robot
 
 STEPS = (3, 200)
 HEIGHTS = (4, 1000)
+LAW = (
+    Figure("slope", "1", "Retraction length gained per height."),
+    Figure("intercept", "m", "Length at height zero.", shown="m"),
+    Figure("min", "m", "Min length.", shown="m"),
+    Figure("max", "m", "Max length.", shown="m"),
+    Figure("of", "", "Point of the platform whose height counts: nozzle or origin.", name="height of"),
+    Figure("fitted_heights", "m", "Heights of the slices that the law is fitted to.", detail=True),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,18 +40,26 @@ class RetractionStudy(Pictured):
     FIGURES: ClassVar = (
         Figure("status", "", "ok; a robot or a workspace that allows no law is refused.", lambda _found: "ok"),
         *(each for each in criterion_figures("held.criterion") if each.key in ("robot", "criterion", "cable", "point")),
-        Figure("box", "m", "Where places were looked for: lowest and highest corner.", "held.box.corners"),
-        Figure("lengths", "m", "Retraction lengths that were tried."),
-        Figure("heights", "m", "Heights of the middles of the slices."),
-        Figure("areas", "m^2", "Area of each slice at each length."),
-        Figure("volumes", "m^3", "Volume of the workspace at each constant length."),
-        Figure("best_lengths", "m", "Length at which each slice is largest.", "best"),
-        Figure("best_areas", "m^2", "Area of each slice at its best length."),
+        Figure("box", "m", "Box that was searched: min and max corner, world.", "held.box.corners", shown="m"),
+        Figure("lengths", "m", "Retraction lengths tried.", "", "constant length", shown="m", along="length"),
+        Figure("volumes", "m^3", "Volume of the workspace at each constant length.", "", "volume", along="length"),
         Figure("best_volume", "m^3", "Volume with the best length in each slice."),
-        Figure("law", "", "The line through the best lengths, and the heights it was fitted to.", "fitted_law"),
+        Figure("law", "", "Line through the best lengths.", "fitted_law", parts=LAW),
         Figure("law_volume", "m^3", "Volume with the law in force.", "held.volume"),
-        Figure("law_volume_error", "m^3", "Estimated error of that.", "held.volume_error"),
-        Figure("law_share", "1", "That volume as a share of the best.", "share"),
+        Figure("law_volume_error", "m^3", "Estimated error of that volume.", "held.volume_error", digits=2),
+        Figure("law_share", "1", "Volume with the law as a share of the best.", "share", shown="%"),
+        Figure("heights", "m", "Heights of the middles of the slices.", "", "height", shown="m", along="slice"),
+        Figure(
+            "best_lengths",
+            "m",
+            "Length at which the slice is largest; null where it is empty.",
+            "best",
+            "best length",
+            shown="m",
+            along="slice",
+        ),
+        Figure("best_areas", "m^2", "Area of the slice at its best length.", "", "area", along="slice"),
+        Figure("areas", "m^2", "Area of each slice at each length.", detail=True),
     )
     HEADLINES: ClassVar = ("robot", "criterion", "best_volume", "law_volume")
 
@@ -60,7 +76,8 @@ class RetractionStudy(Pictured):
     @property
     def fitted_law(self) -> dict[str, object]:
         """The law, and the heights (m) of the slices that it was fitted to."""
-        return asdict(self.law) | {"fitted_heights": self.heights[self.fitted]}
+        law = {"slope": self.law.slope, "intercept": self.law.intercept, "min": self.law.least, "max": self.law.most}
+        return law | {"of": self.law.of, "fitted_heights": self.heights[self.fitted]}
 
     @property
     def slice_height(self) -> float:

@@ -111,8 +111,8 @@ class LawOptions:
     sheave: SheaveChoice = None
     tension_limits: Limits = None
 
-    def as_arguments(self) -> dict[str, Any]:
-        """What the verbs of `cablewright` take."""
+    def laws(self) -> dict[str, Any]:
+        """What the verbs of `cablewright` take of a model."""
         limits = tension_limits(self.tension_limits)
         return {"cable": self.cable, "sheave": self.sheave, "tension_limits": limits}
 
@@ -142,9 +142,13 @@ class RegionOptions(LawOptions):
         """The criterion."""
         return self.criterion or "exact"
 
+    def places(self) -> dict[str, Any]:
+        """What the verbs of `cablewright` take of places."""
+        return {"box": numbers(self.box, "--box"), "point": self.point or "nozzle"}
+
     def as_arguments(self) -> dict[str, Any]:
         """What the verbs of `cablewright` take, but for the criterion."""
-        return super().as_arguments() | {"box": numbers(self.box, "--box"), "point": self.point or "nozzle"}
+        return self.laws() | self.places()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,10 +173,10 @@ class OrientedRegionOptions(RegionOptions):
         ),
     ] = None
 
-    def as_arguments(self) -> dict[str, Any]:
-        """What the verbs of `cablewright` take, but for the criterion."""
+    def places(self) -> dict[str, Any]:
+        """What the verbs of `cablewright` take of places."""
         more = {"orientations": rotations(self.orientations), "retraction": self.retraction_at_heights()}
-        return super().as_arguments() | more
+        return super().places() | more
 
     def retraction_at_heights(self) -> float | RetractionLaw | None:
         """The retraction length, m, or its law. Raises `InputError`."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import typer
 
+from cablewright.errors import AnswerError
 from cablewright.results import Result, plain
 
 SCHEMA = 2
@@ -35,6 +37,17 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
     if found.refusal:
         tell(f"cablewright: {found.refusal}")
     return NO if found.refusal else 0
+
+
+@contextmanager
+def refused(as_json: bool) -> Iterator[None]:
+    """With --json, an `AnswerError` inside is printed as a refusal before it is raised on."""
+    try:
+        yield
+    except AnswerError as reason:
+        if as_json:
+            print_json({"status": "refused", "reason": str(reason)})
+        raise
 
 
 def print_json(values: Mapping[str, Any]) -> None:

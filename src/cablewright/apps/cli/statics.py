@@ -57,7 +57,7 @@ class Inverse:
         from cablewright.solvers.slack import slack_sets, solve_with_slack
         from cablewright.studies.one_pose import SlackSets, SolvedPose
 
-        model = Model.of(self.robot.loaded(), **self.laws.as_arguments())
+        model = Model.of(self.robot.loaded(), **self.laws.laws())
         pose = numbers(self.at, "--at", free=True) or []
         if self.slack is not None and self.all_slack_sets:
             raise InputError("--slack and --all-slack-sets: give one of them")
