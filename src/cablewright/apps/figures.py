@@ -38,20 +38,21 @@ def sheets(result: Result) -> Iterator[Sheet]:
             seen.add(each.along)
             beside = [one for one in result.figures if one.along == each.along and not one.detail]
             yield columns("", [(one, one.of(result)) for one in beside])
-        elif each.parts and value is not None:
+        elif each.parts and value is not None and plain(value) != []:
             yield _of_parts(each, value)
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
     """A table of figures that have a sequence of values each; those without any value are left out."""
-    kept = [(figure, list(values)) for figure, values in given if values is not None]
+    listed = [(figure, values.values() if isinstance(values, Mapping) else values) for figure, values in given]
+    kept = [(figure, list(values)) for figure, values in listed if values is not None]
     kept = [(figure, values) for figure, values in kept if any(not _is_missing(value) for value in values)]
     heads, made = [], []
     for figure, values in kept:
         factor, unit = scale(figure, values)
         heads.append(f"{figure.label}, {unit}" if unit else figure.label)
-        form = _form(figure, [value * factor for value in _numbers(values)])
-        made.append([_cell(value, factor, form, figure.outward) for value in values])
+        together = figure.unit != "SI"  # else values of several dimensions, each with decimals of its own
+        made.append([_joined(value, factor, figure, values if together else [value]) for value in values])
     numeric = tuple(bool(_numbers(values)) for _, values in kept)
     return Sheet(title, tuple(heads), list(zip(*made, strict=True)), numeric)
 
@@ -77,7 +78,7 @@ def text(figure: Figure, value: Any) -> str:
 def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
     """The factor from SI to the unit in which *values* of a figure are read, and that unit."""
     unit = figure.shown or _by_size(figure.unit, _numbers(values))
-    if unit in ("", "1"):
+    if unit in ("", "1", "SI"):
         return 1.0, ""
     return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
 
@@ -142,9 +143,10 @@ def _form(figure: Figure, values: list[float]) -> str:
     return f".{max(figure.digits - 1 - leading, 0)}f" if -4 <= leading <= 9 else ".1e"
 
 
-def _joined(value: Any, factor: float, figure: Figure) -> str:
-    """Numbers, or lists of them, all with as many decimals as the largest needs."""
-    return _cell(value, factor, _form(figure, [each * factor for each in _numbers([value])]), figure.outward)
+def _joined(value: Any, factor: float, figure: Figure, among: Sequence[Any] | None = None) -> str:
+    """Numbers, or lists of them, all with as many decimals as the largest of them, or *among* others, needs."""
+    others = [each * factor for each in _numbers([value] if among is None else among)]
+    return _cell(value, factor, _form(figure, others), figure.outward)
 
 
 def _cell(value: Any, factor: float, form: str, outward: int) -> str:

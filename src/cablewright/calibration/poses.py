@@ -39,17 +39,21 @@ class CalibrationPoses(Result):
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
         Figure("robot", "", "Name of the robot.", "robot.name"),
-        Figure("criterion", "", "What was made small: d-optimal, worst-sigma."),
-        Figure("count", "1", "How many poses.", lambda found: len(found.poses)),
-        Figure("sigma_rms", "m", "Sigma over the coordinates of the exit points, root mean square.", digits=3),
-        Figure("sigma_worst", "m", "The largest of these.", digits=3),
-        Figure("random_sigma_rms", "m", "As sigma_rms, of as many random poses.", "random_rms", digits=3),
-        Figure("random_sigma_worst", "m", "As sigma_worst, of as many random poses.", "random_worst", digits=3),
-        Figure("travel", "m", "Way from pose to pose."),
-        Figure("travel_unordered", "m", "That way in the order in which the poses were drawn."),
-        Figure("poses", "m, rad", "The poses, world."),
-        Figure("counted", "m", "Length changes of the lines since the first pose."),
-    )
+        Figure("criterion", "", "What was made small: d-optimal or worst-sigma."),
+        Figure("count", "1", "Number of poses.", lambda found: len(found.poses), "poses"),
+        Figure("sigma_rms", "m", "Sigma of the exit points' coordinates, root mean square.", "", "sigma, rms", 3,
+               shown="mm"),
+        Figure("sigma_worst", "m", "The largest of these sigmas.", "", "sigma, worst", 3, shown="mm"),
+        Figure("random_sigma_rms", "m", "Sigma with as many random poses, root mean square.", "random_rms",
+               "sigma of random poses, rms", 3, shown="mm"),
+        Figure("random_sigma_worst", "m", "The largest of these sigmas.", "random_worst",
+               "sigma of random poses, worst", 3,
+               shown="mm"),
+        Figure("travel", "m", "Length of the way from pose to pose."),
+        Figure("travel_unordered", "m", "Length of the way in the order in which the poses were drawn.", detail=True),
+        Figure("poses", "m, rad", "The poses, world.", detail=True),
+        Figure("counted", "m", "Length changes of the lines since the first pose.", detail=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "criterion", "count", "sigma_rms", "sigma_worst")
 
     robot: Robot

@@ -42,52 +42,62 @@ def _rejected(found: Calibration) -> list[dict[str, Any]]:
     ]
 
 
-def _suggestions(found: Calibration) -> list[dict[str, Any]]:
-    return [
-        {
-            "measurement": each.words,
-            "sigma_before": each.before,
-            "sigma_after": each.after,
-            "open_before": each.open_before,
-            "open_after": each.open_after,
-        }
-        for each in found.suggestions
-    ]
-
-
 FIGURES = (
     Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent."),
-    Figure("reason", "", "That in a sentence.", lambda found: found.reason or None),
-    Figure("cable", "", "Law of the lines: rigid, elastic or catenary.", "problem.cable"),
-    Figure("rms", "m", "What is left of the lengths that count, root mean square."),
-    Figure("iterations", "1", "Steps of the fit."),
-    Figure("poses", "1", "How many poses were measured.", "problem.poses"),
-    Figure("unknowns", "1", "How many unknowns of the robot were looked for.", "alone.total"),
-    Figure("rank", "1", "How many of them the data alone decide.", "alone.rank"),
-    Figure("gauge", "", "Freedoms that the data alone leave open."),
-    Figure("datum", "", "What fixes the frame.", lambda found: found.problem.plan.datum or ("inner",)),
-    Figure(
-        "weakest",
-        "",
-        "The least known combinations that are not open, with sigma and its unit.",
-        lambda found: [{"direction": each.words, "sigma": each.sigma, "unit": each.unit} for each in found.weakest],
-    ),
-    Figure("encoder_sigma", "m", "Standard deviation of the encoders, given or from what is left over."),
-    Figure("sigma", "SI", "Standard deviation of each unknown.", partial(_by_label, "sigma")),
-    Figure("values", "SI", "Value of each unknown.", partial(_by_label, "values")),
-    Figure("covariance", "SI", "Covariance of the unknowns, in their order."),
-    Figure("rejected", "", "Poses or single readings that are left out, and how far off they are.", _rejected),
-    Figure("suggestions", "", "What one more measurement would bring, the most helpful first.", _suggestions),
-    Figure("pose", "m, rad", "The poses.", "poses"),
-    Figure("starts", "1", "Starts that were tried.", "fit.starts"),
-    Figure("notes", "", "What a careful person would ask."),
-    Figure(
-        "robot",
-        "",
-        "The calibrated robot; the old one unless the status is ok.",
-        lambda found: found.robot.model_dump(mode="json"),
-    ),
-)
+    Figure("reason", "", "Why there is no answer, in a sentence; null where there is one.",
+           lambda of: of.reason or None,
+           detail=True),
+    Figure("cable", "", "Cable law of the lines: rigid, elastic or catenary.", "problem.cable"),
+    Figure("rms", "m", "Root mean square of the residuals of the lengths that are used.", name="residual, rms"),
+    Figure("encoder_sigma", "m", "Standard deviation of the encoders, given or estimated from the residuals.",
+           name="encoder sigma"),
+    Figure("iterations", "1", "Iterations of the fit.", detail=True),
+    Figure("poses", "1", "Number of poses measured.", "problem.poses"),
+    Figure("unknowns", "1", "Number of unknowns, those of the poses included.", "alone.total"),
+    Figure("rank", "1", "Number of unknowns that the data alone determine.", "alone.rank", "determined by the data"),
+    Figure("gauge", "", "Freedoms that the data alone leave open.", name="left open"),
+    Figure("datum", "", "What fixes the frame: exit points held, or inner: on average as in the robot file.",
+           lambda found: found.problem.plan.datum or ("inner",)),
+    Figure("weakest", "", "Least known combinations of unknowns that are not open.", name="least known combinations",
+           parts=(
+        Figure("direction", "", "The combination.", "words"),
+        Figure("sigma", "SI", "Its standard deviation.", digits=3),
+        Figure("unit", "", "Unit of the standard deviation."),
+    )),
+    Figure("labels", "", "Names of the unknowns of the robot.", lambda of: [each.label for each in of.unknowns],
+           "unknown",
+           along="unknown"),
+    Figure("values", "SI", "Value of each unknown, by its name.", partial(_by_label, "values"), "value", 8,
+           along="unknown"),
+    Figure("sigma", "SI", "Standard deviation of each unknown, by its name.", partial(_by_label, "sigma"), "", 3,
+           along="unknown"),
+    Figure("units", "", "SI units of the unknowns.", lambda of: [each.unit for each in of.unknowns], "unit",
+           along="unknown"),
+    Figure("covariance", "SI", "Covariance of the unknowns, in their order.", detail=True),
+    Figure("rejected", "", "Poses or single readings that are left out.", _rejected, "left out", parts=(
+        Figure("pose", "1", "Number of the pose, from 1."),
+        Figure("row", "1", "Row of the file."),
+        Figure("line", "", "Line of the reading; null where the whole pose is left out."),
+        Figure("sensor", "", "Sensor of the reading."),
+        Figure("size", "SI", "Error of the reading.", name="off by", digits=3),
+        Figure("unit", "", "Unit of the error."),
+    )),
+    Figure("suggestions", "", "What one more measurement would bring, the most helpful first.",
+           name="one more measurement",
+           parts=(
+        Figure("measurement", "", "The measurement.", "words"),
+        Figure("sigma_before", "m", "Standard deviation of the exit points without it, root mean square.", "before",
+               "sigma before", 3, shown="mm"),
+        Figure("sigma_after", "m", "That with it.", "after", "sigma after", 3, shown="mm"),
+        Figure("open_before", "1", "Number of open freedoms without it.", name="open before"),
+        Figure("open_after", "1", "Number of open freedoms with it.", name="open after"),
+    )),
+    Figure("pose", "m, rad", "The poses.", "poses", detail=True),
+    Figure("starts", "1", "Number of starts that were tried.", "fit.starts", detail=True),
+    Figure("notes", "", "What a careful person would ask.", detail=True),
+    Figure("robot", "", "The calibrated robot; the old one unless the status is ok.",
+           lambda found: found.robot.model_dump(mode="json"), detail=True),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,6 +137,11 @@ class Calibration(Pictured):
     def ok(self) -> bool:
         """Whether the data calibrate the robot."""
         return self.status == "ok"
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
+        return "" if self.ok else f"not calibrated: {self.reason}"
 
     @property
     def _sizes(self) -> Array:

@@ -43,9 +43,9 @@ class SimulatedCalibration(Result):
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
-        Figure("poses", "1", "How many poses were measured.", lambda made: len(made.poses)),
-        Figure("noise", "m", "Standard deviation of the encoders."),
-        Figure("seed", "", "Seed of poses, noise and guesses; none where the caller drew them."),
+        Figure("poses", "1", "Number of poses measured.", lambda made: len(made.poses)),
+        Figure("noise", "m", "Standard deviation of the encoders.", shown="mm"),
+        Figure("seed", "1", "Seed of poses, noise and guesses; null where the caller drew them."),
     )
     HEADLINES: ClassVar = ("poses", "noise", "seed")
 

@@ -3,7 +3,7 @@
 from cablewright.robot.bracket import Bracket, load_bracket
 from cablewright.robot.cable import Cable
 from cablewright.robot.file_schema import json_schema
-from cablewright.robot.files import library_names, library_text, load, loads
+from cablewright.robot.files import file_text, library_names, library_text, load, loads
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import Kind
 from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, with_value
@@ -39,6 +39,7 @@ __all__ = [
     "Uncertainty",
     "UniversalJoint",
     "Winch",
+    "file_text",
     "json_schema",
     "library_names",
     "library_text",

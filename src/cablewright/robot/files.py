@@ -54,6 +54,11 @@ def library_text(name: str) -> str:
     return _library().joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
+def file_text(name: str) -> str:
+    """Return the TOML text of a robot's file, or of a library robot. Raises `InputError`."""
+    return library_text(name) if name in library_names() else read_table(name)[1]
+
+
 def _library() -> Traversable:
     return resources.files("cablewright.robot") / "library"
 

@@ -9,6 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
+import numpy as np
+
+from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
 from cablewright.errors import InputError
 from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallSettings, start, step
@@ -21,7 +24,24 @@ from cablewright.toml_input import read_bytes
 
 _PARALLEL: Final = math.radians(10.0)  # walls that differ by less leave the place along them open
 _MOST_ROOM: Final = 4 << 20
-_CANDIDATE: Final = ("position", "yaw", "variance", "explained", "laser_misfit")
+WALL: Final = (
+    Figure("angle", "rad", "Direction of the normal, in the lidar's frame.", digits=6),
+    Figure("sigma_angle", "rad", "Its standard deviation.", "angle_sigma", "sigma", 2),
+    Figure("distance", "m", "Distance from the lidar: normal . p = distance.", digits=5, shown="m"),
+    Figure("sigma_distance", "m", "Its standard deviation.", "distance_sigma", "sigma", 2, shown="mm"),
+    Figure("rms", "m", "Root mean square of the points' distances from the line.", digits=3, shown="mm"),
+    Figure("points", "1", "Number of points.", "point_count"),
+    Figure("length", "m", "Length in sight.", digits=3, shown="m"),
+    Figure("normal", "1", "Unit normal.", detail=True),
+    Figure("ends", "m", "Both ends.", detail=True),
+)
+CANDIDATE: Final = (
+    Figure("position", "m", "Position of the lidar, in the survey's frame.", digits=5, shown="m"),
+    Figure("yaw", "rad", "Yaw of the lidar.", digits=6),
+    Figure("variance", "m^2", "Mean square of the points' distances from the walls.", digits=3),
+    Figure("explained", "1", "Share of the points that the walls explain.", digits=3, shown="%"),
+    Figure("laser_misfit", "1", "Misfit of the distances measured by hand; null without any.", detail=True),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,23 +50,30 @@ class LidarPlace(Result):
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or why there is no place.", "pose.status"),
-        Figure("position", "m", "Of the lidar, in the survey's frame; none where it is not known.", "pose.position"),
-        Figure("yaw", "rad", "Of the lidar.", "pose.yaw"),
-        Figure("covariance", "m, rad", "Of x, y and yaw.", "pose.covariance"),
-        Figure("confidence", "1", "Share of the points explained beyond the next best place.", "pose.confidence"),
-        Figure("walls", "", "Those of the room that the place comes from."),
-        Figure(
-            "candidates",
-            "",
-            "Places that the walls allow, the best first.",
-            lambda place: [{name: getattr(one, name) for name in _CANDIDATE} for one in place.pose.candidates],
-        ),
-        Figure("note", "", "The status in a sentence.", "pose.note"),
-    )
+        Figure("position", "m", "Position, in the survey's frame; null where it is not known.", "pose.position",
+               digits=5,
+               shown="m"),
+        Figure("position_sigma", "m", "Its standard deviations.", lambda of: of.sigmas[:2], "sigma", 2, shown="mm"),
+        Figure("yaw", "rad", "Yaw.", "pose.yaw", digits=6),
+        Figure("yaw_sigma", "rad", "Its standard deviation.", lambda of: of.sigmas[2], "sigma", 2),
+        Figure("covariance", "m, rad", "Covariance of x, y and yaw.", "pose.covariance", detail=True),
+        Figure("confidence", "1", "Share of the points explained beyond the next best place.", "pose.confidence",
+               digits=3,
+               shown="%"),
+        Figure("walls", "", "Walls of the room that the place comes from."),
+        Figure("candidates", "", "Places that the walls allow, the best first.", "pose.candidates", parts=CANDIDATE,
+               detail=True),
+        Figure("note", "", "The status in a sentence.", "pose.note", detail=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("status", "position", "yaw")
 
     pose: WallPose
     room: RoomMap
+
+    @property
+    def sigmas(self) -> Array:
+        """Standard deviations of x and y, m, and yaw, rad: (3,), NaN where the place is not known."""
+        return np.sqrt(np.asarray(self.pose.covariance).diagonal())
 
     @property
     def walls(self) -> list[str]:
@@ -56,15 +83,15 @@ class LidarPlace(Result):
 
 def _wall(line: WallLine) -> dict[str, Any]:
     return {
-        "normal": [math.cos(line.angle), math.sin(line.angle)],
+        "angle": line.angle,
+        "sigma_angle": math.sqrt(line.covariance[0, 0]),
         "distance": line.distance,
+        "sigma_distance": math.sqrt(line.covariance[1, 1]),
         "rms": math.sqrt(line.variance),
         "points": line.point_count,
-        "angle": line.angle,
-        "ends": line.ends,
         "length": line.length,
-        "sigma_angle": math.sqrt(line.covariance[0, 0]),
-        "sigma_distance": math.sqrt(line.covariance[1, 1]),
+        "normal": [math.cos(line.angle), math.sin(line.angle)],
+        "ends": line.ends,
     }
 
 
@@ -74,18 +101,16 @@ class Walls(Pictured):
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, parallel (the place along the walls is open), or no-wall."),
-        Figure(
-            "walls", "m, rad", "The walls, normal . p = distance.", lambda found: [_wall(one) for one in found.lines]
-        ),
-        Figure("points", "1", "In the scan.", lambda found: len(found.scan.ranges)),
-        Figure("used", "1", "Points that count.", lambda found: len(found.points)),
-        Figure("on_walls", "1", "Points on walls.", lambda found: sum(line.point_count for line in found.lines)),
-        Figure("noise", "m", "Sigma of one range.", "lidar.sigma"),
-        Figure("length_unit", "", "Of the file, or guessed.", "scan.length_unit"),
-        Figure("angle_unit", "", "Of the file, or guessed; none for x and y.", "scan.angle_unit"),
-        Figure("notes", "", "Sentences on what was guessed.", "scan.guessed"),
-        Figure("place", "", "The lidar's place in the room; none without a room."),
-    )
+        Figure("points", "1", "Number of points in the scan.", lambda found: len(found.scan.ranges)),
+        Figure("used", "1", "Number of points within range and outside the masks.", lambda found: len(found.points)),
+        Figure("on_walls", "1", "Number of points on walls.", lambda of: sum(line.point_count for line in of.lines)),
+        Figure("noise", "m", "Standard deviation of one range.", "lidar.sigma", digits=2, shown="mm"),
+        Figure("length_unit", "", "Unit of lengths in the file, or guessed.", "scan.length_unit"),
+        Figure("angle_unit", "", "Unit of angles in the file, or guessed; null for x and y.", "scan.angle_unit"),
+        Figure("walls", "", "Walls in sight.", lambda of: [_wall(one) for one in of.lines], parts=WALL),
+        Figure("notes", "", "What was guessed.", detail=True),
+        Figure("place", "", "Place of the lidar in the room; null without a room.", parts=LidarPlace.FIGURES),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("status", "points", "used", "on_walls", "noise")
 
     scan: FileScan
@@ -117,14 +142,18 @@ class Walls(Pictured):
         return bool(self.lines) and (self.place is None or self.place.pose.status == "ok")
 
     @property
-    def verdict(self) -> str:
-        """The status in a sentence; none where it is ok."""
+    def notes(self) -> tuple[str, ...]:
+        """What was guessed, and what the walls leave open."""
+        along = "all walls in sight are nearly parallel: the place along them is not known"
+        return (*self.scan.guessed, *([along] if self.status == "parallel" else []))
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
         if self.status == "no-wall":
             few = f"{len(self.points)} points that count" if len(self.points) else "no point counts"
             return f"no wall is in sight: {few}, and no straight run of 10 points over 0.4 m among them"
-        if self.status == "parallel":
-            return "note: all walls in sight are nearly parallel: the place along them is not known"
-        return ""
+        return "" if self.ok or self.place is None else f"place: {self.place.pose.note}"
 
 
 def walls(
@@ -182,21 +211,20 @@ def _room(survey: str | Path | Survey) -> RoomMap:
 def _room_of(found: Any, origin: str) -> RoomMap:
     """The upright walls among the figures of a survey."""
     try:
-        sigmas = found["sigma"]["walls"]
         walls_ = [
             RoomWall(
                 name,
                 (float(wall["normal"][0]), float(wall["normal"][1])),
                 float(wall["distance"]),
-                float(sigmas[name]["angle"]),
-                float(sigmas[name]["distance"]),
+                float(wall["angle_sigma"]),
+                float(wall["distance_sigma"]),
             )
             for name, wall in found["walls"].items()
             if not wall["normal"][2]
         ]
     except (KeyError, IndexError, TypeError, ValueError, AttributeError):
-        wanted = "walls with normal and distance, and their sigma, as `cablewright survey FILE --json` prints them"
-        raise InputError(f"{origin}: {wanted}, are wanted") from None
+        keys = "walls with normal, distance, angle_sigma and distance_sigma"
+        raise InputError(f"{origin}: expected {keys}, as `cablewright survey FILE --json` prints them") from None
     return RoomMap(tuple(walls_))
 
 

@@ -2,208 +2,168 @@
 
 from __future__ import annotations
 
-import math
+import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, RobotName
-from cablewright.apps.cli.output import print_json, progress, tell
-from cablewright.errors import AnswerError, InputError
+from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, RobotName, Seed
+from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.progress_bar import progress
+from cablewright.errors import InputError
 from cablewright.file_output import write_whole
+from cablewright.models.fidelity import CableLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy import float64
-    from numpy.typing import NDArray
-
     from cablewright.calibration.plan import CalibrationPlan
-    from cablewright.calibration.result import Calibration
-    from cablewright.calibration.unknowns import Unknown
-    from cablewright.robot import Robot
-
-    Array = NDArray[float64]
 
 
-def calibrate(
-    robot: RobotName,
-    data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Columns dl_1 .. dl_m: length changes since home.")],
+@dataclass(frozen=True, kw_only=True)
+class Calibrate:
+    """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
+
+    The answer is no (exit 1), and no robot is written, if the fit does not converge or the data contradict each other.
+    """
+
+    EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv"
+
+    robot: RobotName
+    data: Annotated[
+        Path,
+        typer.Argument(metavar="DATA.csv", help="CSV file with columns dl_1 .. dl_m: length changes since home, m."),
+    ]
     datum: Annotated[
         str | None,
         typer.Option(
-            "--datum", metavar="SPEC", help="Exit points to hold, like south-west,south-east.y; or inner, the default."
+            "--datum",
+            metavar="SPEC",
+            help="Exit points held to fix the frame, like south-west,south-east.y; or inner: all of them on average. "
+            "By default inner.",
         ),
-    ] = None,
-    plan: Annotated[
-        Path | None,
-        typer.Option("--plan", metavar="TOML", help="Sigmas, unknowns, datum; else DATA.toml if it is there."),
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write the calibrated robot.")] = None,
-    report: Annotated[
-        Path | None, typer.Option("--report", metavar="FILE.html", help="Write the report; beside --out else.")
-    ] = None,
-    rough: Annotated[float, typer.Option("--rough", help="How far the file's exit points may be off, m.")] = 0.5,
+    ] = None
+    plan: CalibrationPlanFile = None
+    rough: Annotated[
+        float, typer.Option("--rough", help="Distance, m, by which exit points of the robot file may be wrong.")
+    ] = 0.5
     cable: Annotated[
-        str, typer.Option("--cable", help="rigid; or elastic, catenary, which need tensions or measured poses.")
-    ] = "rigid",
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the starts.")] = 0,
-    as_json: AsJson = False,
-) -> int:
-    """Calibrate a robot from length changes at poses: exit points, home lengths, sigmas, and what stays open."""
-    from cablewright.calibration.solve import calibrate as solve
-    from cablewright.robot import load
+        CableLaw, typer.Option("--cable", help="Cable law; elastic and catenary need tensions or measured poses.")
+    ] = CableLaw.RIGID
+    seed: Seed = 0
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", metavar="FILE.html", help="Write the report; by default beside --out, if given."),
+    ] = None
+    as_json: AsJson = False
 
-    machine, asked = load(robot), _plan(plan, data, datum)
-    with progress() as show:
-        found = solve(machine, data, asked, seed=seed, rough=rough, cable=cable, progress=show)
-    good = found.ok
-    page = report or (out.with_suffix(".html") if out is not None and good else None)
-    text = _updated(robot, found.robot) if out is not None and good else None
-    if page is not None:
-        _write_report(found, page, data)
-    written = None
-    if out is not None and text is not None:
-        write_whole(out, text.encode())
-        written = str(out)
-    for note in found.notes:
-        tell(f"note: {note}")
-    if as_json:
-        print_json(found.to_dict() | {"out": written, "report": None if page is None else str(page)})
-    elif good:
-        _print(found, written, page)
-    if not good:
-        raise AnswerError(f"not calibrated: {found.reason}")
-    return 0
+    def run(self) -> int:
+        """Calibrate, write the robot and the report, and print."""
+        from cablewright.apps.report.calibration import calibration_page
+        from cablewright.calibration.solve import calibrate
+        from cablewright.robot import file_text, load, update
+
+        with progress() as show:
+            found = calibrate(
+                load(self.robot),
+                self.data,
+                self._plan(),
+                seed=self.seed,
+                rough=self.rough,
+                cable=self.cable,
+                progress=show,
+            )
+        out = self.out if found.ok else None
+        page = self.report or (None if out is None else out.with_suffix(".html"))
+        text = None if out is None else update(file_text(self.robot), found.robot)
+        if page is not None:
+            write_whole(page, calibration_page(found, self.data.name).encode())
+        if out is not None and text is not None:
+            write_whole(out, text.encode())
+        return answer(found, self.as_json, out=out, report=page)
+
+    def _plan(self) -> CalibrationPlan:
+        """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""
+        from cablewright.calibration.plan import CalibrationPlan, load_plan
+        from cablewright.toml_input import read_table
+
+        file, beside = self.plan, self.data.with_suffix(".toml")
+        if file is None and beside != self.data and beside.is_file() and "lines" not in read_table(beside)[0]:
+            file = beside  # not a robot's file of the same name
+        plan = CalibrationPlan() if file is None else load_plan(file)
+        if self.datum is None:
+            return plan
+        parts = tuple(part.strip() for part in self.datum.split(","))
+        if plan.datum and set(plan.datum) != set(parts):
+            raise InputError(f"--datum = {self.datum!r}: {file} has datum = {list(plan.datum)}; give one of them")
+        return plan.model_copy(update={"datum": parts})
 
 
-def simulate_calibration(
-    robot: RobotName,
-    poses: Annotated[int, typer.Option("--poses", help="How many; the first is home.")],
-    noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")],
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="CSV to write.")],
-    seed: Annotated[int, typer.Option("--seed", help="Seed of poses, noise and guesses.")] = 0,
-    guess: Annotated[float, typer.Option("--guess", help="How far x,y,z may be from the poses, m.")] = 0.05,
-    cable: Annotated[str, typer.Option("--cable", help="rigid, elastic or catenary.")] = "rigid",
+@dataclass(frozen=True, kw_only=True)
+class NoiseOptions:
+    """Standard deviations of what is simulated."""
+
+    PANEL: ClassVar = "Noise"
+
+    noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")]
+    guess: Annotated[
+        float, typer.Option("--guess", help="Max distance, m, of the guesses x,y,z in the file from the true poses.")
+    ] = 0.05
     tension_noise: Annotated[
         float | None, typer.Option("--tension-noise", help="Add tensions with this standard deviation, N.")
-    ] = None,
+    ] = None
     swivel_noise: Annotated[
-        float | None, typer.Option("--swivel-noise", help="Add azimuths of the lines with this one, rad.")
-    ] = None,
+        float | None, typer.Option("--swivel-noise", help="Add swivel angles with this standard deviation, rad.")
+    ] = None
     tilt_noise: Annotated[
-        float | None, typer.Option("--tilt-noise", help="Add the lean of a body with this one, rad.")
-    ] = None,
+        float | None, typer.Option("--tilt-noise", help="Add the tilt of a rigid platform with this one, rad.")
+    ] = None
     pose_noise: Annotated[
-        float | None, typer.Option("--pose-noise", help="Measure poses with this one, m and rad, instead of guesses.")
-    ] = None,
+        float | None,
+        typer.Option("--pose-noise", help="Add measured poses with this one, m and rad, instead of guesses."),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateCalibration:
+    """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
+
+    EXAMPLE: ClassVar = "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv"
+
+    robot: RobotName
+    poses: Annotated[int, typer.Option("--poses", help="Number of poses; the first is home.")]
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="CSV file to write.")]
+    seed: Seed = 0
+    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law of the lines.")] = CableLaw.RIGID
+    noises: NoiseOptions
     truth: Annotated[
-        Path | None, typer.Option("--truth", metavar="FILE", help="JSON with the true poses and home lengths.")
-    ] = None,
-    as_json: AsJson = False,
-) -> int:
-    """Make data for calibrate: ROBOT is taken as true; x,y,z are guesses to start from, not data."""
-    import json
+        Path | None,
+        typer.Option("--truth", metavar="FILE.json", help="Write the true poses and home lengths as JSON."),
+    ] = None
+    as_json: AsJson = False
 
-    from cablewright.calibration.data import write_measured
-    from cablewright.calibration.simulation import SensorNoise
-    from cablewright.calibration.simulation import simulate_calibration as simulate
-    from cablewright.robot import load
+    def run(self) -> int:
+        """Simulate the measurements, write and print them."""
+        from cablewright.calibration.data import write_measured
+        from cablewright.calibration.simulation import SensorNoise, simulate_calibration
+        from cablewright.robot import load
 
-    machine = load(robot)
-    sensors = SensorNoise(tension_noise, swivel_noise, tilt_noise, pose_noise)
-    made = simulate(machine, poses, noise, seed=seed, guess=guess, cable=cable, sensors=sensors)
-    lines = "" if cable == "rigid" else f", {cable} lines"
-    made_up = f"made up: {poses} poses of {machine.name}{lines}, encoder noise {noise:g} m, seed {seed}"
-    comments = (
-        f"{made_up}; the first pose is home",
-        f"x,y,z are guesses within {guess:g} m of the poses, not data" if pose_noise is None else "poses are measured",
-        *(f"{what} noise {value:g}, SI" for what, value in vars(sensors).items() if value is not None),
-    )
-    write_whole(out, write_measured(made.measured, machine, comments).encode())
-    if truth is not None:
-        told = {"schema": 1, "poses": made.poses.tolist(), "home_lengths": made.home_lengths.tolist()}
-        write_whole(truth, (json.dumps(told) + "\n").encode())
-    if as_json:
-        print_json(made.to_dict() | {"out": str(out)})
-    else:
-        typer.echo(f"{poses} poses of {machine.name}, noise {noise * 1e3:g} mm, written to {out}")
-    return 0
-
-
-def _plan(file: Path | None, data: Path, datum: str | None) -> CalibrationPlan:
-    """What is asked: of --plan, or of the TOML beside the data; --datum counts instead of theirs."""
-    from cablewright.calibration.plan import CalibrationPlan, load_plan
-    from cablewright.toml_input import read_table
-
-    beside = data.with_suffix(".toml")
-    if file is None and beside != data and beside.is_file() and "lines" not in read_table(beside)[0]:
-        file = beside  # not a robot's file of the same name
-    asked = CalibrationPlan() if file is None else load_plan(file)
-    if datum is None:
-        return asked
-    parts = tuple(part.strip() for part in datum.split(","))
-    if asked.datum and set(asked.datum) != set(parts):
-        raise InputError(f"--datum = {datum!r}: {file} has datum = {list(asked.datum)}; give one of them")
-    return asked.model_copy(update={"datum": parts})
-
-
-def _print_values(unknowns: Sequence[Unknown], values: Array, sigmas: Array) -> None:
-    typer.echo("values")
-    for unknown, value, sigma in zip(unknowns, values, sigmas, strict=True):
-        size, unit = (1e3, "mm") if unknown.unit == "m" else (1.0, unknown.unit)
-        typer.echo(f"  {unknown.label:<34} {value:12.6f} {unknown.unit:4} sigma {sigma * size:.3g} {unit}")
-
-
-def _shown(value: float, unit: str, width: int = 0) -> str:
-    """A small number with its unit: lengths in mm, angles in mrad."""
-    times, shown = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}.get(unit, (1.0, unit))
-    return f"{value * times:{width}.4g} {shown}"
-
-
-def _updated(name: str, robot: Robot) -> str:
-    """The robot's own file with the changed values, comments kept."""
-    from cablewright.robot import library_names, library_text, update
-
-    text = library_text(name) if name in library_names() else Path(name).read_text(encoding="utf-8-sig")
-    return update(text, robot)
-
-
-def _write_report(found: Calibration, page: Path, data: Path) -> None:
-    from cablewright.apps.report.calibration import calibration_page
-
-    write_whole(page, calibration_page(found, data.name).encode())
-
-
-def _print(found: Calibration, written: str | None, page: Path | None) -> None:
-    """The answer for people."""
-    robot = found.problem.robot
-    alone = found.alone
-    lines = "" if found.problem.cable == "rigid" else f"{found.problem.cable} lines, "
-    typer.echo(f"robot          {robot.name}, {lines}{found.problem.poses} poses, {found.iterations} steps")
-    exact = f"encoders are exact to {found.encoder_sigma * 1e3:.4g} mm"
-    exact = exact if math.isfinite(found.encoder_sigma) else "nothing tells how exact encoders are"
-    typer.echo(f"lengths fit to {found.rms * 1e3:.4g} mm rms; {exact}")
-    typer.echo(f"unknowns       {alone.total}, of which the data alone decide {alone.rank}")
-    typer.echo(f"open           {', '.join(found.gauge) or 'nothing'}")
-    held = ", ".join(found.problem.plan.datum)
-    inner = "inner: exit points keep, as a whole, place and direction of the file"
-    typer.echo(f"datum          {held if held and held != 'inner' else inner}")
-    typer.echo("weakest")
-    for each in found.weakest:
-        typer.echo(f"  {_shown(each.sigma, each.unit, 10):16} {each.words}")
-    _print_values(found.unknowns, found.values, found.sigma)
-    for out in found.rejected:
-        where = found.problem.measured.place(out.pose)
-        line = "" if out.line is None else f", {out.sensor} of {out.line}"
-        typer.echo(f"left out       {where}{line}: off by {_shown(out.size, out.unit)}")
-    if found.suggestions:
-        typer.echo("sigma of the exit points (rms, in one frame) with one more measurement, and open freedoms")
-    for more in found.suggestions[:4]:
-        sigmas = f"{more.before * 1e3:.3g} to {more.after * 1e3:.3g} mm"
-        typer.echo(f"  {sigmas:<20} {more.open_before} to {more.open_after}   {more.words}")
-    if written is not None:
-        typer.echo(f"robot file     {written}")
-    if page is not None:
-        typer.echo(f"report         {page}")
+        machine, given = load(self.robot), self.noises
+        sensors = SensorNoise(given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise)
+        made = simulate_calibration(
+            machine, self.poses, given.noise, seed=self.seed, guess=given.guess, cable=self.cable, sensors=sensors
+        )
+        lines = "" if self.cable == "rigid" else f", {self.cable} lines"
+        guesses = f"x,y,z are guesses within {given.guess:g} m of the poses, not data"
+        comments = (
+            f"simulated: {self.poses} poses of {machine.name}{lines}, encoder noise {given.noise:g} m",
+            f"seed {self.seed}",
+            guesses if given.pose_noise is None else "poses are measured",
+            *(f"{what} noise {value:g}, SI" for what, value in vars(sensors).items() if value is not None),
+        )
+        write_whole(self.out, write_measured(made.measured, machine, comments).encode(), parents=True)
+        if self.truth is not None:
+            true = {"schema": 1, "poses": made.poses.tolist(), "home_lengths": made.home_lengths.tolist()}
+            write_whole(self.truth, (json.dumps(true) + "\n").encode())
+        return answer(made, self.as_json, out=self.out)

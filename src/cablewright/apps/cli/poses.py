@@ -2,59 +2,65 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, Limits, RobotName
-from cablewright.apps.cli.output import limits, print_json
+from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
+from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.parsing import tension_limits
+from cablewright.choices import PoseCriterion
 from cablewright.file_output import write_whole
 
 
-def poses(
-    robot: RobotName,
-    count: Annotated[int, typer.Option("--count", help="How many poses.")] = 40,
-    criterion: Annotated[
-        str, typer.Option("--criterion", help="d-optimal, or worst-sigma of an exit point.")
-    ] = "d-optimal",
-    candidates: Annotated[int, typer.Option("--candidates", help="Random poses to choose from.")] = 1000,
-    sigma: Annotated[float, typer.Option("--sigma", help="Standard deviation of the encoders, m.")] = 1e-4,
-    plan: Annotated[
-        Path | None, typer.Option("--plan", metavar="TOML", help="As for calibrate: what is unknown.")
-    ] = None,
-    tension_limits: Limits = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the candidates.")] = 0,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write the poses as CSV.")] = None,
-    as_json: AsJson = False,
-) -> int:
-    """Poses that tell most of what a calibration looks for, within tension limits, in an order that moves little."""
-    from cablewright.calibration.data import write_measured
-    from cablewright.calibration.poses import calibration_poses
-    from cablewright.calibration.problem import Measured
-    from cablewright.robot import load
+@dataclass(frozen=True, kw_only=True)
+class Poses:
+    """Chosen among random poses that the lines can hold within their tension limits, in an order that moves little.
 
-    machine = load(robot)
-    found = calibration_poses(
-        machine,
-        count,
-        criterion=criterion,
-        candidates=candidates,
-        sigma=sigma,
-        plan=plan,
-        tension_limits=limits(tension_limits),
-        seed=seed,
-    )
-    if out is not None:
-        comments = (f"poses to measure of {machine.name}, {criterion}; lengths are those of the file, home first",)
-        write_whole(out, write_measured(Measured(found.counted, found.poses), machine, comments).encode())
-    if as_json:
-        print_json(found.to_dict() | {"out": None if out is None else str(out)})
-        return 0
-    typer.echo(f"{count} poses of {candidates} candidates, {criterion}, encoders {sigma * 1e3:g} mm")
-    typer.echo(f"sigma of exit points   rms {found.sigma_rms * 1e3:.3g} mm, worst {found.sigma_worst * 1e3:.3g} mm")
-    typer.echo(f"as many random poses   rms {found.random_rms * 1e3:.3g} mm, worst {found.random_worst * 1e3:.3g} mm")
-    typer.echo(f"travel                 {found.travel:.1f} m; in the order drawn {found.travel_unordered:.1f} m")
-    if out is not None:
-        typer.echo(f"written to             {out}")
-    return 0
+    The sigmas that they promise stand beside those of as many random poses.
+    """
+
+    EXAMPLE: ClassVar = "poses wang2021 --count 14 --candidates 100"
+
+    robot: RobotName
+    count: Annotated[int, typer.Option("--count", help="Number of poses.")] = 40
+    criterion: Annotated[
+        PoseCriterion,
+        typer.Option(
+            "--criterion",
+            help="What is made small: the volume of all unknowns' ellipsoid, or an exit point's largest sigma.",
+        ),
+    ] = "d-optimal"
+    candidates: Annotated[int, typer.Option("--candidates", help="Number of random poses to choose from.")] = 1000
+    sigma: Annotated[float, typer.Option("--sigma", help="Standard deviation of the encoders, m.")] = 1e-4
+    plan: CalibrationPlanFile = None
+    tension_limits: Limits = None
+    seed: Seed = 0
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="Write the poses as CSV.")] = None
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Choose the poses, write and print them."""
+        from cablewright.calibration.data import write_measured
+        from cablewright.calibration.poses import calibration_poses
+        from cablewright.calibration.problem import Measured
+        from cablewright.robot import load
+
+        machine = load(self.robot)
+        found = calibration_poses(
+            machine,
+            self.count,
+            criterion=self.criterion,
+            candidates=self.candidates,
+            sigma=self.sigma,
+            plan=self.plan,
+            tension_limits=tension_limits(self.tension_limits),
+            seed=self.seed,
+        )
+        if self.out is not None:
+            lengths = "lengths are those of the robot file, home first"
+            comments = (f"poses to measure of {machine.name}, {self.criterion}; {lengths}",)
+            write_whole(self.out, write_measured(Measured(found.counted, found.poses), machine, comments).encode())
+        return answer(found, self.as_json, out=self.out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.survey.frame import SurveyFrame
-from cablewright.results import Figure, Pictured
+from cablewright.results import Figure, Pictured, figures_dict
 
 _SUSPECT: Final = 3.5  # sigmas
 
@@ -79,33 +80,61 @@ class MarkerResidual:
         return self.residual > _SUSPECT * self.sigma > 0
 
 
-def _exits(found: Survey) -> dict[str, dict[str, Any]]:
-    return {one.line: _taken(one, "exit_point", "winch_exit", "dead_length") for one in found.exits}
-
-
-def _sigmas(found: Survey) -> dict[str, Any]:
-    return {
-        "exits": {one.line: {"exit_point": one.exit_sigma, "winch_exit": one.winch_sigma} for one in found.exits},
-        "axes": [{"line": one.line, "point": one.sigma, "radius": one.radius_sigma} for one in found.axes],
-        "walls": {
-            one.name: {"angle": one.angle_sigma, "distance": one.distance_sigma, "lean": one.lean_sigma}
-            for one in found.walls
-        },
-    }
-
-
 def _frame(found: Survey) -> dict[str, Any]:
     frame = found.frame
-    return _taken(frame, "along", "origin", "rotation") | {"zero_height": frame.floor, "offset": frame.offset.value}
+    own = {name: getattr(frame, name) for name in ("along", "origin", "rotation")}
+    return own | {"zero_height": frame.floor, "offset": frame.offset.value}
 
 
-def _taken(value: object, *names: str) -> dict[str, Any]:
-    return {name: getattr(value, name) for name in names}
+def _named(rows: Iterable[object], figures: tuple[Figure, ...], name: str) -> dict[str, Any]:
+    return {getattr(row, name): figures_dict(figures, row) for row in rows}
 
 
-_AXIS: Final = ("line", "kind", "point", "direction", "radius", "arc")
-_WALL: Final = ("normal", "distance", "lean", "rms", "points")
-_MARKER: Final = ("point", "feature", "residual", "sigma", "repeat", "shots", "suspect")
+EXIT: Final = (
+    Figure("exit_point", "m", "Exit point; null where no marker gives it.", digits=5, shown="m"),
+    Figure("exit_sigma", "m", "Standard deviations of its coordinates.", name="sigma", digits=2, shown="mm"),
+    Figure("winch_exit", "m", "Winch exit; null where no marker gives it.", digits=5, shown="m"),
+    Figure("winch_sigma", "m", "Standard deviations of its coordinates.", name="sigma", digits=2, shown="mm"),
+    Figure("dead_length", "m", "Distance of the two; null where one is not known.", digits=5, shown="m"),
+)
+AXIS: Final = (
+    Figure("line", "", "Line of the sheave."),
+    Figure("kind", "", "swivel: the upright axis of the swivel; sheave: the axis of the sheave."),
+    Figure("point", "m", "Centre of the markers' circle.", digits=5, shown="m"),
+    Figure("sigma", "m", "Standard deviations of its coordinates.", digits=2, shown="mm"),
+    Figure("direction", "1", "Unit vector of the axis.", digits=5),
+    Figure("radius", "m", "Radius of the markers' circle.", shown="mm"),
+    Figure("radius_sigma", "m", "Its standard deviation.", name="sigma", digits=2, shown="mm"),
+    Figure("arc", "rad", "Arc from the first marker to the last.", digits=3),
+)
+WALL: Final = (
+    Figure("normal", "1", "Unit normal, out of the room: normal . p = distance.", digits=5),
+    Figure("distance", "m", "Distance of the plane from the frame's origin.", digits=5, shown="m"),
+    Figure("distance_sigma", "m", "Its standard deviation.", name="sigma", digits=2, shown="mm"),
+    Figure("angle_sigma", "rad", "Standard deviation of the normal's azimuth.", name="azimuth sigma", digits=2),
+    Figure("lean", "rad", "Upward lean of the normal in a free fit; null where the markers do not show it.", digits=3),
+    Figure("lean_sigma", "rad", "Its standard deviation.", name="sigma", digits=2),
+    Figure("rms", "m", "Root mean square of the markers' residuals.", digits=3, shown="mm"),
+    Figure("points", "1", "Number of markers."),
+)
+MARKER: Final = (
+    Figure("point", "", "Marker.", name="marker"),
+    Figure("feature", "", "What it is on.", name="on"),
+    Figure(
+        "residual", "m", "Distance from what was fitted; null where no other marker checks it.", digits=3, shown="mm"
+    ),
+    Figure("sigma", "m", "Expected size of the residual.", name="expected", digits=3, shown="mm"),
+    Figure("repeat", "m", "Root mean square of its shots about their mean; null for one shot.", digits=3, shown="mm"),
+    Figure("shots", "1", "Number of shots."),
+    Figure("suspect", "", "Whether the residual is too large for chance."),
+)
+FRAME: Final = (
+    Figure("along", "", "Wall that y follows, x into the room; or instrument: its own x and y."),
+    Figure("origin", "", "station: below the instrument; exits: in the middle of the exit points."),
+    Figure("zero_height", "", "What z = 0 is: floor, height (floor by the instrument's height), or instrument."),
+    Figure("rotation", "rad", "Rotation of the frame from the instrument's.", detail=True),
+    Figure("offset", "m", "Offset of the frame from the instrument's.", detail=True),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,32 +142,21 @@ class Survey(Pictured):
     """What a survey found, in the frame of the answer."""
 
     FIGURES: ClassVar = (
-        Figure("exits", "m", "Exit point, winch exit and dead length of each line.", _exits),
-        Figure(
-            "axes",
-            "m, rad",
-            "Axes of the sheaves and of their swivels.",
-            lambda found: [_taken(one, *_AXIS) for one in found.axes],
-        ),
-        Figure(
-            "walls",
-            "m, rad",
-            "Walls, floor and ceiling: normal . p = distance.",
-            lambda found: {one.name: _taken(one, *_WALL) for one in found.walls},
-        ),
-        Figure(
-            "residuals",
-            "m",
-            "How far each marker is from what was fitted.",
-            lambda found: [_taken(row, *_MARKER) for row in found.residuals],
-        ),
-        Figure("rms", "m", "Of all residuals that are checked, root mean square."),
-        Figure("unit_weight", "1", "Residuals over their sigmas: about 1 where the instrument is as good as stated."),
-        Figure("frame", "", "Where the answer's frame is.", _frame),
-        Figure("sigma", "m, rad", "Standard deviations of exits, axes and walls.", _sigmas),
-        Figure("covariance", "m^2", "Of the coordinates of all exits: exit point, then winch exit."),
-        Figure("notes", "", "What a careful person would ask."),
-    )
+        Figure("status", "", "ok.", lambda _: "ok"),
+        Figure("rms", "m", "Root mean square of all residuals that are checked.", digits=3, shown="mm"),
+        Figure("unit_weight", "1",
+               "Residuals over their expected size; about 1 if the instrument is as good as stated."),
+        Figure("unchecked", "1", "Number of markers that no other marker and no second shot checks."),
+        Figure("frame", "", "Frame of the coordinates.", _frame, parts=FRAME),
+        Figure("exits", "", "Exit points and winch exits by line.", lambda of: _named(of.exits, EXIT, "line"),
+               parts=EXIT),
+        Figure("axes", "", "Axes of the sheaves and of their swivels.", parts=AXIS),
+        Figure("walls", "", "Walls, floor and ceiling.", lambda of: _named(of.walls, WALL, "name"), parts=WALL),
+        Figure("residuals", "", "Markers.", parts=MARKER),
+        Figure("covariance", "m^2", "Covariance of the coordinates of all exits: exit point, then winch exit.",
+               detail=True),
+        Figure("notes", "", "What a careful person would ask.", detail=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("rms", "unit_weight")
 
     exits: tuple[Exit, ...]
@@ -150,3 +168,8 @@ class Survey(Pictured):
     frame: SurveyFrame
     covariance: Array  # (k, k) m^2 of all coordinates of exits, in the order of `exits`: exit point, then winch exit
     notes: tuple[str, ...]
+
+    @property
+    def unchecked(self) -> int:
+        """How many markers nothing checks."""
+        return sum(math.isnan(row.residual) and math.isnan(row.repeat) for row in self.residuals)

@@ -17,9 +17,6 @@ from cablewright.calibration.tensile.recording import MIN_POINTS, TensileTest, r
 from cablewright.calibration.tensile.result import Branch, TensileResult
 from cablewright.errors import InputError
 
-PAPER_SPREAD: Final = 0.3
-"""By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""
-
 # A turn back of the force by this share of the band ends a branch, a smaller one is noise. As no two neighbours of a
 # branch may be farther apart, one false sample cannot pass for the end of a branch.
 _TURN: Final = 0.1

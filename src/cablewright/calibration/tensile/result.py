@@ -4,34 +4,45 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.tensile.recording import TensileTest
 from cablewright.results import Figure, Pictured
+from cablewright.units import AREA, FORCE
+
+PAPER_SPREAD: Final = 0.3
+"""By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""
 
 FIGURES = (
-    Figure("modulus", "Pa", "Nominal Young's modulus: secant of the last full loading over the band."),
-    Figure("axial_stiffness", "N", "EA; the section cancels out of it.", name="stiffness EA"),
-    Figure("modulus_range", "1", "Lowest and highest modulus found anywhere, over the nominal one."),
-    Figure("branch_factors", "1", "Lowest and highest secant of all full branches, over the nominal one."),
-    Figure("tangent_factors", "1", "Lowest and highest tangent of all full branches, over the nominal one."),
-    Figure("loading", "Pa", "Secant modulus of each full loading."),
-    Figure("unloading", "Pa", "Secant modulus of each full unloading."),
-    Figure("cycles", "1", "Loadings that an unloading follows, both across the band."),
-    Figure("partial", "1", "Branches that do not span the band."),
-    Figure("hysteresis", "1", "Loop of each full cycle over the work of its loading, within the band."),
-    Figure("permanent_set", "m", "From each full loading to the next, at the band's lower load."),
-    Figure("r_squared", "1", "Of the secant, over the nominal branch's forces."),
-    Figure("initial_length", "m", "The specimen at elongation zero."),
-    Figure("length", "m", "The cable at the band's lower load."),
-    Figure("stretch", "m", "Over the band, on the nominal branch."),
-    Figure("section", "m^2", "Of the cable."),
-    Figure("breaking_load", "N", "Of the cable."),
-    Figure("band", "1", "Shares of the breaking load that the modulus spans."),
-    Figure("notes", "", "Sentences for whoever uses the numbers."),
+    Figure("status", "", "ok.", lambda _: "ok"),
+    Figure("modulus", "Pa", "Nominal Young's modulus: secant of the last full loading over the band.", shown="GPa"),
+    Figure("axial_stiffness", "N", "EA; the section cancels out of it.", name="axial stiffness EA", shown="kN"),
+    Figure("modulus_range", "1", "Min and max modulus found anywhere, over the nominal one."),
+    Figure("branch_factors", "1", "Min and max secant of all full branches, over the nominal one."),
+    Figure("tangent_factors", "1", "Min and max tangent of all full branches, over the nominal one."),
+    Figure("loading", "Pa", "Secant modulus of each full loading.", name="loadings", shown="GPa"),
+    Figure("unloading", "Pa", "Secant modulus of each full unloading.", name="unloadings", shown="GPa"),
+    Figure("cycles", "1", "Number of loadings that an unloading follows, both across the band."),
+    Figure("partial", "1", "Number of branches that do not span the band.", name="partial branches"),
+    Figure(
+        "hysteresis", "1", "Loop of each full cycle over the work of its loading, within the band.", digits=3, shown="%"
+    ),
+    Figure(
+        "permanent_set", "m", "Elongation from each full loading to the next, at the band's lower load.", shown="mm"
+    ),
+    Figure("r_squared", "1", "R^2 of the secant, over the nominal branch's forces.", name="R^2"),
+    Figure("initial_length", "m", "Length of the specimen at elongation zero.", digits=6, shown="m"),
+    Figure("length", "m", "Length of the specimen at the band's lower load.", digits=6, shown="m"),
+    Figure("stretch", "m", "Elongation over the band, on the nominal branch.", shown="mm"),
+    Figure("section", "m^2", "Section of the cable.", shown="mm^2"),
+    Figure("breaking_load", "N", "Breaking load of the cable.", shown="kN"),
+    Figure("band", "1", "Shares of the breaking load that the modulus spans.", shown="%", digits=3),
+    Figure("robot_file", "", "What a robot file has of this cable.", "robot_file_text", "for the robot file"),
+    Figure("against_paper", "", "The range of the modulus beside that of Paty 2021.", name="range of the modulus"),
+    Figure("notes", "", "What a careful person would ask.", detail=True),
 )
 
 
@@ -119,3 +130,18 @@ class TensileResult(Pictured):
         low = min(self.branch_factors[0], self.tangent_factors[0])
         high = max(self.branch_factors[1], self.tangent_factors[1])
         return math.floor(low * 100 + 1e-6) / 100, math.ceil(high * 100 - 1e-6) / 100
+
+    @property
+    def robot_file_text(self) -> str:
+        """The `[cable]` of a robot file."""
+        section, load = AREA.write(self.section, "mm^2"), FORCE.write(self.breaking_load, "kN")
+        return f'young_modulus = "{self.modulus / 1e9:.4g} GPa", section = "{section}", breaking_load = "{load}"'
+
+    @property
+    def against_paper(self) -> str:
+        """How the range compares with the one that Paty 2021 assumes, and the option of `accuracy` for it."""
+        low, high = 1 - PAPER_SPREAD, 1 + PAPER_SPREAD
+        kind = "within" if low <= self.modulus_range[0] and self.modulus_range[1] <= high else "wider than"
+        return "{:.2f},{:.2f}, {} the paper's {:g} to {:g}: --modulus-range of accuracy".format(
+            *self.modulus_range, kind, low, high
+        )
