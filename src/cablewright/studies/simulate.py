@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
+from cablewright.choices import PlantName
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.machine.log.log import LogHead, write_log
 from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
-from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured

@@ -142,6 +142,5 @@ class TensileResult(Pictured):
         """How the range compares with the one that Paty 2021 assumes, and the option of `accuracy` for it."""
         low, high = 1 - PAPER_SPREAD, 1 + PAPER_SPREAD
         kind = "within" if low <= self.modulus_range[0] and self.modulus_range[1] <= high else "wider than"
-        return "{:.2f},{:.2f}, {} the paper's {:g} to {:g}: --modulus-range of accuracy".format(
-            *self.modulus_range, kind, low, high
-        )
+        own = f"{self.modulus_range[0]:.2f},{self.modulus_range[1]:.2f}"
+        return f"{own}, {kind} the paper's {low:g} to {high:g}: --modulus-range of accuracy"
