@@ -236,10 +236,10 @@ def test_rows_are_those_of_single_ones_and_those_without_balance_are_nan() -> No
         np.testing.assert_array_equal(alone.frequencies, found.frequencies[row])
         np.testing.assert_array_equal(alone.shapes, found.shapes[row])
     alone = modes(model, poses[1])
-    assert "no tensions within the limits" in alone.verdict
+    assert "no tensions within the limits" in alone.refusal
     assert not alone.has_modes
     assert alone.to_dict()["frequencies"] is None
-    assert found.verdict == alone.verdict
+    assert found.refusal == alone.verdict
 
 
 def test_a_body_of_unknown_inertia_is_refused() -> None:

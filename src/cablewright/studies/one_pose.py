@@ -77,7 +77,7 @@ class SolvedPose(Result):
         if self.equilibrium.status is not Status.OK:
             return self.equilibrium.sentence()
         if self.certificate is not None and not self.certificate.certified:
-            return str(self.certificate.reason)
+            return str(self.certificate.reason())
         return self.broken_limit or ""
 
 

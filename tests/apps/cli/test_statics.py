@@ -68,10 +68,10 @@ def test_modulus_factors_move_the_platform_and_leave_nothing_unsolved(cli) -> No
 def test_people_get_a_table(cli) -> None:
     answer = cli("inverse", "house-printer", "--at", "1,2,1.5")
     assert (answer.code, answer.err) == (0, "")
-    first, *rest = answer.out.splitlines()
-    assert first == "house-printer: ok"
-    assert [row.split()[0] for row in rest[2:6]] == ["south-west", "south-east", "north-east", "north-west"]
-    assert "33.482453" in rest[2]
+    assert (answer.figure("status"), answer.figure("robot")) == ("ok", "house-printer")
+    assert answer.rows[-5] == ["line", "length, m", "tension, N", "at platform, N", "at winch, N"]
+    assert [row[0] for row in answer.rows[-4:]] == ["south-west", "south-east", "north-east", "north-west"]
+    assert answer.rows[-4][1] == "33.482453"
 
 
 @pytest.mark.parametrize("as_json", [True, False])
@@ -93,7 +93,7 @@ def test_overstretched_names_the_line_and_by_how_much(cli, as_json: bool) -> Non
         names = [each.name for each in load("house-printer").lines]
         assert max(found["tensions"]) == found["tensions"][names.index(line)] == pytest.approx(float(tension), rel=1e-5)
     else:
-        assert answer.out.startswith("house-printer: overstretched\n")
+        assert answer.figure("status") == "overstretched"
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_a_pose_that_cannot_be_held(cli, at: str, status: str, says: str) -> Non
     assert answer.json.keys() >= INVERSE_KEYS
     text = cli("inverse", "house-printer", f"--at={at}")
     assert text.no == answer.no
-    assert text.out.startswith(f"house-printer: {status}\n")
+    assert text.figure("status") == status
 
 
 @pytest.mark.parametrize("at", ["0,0,14.9", "7.45,0,1"])

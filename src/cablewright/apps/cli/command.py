@@ -55,9 +55,9 @@ def _callback(kind: type[Command]) -> Callable[..., int]:
 def _parameters(kind: type[Any], panel: str | None = None) -> Iterator[Parameter]:
     hints = get_type_hints(kind, include_extras=True)
     for field in fields(kind):
-        hint: Any = hints[field.name]
-        if is_dataclass(hint):
-            yield from _parameters(hint, hint.PANEL)
+        hint = hints[field.name]
+        if isinstance(hint, type) and is_dataclass(hint):
+            yield from _parameters(hint, getattr(hint, "PANEL", None))
             continue
         yield Parameter(field.name, Parameter.KEYWORD_ONLY, default=_default(field), annotation=_in_panel(hint, panel))
 
