@@ -239,7 +239,7 @@ def test_rows_are_those_of_single_ones_and_those_without_balance_are_nan() -> No
     assert "no tensions within the limits" in alone.refusal
     assert not alone.has_modes
     assert alone.to_dict()["frequencies"] is None
-    assert found.refusal == alone.verdict
+    assert found.refusal == alone.refusal
 
 
 def test_a_body_of_unknown_inertia_is_refused() -> None:

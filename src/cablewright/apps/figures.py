@@ -11,6 +11,7 @@ from cablewright.results import Figure, Result, plain
 from cablewright.units import unit_size
 
 NONE = "-"
+FAR_BELOW = 1e-3  # of the largest of a column: what is smaller may be shown as 0
 
 
 class Sheet(NamedTuple):
@@ -135,12 +136,19 @@ def _by_size(unit: str, values: list[float]) -> str:
 
 
 def _form(figure: Figure, values: list[float]) -> str:
-    """The format that gives the largest of *values* the significant digits of the figure."""
+    """The format that gives the largest of *values* the figure's significant digits, and one to those not far below."""
+    if figure.unit == "SI":  # of several dimensions
+        return f".{figure.digits}g"
     if all(float(value).is_integer() for value in values) and figure.unit in ("", "1"):
         return ".0f"
-    largest = max(map(abs, values), default=0.0)
-    leading = math.floor(math.log10(largest)) if largest else 0
-    return f".{max(figure.digits - 1 - leading, 0)}f" if -4 <= leading <= 9 else ".1e"
+    sizes = [abs(value) for value in values if value]
+    if not sizes:
+        return ".0f"
+    leading = math.floor(math.log10(max(sizes)))
+    if not -4 <= leading <= 9:
+        return ".1e"
+    smallest = math.floor(math.log10(min(size for size in sizes if size > FAR_BELOW * max(sizes))))
+    return f".{max(figure.digits - 1 - leading, -smallest, 0)}f"
 
 
 def _joined(value: Any, factor: float, figure: Figure, among: Sequence[Any] | None = None) -> str:
@@ -161,6 +169,8 @@ def _cell(value: Any, factor: float, form: str, outward: int) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
+        if form.endswith("g"):
+            return format(value * factor, form)
         return format(float(_rounded(Decimal(value * factor), form, outward)) + 0.0, form)  # no minus before a zero
     return str(value)
 

@@ -119,6 +119,7 @@ COMBINATION = (
         Figure("margin", "m", "Distance beyond the clearance; null for a single line."),
         Figure("collide", "", "Whether the margin is negative."),
     )),
+    Figure("sheaves_collide", "", "Whether the nearest exit points are nearer than the clearance."),
     Figure("not_dominated", "", "Whether no other without collision has more volume and a higher frequency."),
 )  # fmt: skip
 
@@ -223,6 +224,7 @@ class Trade(Pictured):
                 "margin": self.margins[k],
                 "collide": not self.clear[k],
             },
+            "sheaves_collide": not self.clear[k],
             "not_dominated": self.best[k],
         }
 

@@ -75,7 +75,11 @@ def test_people_get_the_certificate(cli) -> None:
     plain, answer = cli(*CERTIFY[:-1]), cli(*CERTIFY)
     assert (answer.code, answer.err) == (0, "")
     assert "certificate" not in plain.out
-    assert (answer.figure("certified"), answer.figure("unique"), answer.figure("levers")) == ("yes", "locally", "stable")
+    assert (answer.figure("certified"), answer.figure("unique"), answer.figure("levers")) == (
+        "yes",
+        "locally",
+        "stable",
+    )
     assert re.fullmatch(r"\S+, \S+, \S+ m", answer.figure("bound"))
 
 

@@ -163,7 +163,11 @@ def test_along_the_boundary(cli, tmp_path) -> None:
     text = cli("modes", "jung2020", *given)
     assert re.fullmatch(r"1\.\d+ Hz", text.figure("min"))
     assert re.fullmatch(r"2\.\d+ Hz", text.figure("max"))
-    assert (text.figure("criterion"), text.figure("mostly"), text.figure("counts geometric")) == ("closed-form", "rz", "no")
+    assert (text.figure("criterion"), text.figure("mostly"), text.figure("counts geometric")) == (
+        "closed-form",
+        "rz",
+        "no",
+    )
 
 
 def test_options_reach_the_boundary(cli) -> None:

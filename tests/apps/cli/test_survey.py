@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / "examples" / "survey.gsi"
 PLAN = ROOT / "examples" / "survey.toml"
 KEYS = {
-    "exits", "axes", "walls", "residuals", "rms", "unit_weight", "frame", "sigma", "covariance", "notes", "robot",
+    "exits", "axes", "walls", "residuals", "rms", "unit_weight", "frame", "status", "unchecked", "covariance", "notes", "robot",
     "plot",
 }  # fmt: skip
 
@@ -29,7 +29,7 @@ def test_json(cli) -> None:
     assert list(found["exits"]) == ["1", "2", "3", "4"]
     assert found["exits"]["1"]["exit_point"] == pytest.approx([-2.45, -5.0, 4.03], abs=6e-3)
     assert np.shape(found["covariance"]) == (24, 24)
-    sigma = found["sigma"]["exits"]["1"]["exit_point"]
+    sigma = found["exits"]["1"]["exit_sigma"]
     assert np.sqrt(np.diag(found["covariance"]))[:3] == pytest.approx(sigma)
     assert all(3e-4 < value < 3e-3 for value in sigma)  # the paper's "accuracy of about 1 mm"
     assert found["walls"]["west"]["normal"] == pytest.approx([-1, 0, 0], abs=1e-15)

@@ -130,11 +130,11 @@ def test_picture(cli, tmp_path: Path) -> None:
     [
         (["no-such.csv"], "no-such.csv: no such file"),
         ([FILE, "--unit", "inch"], "--unit = 'inch': must be one of m, mm"),
-        ([FILE, "--range", "3,1"], "--range = '3,1': two numbers that rise"),
-        ([FILE, "--range", "nan,1"], "two numbers that rise"),
+        ([FILE, "--range", "3,1"], "--range = '3,1': expected "),
+        ([FILE, "--range", "nan,1"], "expected "),
         ([FILE, "--range", "-1,1"], "0 <= min_range < max_range"),
-        ([FILE, "--yaw", "10"], "--yaw = '10': two numbers"),
-        ([FILE, "--mask", "1,2,3"], "--mask = '1,2,3': pairs of bearings"),
+        ([FILE, "--yaw", "10"], "--yaw = '10': expected 2"),
+        ([FILE, "--mask", "1,2,3"], "--mask = '1,2,3': expected pairs of bearings"),
         ([FILE, "--noise", "0"], "noise = 0: must be over 0"),
         ([FILE, "--noise", "nan"], "noise = nan: must be over 0"),
         ([FILE, "--laser", "north=1"], "--laser = 'north=1': there is no --room"),
@@ -148,12 +148,12 @@ def test_refusals(cli, arguments: list, says: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["3", "{}", '{"walls": {}}', '{"walls": {"west": {"normal": [1]}}, "sigma": {"walls": {}}}', "[" * 9999]
+    "text", ["3", "{}", '{"walls": {"west": {"normal": [1]}}, "sigma": {"walls": {}}}', "[" * 9999]
 )
 def test_rooms_that_are_refused(cli, tmp_path: Path, text: str) -> None:
     file = tmp_path / "room.json"
     file.write_text(text)
-    assert "wanted" in cli("walls", FILE, "--room", file).refusal
+    assert "cablewright survey FILE --json" in cli("walls", FILE, "--room", file).refusal
     file.write_text(json.dumps({"walls": {}, "sigma": {"walls": {}}}))
     assert "room: 0 walls" in cli("walls", FILE, "--room", file).refusal
 

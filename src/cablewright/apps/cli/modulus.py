@@ -57,7 +57,7 @@ class SpecimenOptions:
         diameter = _quantity(self.diameter, "--diameter", LENGTH)
         area = area if diameter is None else math.pi / 4 * diameter**2
         load = _quantity(self.breaking_load, "--breaking-load", FORCE)
-        if self.robot is not None and (area is None or load is None):
+        if self.robot is not None:
             cable = self._cable(self.robot, with_section=area is None, with_load=load is None)
             if area is None and cable.section is None:
                 reason = "its cable is given by axial_stiffness and has no section; give --section or --diameter"

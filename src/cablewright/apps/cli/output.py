@@ -19,7 +19,7 @@ SCHEMA = 2
 NO = 1
 """Exit code of a command whose answer is no."""
 
-MAX_ROWS = 24
+MAX_ROWS = 60
 """Rows of a table that people see."""
 
 

@@ -135,7 +135,8 @@ class TensileResult(Pictured):
     def robot_file_text(self) -> str:
         """The `[cable]` of a robot file."""
         section, load = AREA.write(self.section, "mm^2"), FORCE.write(self.breaking_load, "kN")
-        return f'young_modulus = "{self.modulus / 1e9:.4g} GPa", section = "{section}", breaking_load = "{load}"'
+        modulus = f"{self.modulus / 1e9:.4g} GPa"
+        return f'[cable]\nyoung_modulus = "{modulus}"\nsection = "{section}"\nbreaking_load = "{load}"'
 
     @property
     def against_paper(self) -> str:
