@@ -37,10 +37,15 @@ def sheets(result: Result) -> Iterator[Sheet]:
         value = each.of(result)
         if each.along and each.along not in seen:
             seen.add(each.along)
-            beside = [one for one in result.figures if one.along == each.along and not one.detail]
-            yield columns("", [(one, one.of(result)) for one in beside])
+            yield along_sheet(result, each.along)
         elif each.parts and value is not None and plain(value) != []:
-            yield _of_parts(each, value)
+            yield part_sheet(each, value)
+
+
+def along_sheet(result: Result, along: str) -> Sheet:
+    """The table of the figures that run along the same things."""
+    beside = [each for each in result.figures if each.along == along and not each.detail]
+    return columns("", [(each, each.of(result)) for each in beside])
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
@@ -84,7 +89,7 @@ def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
     return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
 
 
-def _of_parts(figure: Figure, value: Any) -> Sheet:
+def part_sheet(figure: Figure, value: Any) -> Sheet:
     """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
     shown = [part for part in figure.parts if not part.detail]
     if isinstance(value, tuple | list):

@@ -71,6 +71,8 @@ FIGURES = (
            along="unknown"),
     Figure("sigma", "SI", "Standard deviation of each unknown, by its name.", partial(_by_label, "sigma"), "", 3,
            along="unknown"),
+    Figure("changes", "SI", "Change from the robot file; null for what is not in it.", name="change", digits=3,
+           along="unknown"),
     Figure("units", "", "SI units of the unknowns.", lambda of: [each.unit for each in of.unknowns], "unit",
            along="unknown"),
     Figure("covariance", "SI", "Covariance of the unknowns, in their order.", detail=True),
@@ -151,6 +153,12 @@ class Calibration(Pictured):
     def values(self) -> Array:
         """The unknowns (k,)."""
         return np.asarray(self.problem.whole(self.fit.theta) * self._sizes)
+
+    @property
+    def changes(self) -> Array:
+        """How far the values are from the robot file's (k,); NaN for lengths at home, which it does not have."""
+        new = np.array([each.name == "length_offset" for each in self.unknowns])
+        return np.where(new, np.nan, self.values - np.asarray(self.problem.start) * self._sizes)
 
     @cached_property
     def covariance(self) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from cablewright.apps import style
 from cablewright.apps.pictures.calibration import correlation_picture, exits_picture, residuals_picture
 from cablewright.apps.quantities import count, quantity
+from cablewright.apps.report.figures import along_table, key_figures, part_table
 from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
 from cablewright.calibration.result import Calibration
@@ -40,8 +41,8 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
         yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
     if found.status == "ok":
         yield section("What the data leave open", *_open(found))
-        yield section("Values", _values(found))
-        yield section("What is left of the lengths", *_residuals(found, pictures))
+        yield section("Values", along_table(found, "unknown"))
+        yield section("Residuals of the lengths", *_residuals(found, pictures))
         yield section("How well exit points are known", *_exits(pictures))
         yield section("What one more measurement would bring", *_suggestions(found))
     yield section("What went in", _inputs(found, data))
@@ -61,66 +62,42 @@ def _verdict(found: Calibration) -> Html:
 
 
 def _figures(found: Calibration) -> Iterator[tuple[str, str, str]]:
-    given = found.problem.plan.sigma.encoder is not None
     spoiled = len({each.pose for each in found.rejected})
-    yield "poses", count(found.problem.poses), f"{count(spoiled)} with something left out" if spoiled else "all count"
-    yield "left over", quantity(found.rms, "m"), "rms of the lengths that count"
-    yield "encoders", quantity(found.encoder_sigma, "m"), "sigma, given" if given else "sigma, from what is left over"
-    yield "unknowns", count(found.alone.total), "poses counted"
-    yield "decided", count(found.alone.rank), "by the data alone"
-    yield "steps", count(found.iterations), f"best of {found.fit.starts} starts"
+    given = found.problem.plan.sigma.encoder is not None
+    notes = {
+        "poses": f"{count(spoiled)} with something left out" if spoiled else "all are used",
+        "rms": "of the lengths that are used",
+        "encoder_sigma": "given" if given else "estimated from the residuals",
+        "unknowns": "poses included",
+        "iterations": f"best of {found.fit.starts} starts",
+    }
+    yield from key_figures(found, ("poses", "rms", "encoder_sigma", "unknowns", "rank", "iterations"), notes)
 
 
 def _open(found: Calibration) -> Iterator[Html]:
     if found.gauge:
-        yield element("p", "No measurement here sees these; the datum decides them:")
+        yield element("p", "The measurements do not determine these freedoms; the datum fixes them:")
         yield list_of(list(found.gauge))
     else:
-        yield element("p", "Nothing: the data decide all that is looked for.")
+        yield element("p", "Nothing: the data determine all unknowns.")
     held = ", ".join(found.problem.plan.datum)
     if held and held != "inner":
         yield element("p", f"Datum: {held} as in the robot file.")
     else:
         yield element("p", "Datum: inner. Exit points, as a whole, keep the place and direction of the robot file.")
-    rows = [(each.words, quantity(each.sigma, each.unit)) for each in found.weakest]
-    yield element("p", "The least known of what is not open:")
-    yield table(("combination", "sigma"), rows, numbers=(1,))
-
-
-def _values(found: Calibration) -> Html:
-    rows = []
-    start = found.problem.start
-    for at, unknown in enumerate(found.unknowns):
-        before = None if unknown.name == "length_offset" else start[at] * unknown.size
-        value, sigma = found.values[at], found.sigma[at]
-        change = "" if before is None else f"{(value - before) * 1e3:+.3f}"
-        if unknown.unit == "m":
-            rows.append((unknown.label, f"{value:.6f} m", f"{change} mm" if change else "", f"{sigma * 1e3:.3g} mm"))
-        else:
-            told = "" if before is None else f"{value - before:+.3g}"
-            rows.append((unknown.label, f"{value:.9g} {unknown.unit}", told, f"{sigma:.3g} {unknown.unit}"))
-    return table(("unknown", "value", "change", "sigma"), rows, numbers=(1, 2, 3))
+    yield element("p", "The least known combinations of what is not open:")
+    yield part_table(found, "weakest")
 
 
 def _residuals(found: Calibration, pictures: Pictures) -> Iterator[Html]:
     yield picture(
         pictures["residuals"],
-        "What is left of each line's length at each pose",
-        "One mark for each length that counts. A pose takes up as many of its errors as it has freedoms, so what is "
-        "left is smaller than the encoders' sigma.",
+        "Residual of each line's length at each pose",
+        "One mark for each length that is used. Each pose absorbs as many errors as it has freedoms, so residuals are "
+        "smaller than the encoders' sigma.",
     )
     if found.rejected:
-        place = found.problem.measured.place
-        rows = [
-            (
-                str(each.pose + 1),
-                place(each.pose),
-                f"{each.sensor} of {each.line}" if each.line else "not told by the others",
-                quantity(each.size, each.unit),
-            )
-            for each in found.rejected
-        ]
-        yield table(("pose", "where", "line", "off by"), rows, numbers=(0, 3))
+        yield part_table(found, "rejected")
 
 
 def _exits(pictures: Pictures) -> Iterator[Html]:
@@ -137,24 +114,15 @@ def _exits(pictures: Pictures) -> Iterator[Html]:
             "Dark: one of the two is known only as well as the other. Columns are in the order of the rows.",
         )
     if not pictures.keys() & {"exits", "correlation"}:
-        yield element("p", "Not drawn.")
+        yield element("p", "No picture: nothing to draw.")
 
 
 def _suggestions(found: Calibration) -> Iterator[Html]:
     if not found.suggestions:
-        yield element("p", "Not told.")
+        yield element("p", "No suggestion: the sigma of the encoders is not known.")
         return
-    rows = [
-        (
-            each.words,
-            quantity(each.before, "m"),
-            quantity(each.after, "m"),
-            f"{each.open_before} to {each.open_after}",
-        )
-        for each in found.suggestions[:8]
-    ]
-    yield element("p", "Sigma of the exit points' coordinates, rms, before and after, in the frame of the inner datum.")
-    yield table(("measurement", "before", "after", "open freedoms"), rows, numbers=(1, 2))
+    yield element("p", "Sigma of the exit points' coordinates, rms, in the frame of the inner datum.")
+    yield part_table(found, "suggestions")
 
 
 def _inputs(found: Calibration, data: str) -> Html:
@@ -162,8 +130,8 @@ def _inputs(found: Calibration, data: str) -> Html:
     rows = [
         ("robot", robot.name),
         ("measurements", data),
-        ("looked for", ", ".join(plan.unknowns)),
-        ("one number for all lines", ", ".join(plan.shared)),
+        ("unknowns", ", ".join(plan.unknowns)),
+        ("shared by all lines", ", ".join(plan.shared)),
         ("datum", ", ".join(plan.datum) or "inner"),
         ("priors", ", ".join(f"{each.name} ±{each.deviation:g}" for each in plan.priors)),
         ("program", program()),
