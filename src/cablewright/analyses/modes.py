@@ -82,7 +82,7 @@ class Modes(Pictured):
                _if_balanced("line_frequencies"), "sideways frequency", 5, along="line"),
         Figure("asymmetry", "1", "Largest asymmetric part of the stiffness between two modes, relative to theirs.",
                _if_balanced("asymmetry"), detail=True),
-        Figure("notes", "", "Warnings.", detail=True),
+        Figure("notes", "", "Warnings about the modes.", detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "frequencies")
 

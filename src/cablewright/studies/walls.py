@@ -31,9 +31,9 @@ WALL: Final = (
     Figure("sigma_distance", "m", "Its standard deviation.", "distance_sigma", "sigma", 2, shown="mm"),
     Figure("rms", "m", "Root mean square of the points' distances from the line.", digits=3, shown="mm"),
     Figure("points", "1", "Number of points.", "point_count"),
-    Figure("length", "m", "Length in sight.", digits=3, shown="m"),
-    Figure("normal", "1", "Unit normal.", detail=True),
-    Figure("ends", "m", "Both ends.", detail=True),
+    Figure("length", "m", "Length of the wall in sight.", digits=3, shown="m"),
+    Figure("normal", "1", "Unit normal of the wall.", detail=True),
+    Figure("ends", "m", "Both ends, in the lidar's frame.", detail=True),
 )
 CANDIDATE: Final = (
     Figure("position", "m", "Position of the lidar, in the survey's frame.", digits=5, shown="m"),
@@ -50,11 +50,12 @@ class LidarPlace(Result):
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or why there is no place.", "pose.status"),
-        Figure("position", "m", "Position, in the survey's frame; null where it is not known.", "pose.position",
+        Figure("position", "m", "Position of the lidar, in the survey's frame; null where it is not known.",
+               "pose.position",
                digits=5,
                shown="m"),
         Figure("position_sigma", "m", "Its standard deviations.", lambda of: of.sigmas[:2], "sigma", 2, shown="mm"),
-        Figure("yaw", "rad", "Yaw.", "pose.yaw", digits=6),
+        Figure("yaw", "rad", "Yaw of the lidar, in the survey's frame.", "pose.yaw", digits=6),
         Figure("yaw_sigma", "rad", "Its standard deviation.", lambda of: of.sigmas[2], "sigma", 2),
         Figure("covariance", "m, rad", "Covariance of x, y and yaw.", "pose.covariance", detail=True),
         Figure("confidence", "1", "Share of the points explained beyond the next best place.", "pose.confidence",

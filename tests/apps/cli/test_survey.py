@@ -16,7 +16,8 @@ ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / "examples" / "survey.gsi"
 PLAN = ROOT / "examples" / "survey.toml"
 KEYS = {
-    "exits", "axes", "walls", "residuals", "rms", "unit_weight", "frame", "status", "unchecked", "covariance", "notes", "robot",
+    "exits", "axes", "walls", "residuals", "rms", "unit_weight", "frame", "status", "unchecked", "covariance", "notes",
+    "robot",
     "plot",
 }  # fmt: skip
 

@@ -28,6 +28,7 @@ class Calibrate:
     """
 
     EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv"
+    ANSWERS: ClassVar = ("calibration.result:Calibration",)
 
     robot: RobotName
     data: Annotated[
@@ -130,6 +131,7 @@ class SimulateCalibration:
     """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
 
     EXAMPLE: ClassVar = "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv"
+    ANSWERS: ClassVar = ("calibration.simulation:SimulatedCalibration",)
 
     robot: RobotName
     poses: Annotated[int, typer.Option("--poses", help="Number of poses; the first is home.")]

@@ -32,6 +32,7 @@ class Modes:
     """
 
     EXAMPLE: ClassVar = "modes jung2020 --at 0.2,0.1,0.9"
+    ANSWERS: ClassVar = ("analyses.modes:Modes", "analyses.workspace.boundary_modes:Boundary")
 
     robot: RobotOptions
     at: Pose = None

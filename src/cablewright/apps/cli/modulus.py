@@ -98,6 +98,7 @@ class Modulus:
     """
 
     EXAMPLE: ClassVar = "modulus examples/tensile.csv --initial-length '2 m' --robot paty2021"
+    ANSWERS: ClassVar = ("calibration.tensile.result:TensileResult",)
 
     test: Annotated[Path, typer.Argument(metavar="TEST", help="CSV file with columns force and elongation.")]
     initial_length: Annotated[

@@ -23,6 +23,7 @@ class Poses:
     """
 
     EXAMPLE: ClassVar = "poses wang2021 --count 14 --candidates 100"
+    ANSWERS: ClassVar = ("calibration.poses:CalibrationPoses",)
 
     robot: RobotName
     count: Annotated[int, typer.Option("--count", help="Number of poses.")] = 40

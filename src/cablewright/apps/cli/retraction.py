@@ -20,6 +20,7 @@ class Retraction:
     """
 
     EXAMPLE: ClassVar = "retraction jung2020 --criterion closed-form --steps 3 --heights 10 --tolerance 0.05"
+    ANSWERS: ClassVar = ("analyses.workspace.retraction:RetractionStudy",)
 
     robot: RobotOptions
     min_length: Annotated[

@@ -28,6 +28,7 @@ class Inverse:
     """
 
     EXAMPLE: ClassVar = "inverse merlet2023 --at 0,0,1"
+    ANSWERS: ClassVar = ("studies.one_pose:SolvedPose", "studies.one_pose:SlackSets")
 
     robot: RobotOptions
     at: Pose
@@ -77,7 +78,8 @@ class Forward:
     The answer is no (exit 1) if none is found, a cable would break, or a requested proof fails.
     """
 
-    EXAMPLE: ClassVar = "forward merlet2023 --lengths 6.3,6.3,6.5,6.5 --certify"
+    EXAMPLE: ClassVar = "forward merlet2023 --lengths 10.43,10.43,10.43,10.43 --certify"
+    ANSWERS: ClassVar = ("studies.one_pose:SolvedPose",)
 
     robot: RobotOptions
     lengths: Lengths

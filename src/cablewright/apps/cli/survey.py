@@ -25,6 +25,7 @@ class Survey:
     """
 
     EXAMPLE: ClassVar = "survey examples/survey.gsi --plan examples/survey.toml"
+    ANSWERS: ClassVar = ("calibration.survey.result:Survey",)
 
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="File of the total station: Leica GSI-8, GSI-16, or CSV.")

@@ -55,6 +55,7 @@ class Trade:
     """
 
     EXAMPLE: ClassVar = "trade jung2020 --vary exit-distance=0.2,0.3 --count nodes --grid 5 --boundary-grid 5"
+    ANSWERS: ClassVar = ("studies.trade:Trade",)
 
     robot: RobotOptions
     vary: Annotated[

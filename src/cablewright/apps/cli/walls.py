@@ -74,6 +74,7 @@ class Walls:
     """
 
     EXAMPLE: ClassVar = "walls examples/scan.csv"
+    ANSWERS: ClassVar = ("studies.walls:Walls",)
 
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="CSV or JSON with x,y or angle,distance; or a ROS LaserScan.")

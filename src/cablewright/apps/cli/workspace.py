@@ -27,6 +27,7 @@ class Workspace:
     """
 
     EXAMPLE: ClassVar = "workspace jung2020 --criterion closed-form --count nodes --grid 9"
+    ANSWERS: ClassVar = ("analyses.workspace.workspace:Workspace", "analyses.workspace.workspace:NodeCount")
 
     robot: RobotOptions
     region: OrientedRegionOptions

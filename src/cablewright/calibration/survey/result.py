@@ -118,8 +118,8 @@ WALL: Final = (
     Figure("points", "1", "Number of markers."),
 )
 MARKER: Final = (
-    Figure("point", "", "Marker.", name="marker"),
-    Figure("feature", "", "What it is on.", name="on"),
+    Figure("point", "", "Name of the marker.", name="marker"),
+    Figure("feature", "", "Feature that the marker is on.", name="on"),
     Figure(
         "residual", "m", "Distance from what was fitted; null where no other marker checks it.", digits=3, shown="mm"
     ),
@@ -152,7 +152,7 @@ class Survey(Pictured):
                parts=EXIT),
         Figure("axes", "", "Axes of the sheaves and of their swivels.", parts=AXIS),
         Figure("walls", "", "Walls, floor and ceiling.", lambda of: _named(of.walls, WALL, "name"), parts=WALL),
-        Figure("residuals", "", "Markers.", parts=MARKER),
+        Figure("residuals", "", "Residuals of the markers.", parts=MARKER),
         Figure("covariance", "m^2", "Covariance of the coordinates of all exits: exit point, then winch exit.",
                detail=True),
         Figure("notes", "", "What a careful person would ask.", detail=True),

@@ -1,0 +1,62 @@
+"""Write ``docs/figures.md``: every figure that commands print and reports show, as the results declare them.
+
+A test holds the page to what this prints. Run it from the repository root: ``python tools/figures_page.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+from cablewright.apps.cli.main import COMMANDS
+from cablewright.results import Figure
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "figures.md"
+HEAD = """# Figures
+
+What `--json` of each command prints and its report shows, in the order in which it is printed. Values are SI, angles are
+radians; what people read is in the unit of the last column, where it says one. `a.b` is the key `b` of the object
+`a`, of each object in the list `a`, or of each object by name in `a`. What is not known is `null`. Each JSON object
+has `schema`, the version of its keys: 2. A command that writes files adds their names, under the name of the option.
+
+This page is written by `tools/figures_page.py` from the declarations in the code.
+"""
+
+
+def page() -> str:
+    """The whole page."""
+    parts = [HEAD]
+    for group, commands in COMMANDS.items():
+        parts.append(f"## {group}\n")
+        for name, (home, summary) in commands.items():
+            module, kind = home.split(".")
+            answers = getattr(import_module(f"cablewright.apps.cli.{module}"), kind).ANSWERS
+            parts += [f"### {name}\n", f"{summary}\n", *map(_table, answers)]
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def declared(answer: str) -> tuple[Figure, ...]:
+    """The figures of a result, given as ``module:class``."""
+    module, kind = answer.split(":")
+    figures: tuple[Figure, ...] = getattr(import_module(f"cablewright.{module}"), kind).FIGURES
+    return figures
+
+
+def _table(answer: str) -> str:
+    rows = [f"| `{path}` | {each.unit} | {each.meaning} | {each.shown} |" for path, each in _flat(declared(answer), "")]
+    return "\n".join(
+        [f"`{answer.split(':')[1]}`\n", "| key | unit | meaning | shown in |", "| --- | --- | --- | --- |", *rows, ""]
+    )
+
+
+def _flat(figures: tuple[Figure, ...], before: str) -> Iterator[tuple[str, Figure]]:
+    """Every figure with its path, those of parts after the one that has them."""
+    for each in figures:
+        path = f"{before}{each.key}"
+        yield path, each
+        yield from _flat(each.parts, f"{path}.")
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
