@@ -1,0 +1,47 @@
+"""The page of statuses: each command on it gives what stands beside it."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from cablewright.errors import Status
+
+PAGE = (Path(__file__).parents[3] / "docs" / "statuses.md").read_text("utf-8")
+STATUSES = re.findall(r"^\| `([\w-]+)` \|[^|]*\| `cablewright (.*)` \|$", PAGE, re.MULTILINE)
+CODES = re.findall(r"^\| (\d) \|[^|]*\| `cablewright (.*)` \|$", PAGE, re.MULTILINE)
+BAD = re.findall(r"^\| [a-z ]+ \| `cablewright (.*)` \|$", PAGE.partition("## Errors of input")[2], re.MULTILINE)
+
+
+@pytest.mark.parametrize(("status", "command"), STATUSES)
+def test_a_command_gives_its_status(cli, status: str, command: str) -> None:
+    answer = cli(*shlex.split(command), "--json")
+    assert answer.json["status"] == status
+    assert answer.code == (0 if status == "ok" else 1)
+
+
+def test_every_status_is_on_the_page() -> None:
+    named = {status for status, _ in STATUSES} | set(re.findall(r"`(lever-unstable|jumped|fold|uncertified)` \(", PAGE))
+    assert named == {each.word for each in Status}
+
+
+@pytest.mark.parametrize(("code", "command"), CODES)
+def test_a_command_gives_its_exit_code(cli, code: str, command: str) -> None:
+    assert cli(*shlex.split(command)).code == int(code)
+
+
+@pytest.mark.parametrize("command", BAD)
+def test_bad_input_is_one_line(cli, command: str) -> None:
+    assert cli(*shlex.split(command)).refusal
+
+
+def test_levers_on_their_head_are_among_all_equilibria(cli) -> None:
+    (command,) = re.findall(r"`cablewright\s+(equilibria [^`]*)`", PAGE)
+    assert "lever-unstable" in {each["status"] for each in cli(*shlex.split(command), "--json").json["solutions"]}
+
+
+def test_the_tables_are_read() -> None:
+    assert (len(STATUSES), len(CODES), len(BAD)) == (11, 4, 11)
