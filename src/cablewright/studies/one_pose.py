@@ -11,9 +11,10 @@ from cablewright.errors import Status
 from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result, figures_dict
-from cablewright.solvers.certify import Certificate, is_only_one
+from cablewright.solvers.certify import Certificate
 from cablewright.solvers.pose_hull import PoseBox
 from cablewright.solvers.slack import SlackSet, excess_lengths
+from cablewright.solvers.uniqueness import EVERYWHERE, unique_among
 
 
 def _has(part: str) -> Any:
@@ -23,7 +24,11 @@ def _has(part: str) -> Any:
 def _certificate(of: SolvedPose) -> dict[str, Any]:
     """What the certificate proves; nothing of levers where there are none."""
     proof = figures_dict(PROOF, of.certificate)
-    return proof | {"levers": proof["levers"] if of.equilibrium.lines.has_lever.any() else None, "unique": of.unique}
+    return proof | {
+        "levers": proof["levers"] if of.equilibrium.lines.has_lever.any() else None,
+        "unique": of.unique,
+        "unique_among": of.unique_among,
+    }
 
 
 PROOF = Certificate.FIGURES[1:]
@@ -40,7 +45,8 @@ class SolvedPose(Result):
         Figure("certified", "", "Whether exactly one equilibrium is proved to be near.", "certificate.certified",
                only=_has("certificate")),
         Figure("certificate", "", "What the certificate proves.", _certificate, parts=(*PROOF,
-               Figure("unique", "", "globally or locally the only one; null where nothing is proved.")),
+               Figure("unique", "", "globally, conditionally or locally the only one; null where nothing is proved."),
+               Figure("unique_among", "", "Equilibria of these lengths among which it is the only one.")),
                only=_has("certificate")),
         Figure("pose_box", "", "Box that contains the pose for all lengths within their error.", parts=PoseBox.FIGURES,
                only=_has("pose_box")),
@@ -66,10 +72,18 @@ class SolvedPose(Result):
 
     @property
     def unique(self) -> str | None:
-        """Whether the certified equilibrium is the only one there is, or the only one near."""
+        """Whether the certified equilibrium is the only one: of all, under a condition, or near it."""
         if self.certificate is None or not self.certificate.certified:
             return None
-        return "globally" if is_only_one(self.equilibrium) else "locally"
+        among = unique_among(self.equilibrium)
+        return "locally" if among is None else "globally" if among == EVERYWHERE else "conditionally"
+
+    @property
+    def unique_among(self) -> str | None:
+        """The equilibria of these lengths among which the certified one is the only one, in words."""
+        if self.unique is None:
+            return None
+        return unique_among(self.equilibrium) or "equilibria within the certificate's box"
 
     @property
     def refusal(self) -> str:
