@@ -322,7 +322,7 @@ def test_rough_dimensions_are_enough_in_95_of_100_layouts() -> None:
 
 def test_too_few_poses_are_refused() -> None:
     made = simulate_calibration(WANG, 11, 1e-4, seed=1)
-    with pytest.raises(InputError, match="11 poses; at least 12 are needed"):
+    with pytest.raises(InputError, match="11 poses; at least 12 are required"):
         calibrate(WANG, made.measured)
     assert calibrate(WANG, simulate_calibration(WANG, 12, 1e-4, seed=1).measured).alone.rank == 48
 
