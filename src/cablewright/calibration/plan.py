@@ -6,13 +6,12 @@ import math
 from pathlib import Path
 from typing import Annotated, Final, Self
 
-from pydantic import Field, Strict, ValidationError, model_validator
+from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import DEFAULT, NAMES
 from cablewright.errors import suggestion
 from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
-from cablewright.toml_input import read_table, require_schema
+from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Angle, Force, Length, Positive, Vec3
 
 NEWEST_SCHEMA: Final = 1
@@ -123,10 +122,7 @@ def load_plan(path: str | Path) -> CalibrationPlan:
     """Read a plan from a TOML file. Raises `InputError`, which names file, key, value and what is allowed."""
     table, _ = read_table(path)
     require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        return CalibrationPlan.model_validate(table)
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
+    return validated(CalibrationPlan, table, path)
 
 
 def plan_of(plan: str | Path | CalibrationPlan | None) -> CalibrationPlan:

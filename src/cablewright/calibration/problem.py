@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.fixed import held_by_datum, line_index, linear_rows
@@ -239,19 +239,22 @@ def equations(
     per_pose = sum(block.values.shape[1] for block in blocks)
     linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
 
-    def of_rows(name: str) -> Any:
-        """A field of the blocks for all R rows: those of poses in their order, then distances."""
-        of_poses = np.concatenate([getattr(block, name) for block in blocks], axis=1)
-        of_none = getattr(distances, name)
-        return np.concatenate([each.reshape(-1, *each.shape[2:]) for each in (of_poses, of_none)])
+    def of_rows(name: str, dtype: type, *shape: int) -> Any:
+        """A field of the blocks for all R rows: those of the poses in their order, then distances."""
+        full: list[NDArray[Any]] = [
+            np.broadcast_to(np.asarray(getattr(block, name), dtype=dtype), (*block.values.shape, *shape))
+            for block in (*blocks, distances)
+        ]
+        both = np.concatenate(full[:-1], axis=1), full[-1]
+        return np.concatenate([each.reshape(-1, *shape) for each in both])
 
     rows = MeasurementRows(
         freedoms=robot.n,
         start=np.arange(count + 1, dtype=np.int64) * per_pose,
-        kind=of_rows("kind"),
-        line=of_rows("line"),
-        other=of_rows("other"),
-        extra=of_rows("extra"),
+        kind=of_rows("kind", np.int64),
+        line=of_rows("line", np.int64),
+        other=of_rows("other", np.int64),
+        extra=of_rows("extra", np.float64, 6),
         lines=lines,
         target=np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1),
         tensions=np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
@@ -260,19 +263,19 @@ def equations(
         wanted=wanted - linear[:, held] @ start[held],
     )
     is_prior = np.append(np.zeros(len(plan.distances), dtype=bool), prior)
-    return unknowns, rows, of_rows("values"), of_rows("weights"), per_pose, start, held, is_prior
+    values, weights = of_rows("values", np.float64), of_rows("weights", np.float64)
+    return unknowns, rows, values, weights, per_pose, start, held, is_prior
 
 
-@dataclass(frozen=True)
-class _Block:
-    """Rows of one sensor, r at each of N poses; for `kind`, `line`, `other` and `extra` see `MeasurementRows`."""
+class _Block(NamedTuple):
+    """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
 
-    kind: NDArray[np.int64]  # (N, r)
-    line: NDArray[np.int64]  # (N, r)
-    other: NDArray[np.int64]  # (N, r)
-    extra: Array  # (N, r, 6)
+    kind: int
     values: Array  # (N, r)
-    weights: Array  # (N, r)
+    weights: Array | float
+    line: ArrayLike = 0
+    other: ArrayLike = 0
+    extra: ArrayLike = 0
 
 
 def _distances(robot: Robot, plan: CalibrationPlan) -> _Block:
@@ -281,44 +284,31 @@ def _distances(robot: Robot, plan: CalibrationPlan) -> _Block:
         line_index(robot, name, f"distances[{at}]") for at, each in enumerate(plan.distances) for name in each.between
     ]
     values, sigmas = (np.array([[getattr(each, name) for each in plan.distances]]) for name in ("value", "deviation"))
-    return _block(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
-
-
-def _block(kind: int, values: Array, weights: Array, line: object = 0, other: object = 0, extra: object = 0) -> _Block:
-    shape = values.shape
-    return _Block(
-        np.full(shape, kind, dtype=np.int64),
-        np.broadcast_to(np.asarray(line, dtype=np.int64), shape),
-        np.broadcast_to(np.asarray(other, dtype=np.int64), shape),
-        np.broadcast_to(np.asarray(extra, dtype=np.float64), (*shape, 6)),
-        values,
-        np.broadcast_to(weights, shape),
-    )
+    return _Block(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
 
 
 def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[_Block]:
     """Yield the rows of each sensor that the data have: encoders first, then tensions if each is a row of its own."""
     sigma, lines = plan.sigma, np.arange(robot.m)
-    one = np.ones(1)
     encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
-    yield _block(encoder, measured.counted, one / (sigma.encoder or ENCODER_SIGMA), lines)
+    yield _Block(encoder, measured.counted, 1.0 / (sigma.encoder or ENCODER_SIGMA), lines)
     if elastic and measured.tensions is not None:
-        yield _block(calibration_residuals.TENSION, measured.tensions, one / sigma.tension, lines)
+        yield _Block(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
         extra = np.zeros((*measured.guess.shape, 6))
         if robot.n == 6:
             extra[:, 3:, :3] = measured.guess[:, None, 3:]
         weights = 1.0 / measured.pose_sigma
-        yield _block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
+        yield _Block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
-        yield _block(calibration_residuals.SWIVEL, measured.swivel, one / sigma.swivel, lines)
+        yield _Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
     if measured.tilt is not None:
         if robot.n == 3:
             raise InputError(
                 f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
             )
-        yield _block(calibration_residuals.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
+        yield _Block(calibration_residuals.TILT, measured.tilt, 1.0 / sigma.tilt, other=np.arange(2))
     if not elastic and measured.tensions is not None:
         yield _balance(robot, measured, sigma.tension)
     nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
@@ -327,12 +317,12 @@ def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bo
         normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
         weights = at[:, None] / plane.deviation
         values = np.full(weights.shape, float(normal @ plane.point))
-        yield _block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
+        yield _Block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
     for index, reach in enumerate(plan.ranges):
         at = _at_poses(measured, reach.poses, f"ranges[{index}]")
         values = np.zeros((len(at), 1))
         values[np.asarray(reach.poses) - 1, 0] = reach.values
-        yield _block(
+        yield _Block(
             calibration_residuals.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle)
         )
 
@@ -363,7 +353,7 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: small is relative to the same row
     extra = np.zeros((count, n, 6))
     extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    return _block(calibration_residuals.BALANCE, np.zeros((count, n)), np.ones(1), extra=extra)
+    return _Block(calibration_residuals.BALANCE, np.zeros((count, n)), 1.0, extra=extra)
 
 
 def _load(robot: Robot) -> Array:
