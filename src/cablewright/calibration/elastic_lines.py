@@ -8,7 +8,6 @@ are those of `solvers.linearise`. Levers of sheaves on universal joints are part
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -25,7 +24,6 @@ from cablewright.models.packed_views import LineNumbers
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot.parameters import Parameter
 from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
@@ -99,11 +97,6 @@ class ElasticProblem(CalibrationProblem):
         del theta, poses
         return self
 
-    @cached_property
-    def _hardware(self) -> list[tuple[int, Parameter]]:
-        """The free unknowns on which equilibria depend, with their indices."""
-        return [(at, each) for at, each in enumerate(self.free_unknowns) if each.of_equilibrium]
-
     def equilibria(self, theta: Array, states: Array) -> Equilibrium:
         """Return the equilibria for the lengths in *states* (N, ..), solved from there; check their status."""
         m, n, count = self.robot.m, self.robot.n, len(states)
@@ -119,9 +112,8 @@ class ElasticProblem(CalibrationProblem):
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
             LineNumbers(packed.lines).winch_height = heights  # a winch exit moves vertically with its exit point
         found = solve_from(self.model, packed, lengths, near, line_states, np.ones(count, dtype=bool))
-        solved = np.where(
-            found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code
-        )  # a fit may pass through these
+        # A fit may pass through overstretched lines.
+        solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
 
     def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
@@ -155,8 +147,8 @@ class ElasticProblem(CalibrationProblem):
         """Return the derivatives of poses (N, n, m + k) and tensions (N, m, m + k) by lengths and free unknowns."""
         m, k = self.robot.m, len(theta)
         motion, change = np.zeros((len(held.pose), self.robot.n, m + k)), np.zeros((len(held.pose), m, m + k))
-        places = [m + at for at, _ in self._hardware]
-        parameters = [parameter for _, parameter in self._hardware]
+        hardware = {m + at: each for at, each in enumerate(self.free_unknowns) if each.of_equilibrium}
+        places, parameters = list(hardware), list(hardware.values())
         linear, direct = linearise(held), tension_changes(held)
         motion[..., :m] = linear.per_length
         change[..., :m] = direct.following(linear.per_length)
@@ -165,10 +157,10 @@ class ElasticProblem(CalibrationProblem):
         change[..., places] = tension_response(held, parameters, motion[..., places], direct)
         raised = _raised(held, linear)
         following = direct.following(raised)
-        for place, (at, parameter) in zip(places, self._hardware, strict=True):
+        for place, parameter in hardware.items():
             if parameter.kind == "modulus":  # the linearisation's derivative is relative to the present modulus
-                motion[..., place] /= theta[at]
-                change[..., place] /= theta[at]
+                motion[..., place] /= theta[place - m]
+                change[..., place] /= theta[place - m]
             elif parameter.kind == "exit_point.z":
                 i = lines_of(self.robot, parameter)[0]
                 motion[..., place], change[..., place] = raised[..., i], following[..., i]

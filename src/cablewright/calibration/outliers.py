@@ -58,18 +58,16 @@ def without_outliers(
     with more, in which line.
     """
     robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed, progress)
-    off, surplus = _unexplained(problem, robust, robust.weights)
-    spread = max(_spread(off, surplus), _floor(problem))
-    limit = stats.chi2.isf(_FALSE_ALARM / len(off), np.maximum(surplus, 1))
-    bad = np.sum(off * off, axis=1) > limit * spread**2
+    squares, surplus = _unexplained(problem, robust, robust.weights)
+    spread = max(_spread(squares, surplus), _floor(problem))
+    bad = squares > spread**2 * stats.chi2.isf(_FALSE_ALARM / len(squares), np.maximum(surplus, 1))
     found, rows = robust, np.zeros((problem.poses, problem.per_pose), dtype=bool)
     for _ in range(_SETTLING):
         if bad.mean() > _TOO_MANY:
             return plain, ()
-        off, surplus = _unexplained(problem, found, found.weights)
-        rows = _rows_of(problem, found, bad, max(_spread(off[~bad], surplus[~bad]), _floor(problem)))
-        weights = plain.weights.copy()
-        problem.of_poses(weights)[rows] = 0.0
+        squares, surplus = _unexplained(problem, found, found.weights)
+        rows = _rows_of(problem, found, bad, max(_spread(squares[~bad], surplus[~bad]), _floor(problem)))
+        weights = _weights_without(problem, rows)
         again = fit(problem, found.theta, found.poses, weights)
         found = replace(plain, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
         rejected = _tested(problem, found, plain.weights, bad)
@@ -82,9 +80,16 @@ def without_outliers(
 
 
 def _unexplained(problem: CalibrationProblem, found: PoseFit, weights: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Return the residuals (N, r) that no change of a pose explains, and the surplus of rows of each pose (N,)."""
+    """Return the sum of squares (N,) of each pose that no change of the pose explains, and its surplus of rows (N,)."""
     off, _, ranks = projected(problem.derivatives(found.theta, found.poses, weights))
-    return off, _counts(problem) - ranks
+    return np.sum(off * off, axis=1), _counts(problem) - ranks
+
+
+def _weights_without(problem: CalibrationProblem, rows: Mask) -> Array:
+    """Return the weights (R,) with those of *rows* (N, e), or of whole poses (N,), set to 0."""
+    weights = problem.weights.copy()
+    problem.of_poses(weights)[rows] = 0.0
+    return weights
 
 
 def _counts(problem: CalibrationProblem) -> NDArray[np.int64]:
@@ -92,10 +97,10 @@ def _counts(problem: CalibrationProblem) -> NDArray[np.int64]:
     return np.asarray((problem.of_poses(problem.weights) > 0.0).sum(axis=1))
 
 
-def _spread(off: Array, surplus: NDArray[np.int64]) -> float:
+def _spread(squares: Array, surplus: NDArray[np.int64]) -> float:
     """Return the sigma of a row over that of its weight, from the median over poses: a few outliers cannot move it."""
     freedom = max(int(np.median(surplus)), 1)
-    return float(np.sqrt(np.median(np.sum(off * off, axis=1)) / stats.chi2.median(freedom)))
+    return float(np.sqrt(np.median(squares) / stats.chi2.median(freedom)))
 
 
 def _floor(problem: CalibrationProblem) -> float:
@@ -107,9 +112,9 @@ def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
     """Return the fit with poses re-weighted by 1 / |unexplained residuals|: a few bad ones hardly count."""
     found = plain
     for _ in range(_ROUNDS):
-        off, surplus = _unexplained(problem, found, plain.weights)
-        size = np.sqrt(np.sum(off * off, axis=1))
-        smallest = max(0.3 * _spread(off, surplus), _floor(problem))
+        squares, surplus = _unexplained(problem, found, plain.weights)
+        size = np.sqrt(squares)
+        smallest = max(0.3 * _spread(squares, surplus), _floor(problem))
         weights = plain.weights.copy()
         problem.of_poses(weights)[:] *= np.sqrt(smallest / np.maximum(size, smallest))[:, None]
         found = fit(problem, found.theta, found.poses, weights)
@@ -139,10 +144,7 @@ def _best_of_parts(
         chosen = rng.choice(count, min(smallest, kept), replace=False)
         trimmed = np.inf
         for _ in range(_CONCENTRATIONS):
-            weights = reweighted.weights.copy()
-            left_out = np.ones(count, dtype=bool)
-            left_out[chosen] = False
-            problem.of_poses(weights)[left_out] = 0.0
+            weights = _weights_without(problem, ~np.isin(np.arange(count), chosen))
             found = fit(problem, found.theta, found.poses, weights, settings=QUICK)
             if not np.isfinite(found.cost):
                 break
@@ -158,10 +160,9 @@ def _trimmed(problem: CalibrationProblem, found: PoseFit, kept: int) -> tuple[fl
     """Return the unexplained sum of squares of the *kept* best poses, and all poses in order of theirs."""
     if not problem.is_finite(found.theta, found.poses):  # a pose of weight 0 is inside a sheave
         return np.inf, np.arange(problem.poses)
-    off, _, _ = projected(problem.derivatives(found.theta, found.poses))
-    sizes = np.sum(off * off, axis=1)
-    order = np.argsort(sizes)
-    return float(sizes[order[:kept]].sum()), order
+    squares, _ = _unexplained(problem, found, problem.weights)
+    order = np.argsort(squares)
+    return float(squares[order[:kept]].sum()), order
 
 
 def _tested(problem: CalibrationProblem, found: PoseFit, weights: Array, bad: Mask) -> Mask:

@@ -32,9 +32,7 @@ _BATCHES: Final = 12
 _UNGUESSED: Final = 4  # min batches without start values of the poses
 _AGAIN: Final = 3  # times that the lowest cost must be found before the search ends
 _SAME: Final = 1e-8  # m: rounding
-_FINE: Final = (
-    5e-4  # m: without start values of the poses, a fit worse than this may be wrong though found several times
-)
+_FINE: Final = 5e-4  # m: without start values of the poses, a worse fit may be wrong though found several times
 _ALIKE: Final = 1.01  # costs within this ratio are of one solution, or of its mirror image
 _ROUNDS: Final = 8
 _YAW: Final = 1e-3  # rad: a smaller yaw moves points along straight lines
@@ -245,6 +243,12 @@ def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     return found
 
 
+def yaw_between(points: Array, others: Array) -> float:
+    """Return the yaw, rad, about the origin that moves *points* (m, 3) as near as possible to *others* (m, 3)."""
+    cross = points.T @ others
+    return float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+
+
 def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit turned about the vertical towards the file, a path that is not straight, if yaw is open."""
     exits = problem.named("exit_point")
@@ -252,8 +256,7 @@ def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
         return found
     points = problem.exit_points(found.theta)
     arms, file = points - points.mean(axis=0), problem.exit_points(problem.free)
-    cross = arms.T @ (file - file.mean(axis=0))
-    angle = float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+    angle = yaw_between(arms, file - file.mean(axis=0))
     if abs(angle) < _YAW:
         return found
     if not set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True))) >= _YAWS:

@@ -11,9 +11,11 @@ from cablewright.arrays import Array
 from cablewright.calibration.data import MAX_POSES
 from cablewright.calibration.elastic_lines import FREED, ElasticProblem
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.pose_fit import yaw_between
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
@@ -177,11 +179,9 @@ def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool
     """
     others = np.zeros((0, 3)) if others is None else others
     centre, middle = points.mean(axis=0), truth.mean(axis=0)
-    cross = (points - centre).T @ (truth - middle)
     if tilt:
-        left, _, right = np.linalg.svd(cross)
+        left, _, right = np.linalg.svd((points - centre).T @ (truth - middle))  # Kabsch
         turn = right.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(right.T @ left.T))]) @ left.T
     else:
-        angle = np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1])
-        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        turn = matrices([0.0, 0.0, yaw_between(points - centre, truth - middle)])
     return (points - centre) @ turn.T + middle, (others - centre) @ turn.T + middle
