@@ -22,7 +22,7 @@ from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 
 CRITERIA: Final = ("d-optimal", "worst-sigma")
-"""Min volume of the confidence ellipsoid of all unknowns; min of the largest sigma of an exit point's coordinate."""
+"""The smallest volume of the ellipsoid of all unknowns; the smallest of the worst sigma of an exit point."""
 
 MAX_CANDIDATES: Final = 20_000
 MAX_POSES: Final = 500

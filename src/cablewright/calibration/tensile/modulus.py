@@ -18,7 +18,7 @@ from cablewright.calibration.tensile.result import Branch, TensileResult
 from cablewright.errors import InputError
 
 PAPER_SPREAD: Final = 0.3
-"""Relative spread of the modulus about the nominal one in Paty et al. 2021, Eq. 23."""
+"""By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""
 
 # A reversal of the force by this share of the band ends a branch, a smaller one is noise. As successive samples of a
 # branch may not differ by more, one false sample cannot pass for the end of a branch.
