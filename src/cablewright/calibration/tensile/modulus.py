@@ -20,8 +20,8 @@ from cablewright.errors import InputError
 PAPER_SPREAD: Final = 0.3
 """By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""
 
-# A reversal of the force by this share of the band ends a branch, a smaller one is noise. As successive samples of a
-# branch may not differ by more, one false sample cannot pass for the end of a branch.
+# A turn back of the force by this share of the band ends a branch, a smaller one is noise. As no two neighbours of a
+# branch may differ by more, one false sample cannot pass for the end of a branch.
 _TURN: Final = 0.1
 _WINDOWS: Final = 9  # tangents per branch, each over a fifth of its stretch; neighbours overlap by half
 _MIN_IN_WINDOW: Final = 4
