@@ -346,6 +346,12 @@ def test_as_many_lines_as_freedoms_calibrate_nothing() -> None:
         calibrate(three, Measured(np.random.default_rng(0).uniform(-1, 1, (40, 3))))
 
 
+def test_a_plan_without_unknowns_is_refused() -> None:
+    made = simulate_calibration(WANG, 12, 1e-4, seed=2)
+    with pytest.raises(InputError, match="unknowns: must name at least one number"):
+        calibrate(WANG, made.measured, CalibrationPlan(unknowns=()))
+
+
 def test_a_datum_that_the_data_deny_is_refused() -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=2)
     moved = with_exits(WANG, TRUE + np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3)))
