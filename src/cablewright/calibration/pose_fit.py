@@ -25,7 +25,7 @@ _STAGE: Final = StopRule(1e-4, 1e-3, 60, 1e-3)
 _ROUGHLY: Final = StopRule(1e-4, 1e-4, 40, 1e-2)
 _FLIPS: Final = 4
 _TRUST: Final = (0.1, 0.01, 0.001)
-"""Sigmas of the encoders, m, in the stages in which exit points are drawn to their start values."""
+"""Sigmas of the encoders, m, in the stages in which exit points are pulled towards their start values."""
 
 _BATCH: Final = 8  # starts tried at a time
 _BATCHES: Final = 12
@@ -119,7 +119,7 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
 
 
 def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: float) -> PoseFit:
-    """Fit from a far start, in stages that draw exit points less and less to their start values.
+    """Fit from a far start, in stages that pull exit points less and less towards their start values.
 
     Without these stages many robots end in a local minimum of another shape that fits to millimetres.
     """
@@ -165,7 +165,7 @@ def _unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Arra
 
     If exit points are nearly in one plane, lengths hardly depend on the side of it on which the platform is.
     """
-    if not np.isfinite(problem.lengths(theta, poses)).all():
+    if not problem.is_finite(theta, poses):
         return poses
     exits = problem.exit_points(theta)
     middle = exits.mean(axis=0)

@@ -85,6 +85,16 @@ def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Sh
     return ShapeFit(q, jacobian, r, allowed, chi_squared, surplus, converged)
 
 
+def _wall(azimuth: float, lean: float, distance: float, p: Array) -> tuple[Array, Array, Array]:
+    """Return distances of markers from a wall and Jacobians as a `Model`, by azimuth, elevation of normal, distance."""
+    level, t = directions(azimuth)
+    up = np.array([0.0, 0.0, 1.0])
+    n = np.cos(lean) * level + np.sin(lean) * up
+    per_lean = np.cos(lean) * up - np.sin(lean) * level
+    A = np.stack([np.cos(lean) * (p @ t), p @ per_lean, -np.ones(len(p))], axis=-1)
+    return (p @ n - distance)[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
+
+
 def upright_plane(points: Array, covariances: Array) -> ShapeFit:
     """Fit an upright wall, n(a) p = d, to two markers or more: azimuth a of its normal (rad) and distance d (m)."""
     centre = points.mean(axis=0)
@@ -92,9 +102,8 @@ def upright_plane(points: Array, covariances: Array) -> ShapeFit:
     azimuth = np.arctan2(along[0], -along[1])
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
-        n, t = directions(q[0])
-        A = np.stack([p @ t, -np.ones(len(p))], axis=-1)
-        return (p @ n - q[1])[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
+        r, A, B = _wall(q[0], 0.0, q[1], p)
+        return r, A[..., [0, 2]], B
 
     return _fit(model, np.array([azimuth, directions(azimuth)[0] @ centre]), points, covariances)
 
@@ -104,17 +113,8 @@ def plane(points: Array, covariances: Array, azimuth: float) -> ShapeFit:
 
     *azimuth*: the start value, rad.
     """
-
-    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
-        level, t = directions(q[0])
-        up = np.array([0.0, 0.0, 1.0])
-        n = np.cos(q[1]) * level + np.sin(q[1]) * up
-        lean = np.cos(q[1]) * up - np.sin(q[1]) * level
-        A = np.stack([np.cos(q[1]) * (p @ t), p @ lean, -np.ones(len(p))], axis=-1)
-        return (p @ n - q[2])[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
-
     start = np.array([azimuth, 0.0, directions(azimuth)[0] @ points.mean(axis=0)])
-    return _fit(model, start, points, covariances)
+    return _fit(lambda q, p: _wall(q[0], q[1], q[2], p), start, points, covariances)
 
 
 def level_plane(points: Array, covariances: Array) -> ShapeFit:
