@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
-from cablewright.calibration.elastic_lines import Hanging
+from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fit
 from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
@@ -145,8 +145,8 @@ def speed_row(count: int) -> Row:
     robot, rng = load("paty2021"), np.random.default_rng(2)
     poses = random_poses(robot, count, rng, "catenary")
     made = measure(robot, poses, ENCODER, rng, OFF, "catenary", SensorNoise(tension=CELL))
-    problem = Hanging.under(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
-    own = problem.kept(solve_inverse(problem.model, made.poses))
+    problem = ElasticProblem.under(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
+    own = problem.states_of(solve_inverse(problem.model, made.poses))
     theta = problem.free.copy()
     theta[[each.name == "length_offset" for each in problem.unknowns]] = made.home_lengths
     theta += rng.uniform(-2e-3, 2e-3, len(theta))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -52,7 +52,7 @@ def separator_of(header: str) -> str:
 
 def cells_of(text: str, separator: str) -> list[str]:
     """Split a row; quotes around a cell are taken off."""
-    return [_bare(cell) for cell in text.split(separator)]
+    return [bare(cell) for cell in text.split(separator)]
 
 
 def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: Dimension) -> Column | None:
@@ -91,10 +91,31 @@ def units_wanted(name: str, quantity: Dimension) -> str:
 
 def read_number(cell: str, place: str) -> float:
     """Return the finite number in a cell, quoted or not. Raises `InputError`."""
-    cell = _bare(cell)
+    cell = bare(cell)
     if _NUMBER.fullmatch(cell) is None:
         raise InputError(f"{place} = {shown(cell)}: must be a finite number, with a decimal point and without a unit")
     return float(cell)
+
+
+def number_rows(
+    path: Path, rows: Iterator[tuple[int, str]], header: str, columns: Mapping[str, Column], max_rows: int, what: str
+) -> Iterator[tuple[int, list[str], list[float]]]:
+    """Yield line number, cells and the SI numbers of *columns* (by name) of each row below *header*.
+
+    Raises `InputError` for more than *max_rows* rows (*what* a row is, in the plural, is for the message), a row that
+    has more or fewer cells than the header, and a cell that is not a finite number.
+    """
+    separator = separator_of(header)
+    width = len(header.split(separator))
+    for count, (number, text) in enumerate(rows):
+        place = f"{path}, line {number}"
+        cells = text.split(separator)
+        if len(cells) != width:
+            raise InputError(f"{place}: {len(cells)} cells; the header has {width}")
+        if count == max_rows:
+            raise InputError(f"{place}: more than {max_rows} {what}, the maximum")
+        numbers = [read_number(cells[c.position], f"{place}: {name}") * (c.size or 1.0) for name, c in columns.items()]
+        yield number, cells, numbers
 
 
 def shown(text: str) -> str:
@@ -120,6 +141,7 @@ def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
     return plain if plain in quantity.units and plain != cell[len(name) :] else None
 
 
-def _bare(cell: str) -> str:
+def bare(cell: str) -> str:
+    """Return the text of a cell without spaces and quotes around it."""
     cell = cell.strip()
     return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.elastic_lines import Hanging
+from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.problem import Measured
@@ -57,7 +57,7 @@ def softened(robot: Robot, factor: float) -> Robot:
     return with_values(robot, unknowns_of(robot, ("modulus",), ("modulus",), elastic=True), np.array([factor]))
 
 
-def everything(name: str, cable: str) -> tuple[Hanging, np.ndarray, np.ndarray]:
+def everything(name: str, cable: str) -> tuple[ElasticProblem, np.ndarray, np.ndarray]:
     """A problem with rows of every sensor, none of which fits, its unknowns and what is kept of each pose."""
     robot, rng = load(name), np.random.default_rng(5)
     model, body = Model(robot, Fidelity.of(cable)), robot.n == 6
@@ -80,8 +80,8 @@ def everything(name: str, cable: str) -> tuple[Hanging, np.ndarray, np.ndarray]:
         rng.uniform(-3.0, 3.0, held.lengths.shape),
         rng.uniform(-0.1, 0.1, (4, 2)) if body else None,
     )
-    problem = Hanging.under(model, measured, plan)
-    return problem, problem.free, problem.kept(held)
+    problem = ElasticProblem.under(model, measured, plan)
+    return problem, problem.free, problem.states_of(held)
 
 
 @pytest.mark.parametrize(
@@ -108,9 +108,9 @@ def test_lengths_and_tensions_say_nothing_of_place_and_direction(name: str, cabl
     """Everything moved and turned about the vertical: no reading changes, by a little or by a lot."""
     robot, angle, by = load(name), 0.7, np.array([0.3, -0.2, 0.4])
     made = simulate_calibration(robot, 6, 0.0, seed=3, cable=cable, sensors=EXACT)
-    problem = Hanging.under(Model(robot, Fidelity.of(cable)), made.measured, CalibrationPlan(), hold=False)
+    problem = ElasticProblem.under(Model(robot, Fidelity.of(cable)), made.measured, CalibrationPlan(), hold=False)
     held = solve_inverse(problem.model, made.poses).checked()
-    theta, own = problem.free, problem.kept(held)
+    theta, own = problem.free, problem.states_of(held)
     turn = matrices([0.0, 0.0, angle])
     exits = np.array([each.name == "exit_point" for each in problem.unknowns])
     other, poses = theta.copy(), held.pose.copy()
@@ -252,13 +252,15 @@ def test_encoders_alone_are_refused_and_what_would_help_is_told(name: str) -> No
 
 def test_too_few_poses_are_told() -> None:
     made = simulate_calibration(load("paty2021"), 2, 0.0, seed=1, cable="catenary", sensors=EXACT)
-    with pytest.raises(InputError, match="2 poses; at least 3 are needed: each pose tells 8 numbers and asks for 4"):
+    with pytest.raises(
+        InputError, match="2 poses; at least 3 are required: each pose gives 8 numbers and has 4 unknowns"
+    ):
         calibrate(load("paty2021"), made.measured, cable="catenary")
 
 
 def test_few_lines_need_guesses() -> None:
     made = simulate_calibration(load("grab-four-lines"), 20, 0.0, seed=1, cable="catenary", sensors=EXACT)
-    with pytest.raises(InputError, match="guesses"):
+    with pytest.raises(InputError, match="start values of the poses"):
         calibrate(load("grab-four-lines"), replace(made.measured, guess=None), cable="catenary")
 
 

@@ -357,7 +357,7 @@ def test_lines_are_those_of_the_file(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "empty; a header with columns force and elongation"),
+        ("", "empty; expected a header with columns force and elongation"),
         ("# only words\n\n", "empty"),
         ("time,elongation\n1,2", "line 1: no column 'force' (a unit may follow, as in 'force (kN)', one of N, kN, mN)"),
         ("forse,elongation\n1,2", "column 'forse': did you mean 'force'?"),

@@ -45,7 +45,7 @@ def test_what_is_promised_is_what_a_calibration_says() -> None:
 
 
 def test_too_few() -> None:
-    with pytest.raises(InputError, match="11 poses: from 12"):
+    with pytest.raises(InputError, match="11 poses: must be from 12"):
         calibration_poses(WANG, 11, candidates=50)
 
 

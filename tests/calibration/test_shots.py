@@ -122,7 +122,7 @@ def test_ways_to_write_a_csv(file: Path, text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "empty; a GSI file, or a CSV with columns"),
+        ("", "empty; expected GSI, or a CSV with columns"),
         ("# nothing\n\n", "empty"),
         ("x,y,z\n1,2,3", "line 1: no column 'point', the markers' names"),
         ("point,name,x,y,z\n1,2,3,4,5", "more than one column 'point'"),
@@ -133,21 +133,21 @@ def test_ways_to_write_a_csv(file: Path, text: str) -> None:
         ("point,x,y,z\nA,1,2", "line 2: 3 cells; the header has 4"),
         ("point,x,y,z\nA,1,2,nan", "line 2: z = 'nan': must be a finite number"),
         ("point,x,y,z\nA,1,2,3 m", "line 2: z = '3 m'"),
-        ("point,x,y,z\n,1,2,3", "line 2: point = '': a name of 1 to 40 letters"),
-        (f"point,x,y,z\n{'A' * 41},1,2,3", "a name of 1 to 40 letters"),
+        ("point,x,y,z\n,1,2,3", "line 2: point = '': expected a name of 1 to 40 letters"),
+        (f"point,x,y,z\n{'A' * 41},1,2,3", "expected a name of 1 to 40 letters"),
         ("point,hz (deg),v (deg),slope\nA,0,90,5000", "line 2: point 'A' is 5000 m from the instrument"),
         ("point,x,y,z\n" + "A,1,2,3\n" * 5001, "line 5002: more than 5000 shots"),
         (b"point,x,y,z\nA,1,2,\xff", "line 2: not UTF-8"),
-        ("110001+00000X11 hello", "line 1: 'hello' is no GSI word"),
-        ("110001+00000X11 31..00+0001234", "has 7 places of data; 8 are wanted"),
-        ("*110001+00000000X11 31..00+00012345", "places of data; 16 are wanted"),
+        ("110001+00000X11 hello", "line 1: 'hello' is not a GSI word"),
+        ("110001+00000X11 31..00+0001234", "has 7 places of data; expected 8"),
+        ("*110001+00000000X11 31..00+00012345", "places of data; expected 16"),
         ("110001+00000X11 31..05+00012345", "unit '5'; a length has one of 0, 1, 6, 7, 8"),
         ("110001+00000X11 21.327+00012345", "unit '7'; an angle has one of 2, 3, 4, 5"),
         ("110001+00000X11 21.324+04565000", "65 minutes and 0 seconds; both must be under 60"),
         ("110001+00000X11 31..00+0001A345", "'0001A345' must be digits"),
-        ("110001+00000X11 31..00+00012345 31..00+00012345", "word 31 is there twice"),
-        ("110001+00000X11 110001+00000X12", "word 11 is there twice"),
-        ("110001+00000X11 " + "31..00+00012345 " * 65, "66 words, at most 64"),
+        ("110001+00000X11 31..00+00012345 31..00+00012345", "word 31 occurs twice"),
+        ("110001+00000X11 110001+00000X12", "word 11 occurs twice"),
+        ("110001+00000X11 " + "31..00+00012345 " * 65, "66 words, over the limit of 64"),
         ("110001+00000X11 21.322+00000000 22.322+10000000 31..00+99999999", "point 'X11' is 100000 m from"),
     ],
 )
@@ -165,7 +165,7 @@ def test_a_second_station_is_refused(file: Path) -> None:
     shot = "110002+00000X11 21.322+00000000 22.322+10000000 31..00+00001000"
     station = "110001+00000STA 84..10+00000000 85..10+00000000 86..10+{:08d}"
     text = "\n".join([station.format(0), shot, station.format(1), shot])
-    with pytest.raises(InputError, match="line 3: the station is another than at line 2; survey from one station"):
+    with pytest.raises(InputError, match="line 3: the station differs from that of line 2; survey from one station"):
         read(file, text)
 
 

@@ -322,7 +322,7 @@ def test_rough_dimensions_are_enough_in_95_of_100_layouts() -> None:
 
 def test_too_few_poses_are_refused() -> None:
     made = simulate_calibration(WANG, 11, 1e-4, seed=1)
-    with pytest.raises(InputError, match="11 poses; at least 12 are needed"):
+    with pytest.raises(InputError, match="11 poses; at least 12 are required"):
         calibrate(WANG, made.measured)
     assert calibrate(WANG, simulate_calibration(WANG, 12, 1e-4, seed=1).measured).alone.rank == 48
 
@@ -344,6 +344,12 @@ def test_as_many_lines_as_freedoms_calibrate_nothing() -> None:
     three = WANG.model_copy(update={"lines": WANG.lines[:3]})
     with pytest.raises(InputError, match="nothing is left over"):
         calibrate(three, Measured(np.random.default_rng(0).uniform(-1, 1, (40, 3))))
+
+
+def test_a_plan_without_unknowns_is_refused() -> None:
+    made = simulate_calibration(WANG, 12, 1e-4, seed=2)
+    with pytest.raises(InputError, match="unknowns: must name at least one number"):
+        calibrate(WANG, made.measured, CalibrationPlan(unknowns=()))
 
 
 def test_a_datum_that_the_data_deny_is_refused() -> None:

@@ -120,7 +120,7 @@ def test_sigmas_are_honest() -> None:
     assert np.mean(np.square(walls)) == pytest.approx(1.0, abs=4 * math.sqrt(2 / 400))
 
 
-def test_motion_per_marker_is_the_derivative() -> None:
+def test_the_jacobian_by_markers_is_that_of_differences() -> None:
     """What the covariance rests on, by finite differences of the whole survey."""
     shots = exact(site())
     base, step = survey(shots, PLAN), 1e-6
@@ -138,14 +138,16 @@ def test_motion_per_marker_is_the_derivative() -> None:
 
 def predicted(shots: Shots) -> list[np.ndarray]:
     """(3, 3 N) of each exit point, from inside."""
-    from cablewright.calibration.survey.survey import _Work
+    from cablewright.calibration.survey.survey import _Evaluation
 
-    work = _Work(shots, PLAN, None)
+    work = _Evaluation(shots, PLAN, None)
     kept = {}
     joint = work._joint
     work._joint = lambda placed: kept.update(placed) or joint(placed)
-    work.done()
-    return [place.motion for feature, place in sorted(kept.items(), key=lambda i: i[0].name) if feature.kind == "exit"]
+    work.run()
+    return [
+        place.jacobian for feature, place in sorted(kept.items(), key=lambda i: i[0].name) if feature.kind == "exit"
+    ]
 
 
 def test_both_faces_and_repeats_average() -> None:
@@ -222,9 +224,9 @@ def test_plan_names_points_and_heights() -> None:
 @pytest.mark.parametrize(
     ("moves", "says"),
     [
-        ({"WEST1": None}, "wall west: 1 marker, WEST2; 2 or more are wanted"),
+        ({"WEST1": None}, "wall west: 1 marker, WEST2; 2 or more are required"),
         ({"WEST1": None, "WEST2": None}, "no marker on wall 'west', which the frame's y axis follows"),
-        ({"A4_1": None, "A4_2": None, "A4_3": None}, "axis of 4: 2 markers, A4-4, A4-5; 3 or more are wanted"),
+        ({"A4_1": None, "A4_2": None, "A4_3": None}, "axis of 4: 2 markers, A4-4, A4-5; 3 or more are required"),
         ({"A4_2": None, "A4_4": None, "A4_3": None}, "axis of 4: 2 markers"),
         ({"S4_1": None, "S4_2": None, "S4_3": None, "S4_4": None}, "sheave of 4: 1 marker, S4-5; 3"),
     ],

@@ -68,7 +68,7 @@ def test_a_model_chooses_the_same_poses() -> None:
     [
         ({"cable": "catenary"}, "cable = catenary: the model has rigid"),
         ({"cable": "ropey"}, "catenary, elastic, rigid"),
-        ({"rough": -1.0}, "rough = -1: from 0 to 100 m"),
+        ({"rough": -1.0}, "rough = -1: must be from 0 to 100 m"),
         ({"seed": -1}, "seed = -1"),
     ],
 )

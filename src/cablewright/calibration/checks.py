@@ -1,4 +1,4 @@
-"""Whether data can calibrate a robot at all, said before any work and in one line."""
+"""Checks, before any fit, of whether the data can calibrate a robot at all."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
-_APART = 1e-3  # m: poses whose lengths all differ by less are one pose
-_FAR = 3.0  # diagonals of the frame: no line changes by more, and no pose is further away
+_APART = 1e-3  # m: poses with smaller differences in all lengths count as one
+_FAR = 3.0  # diagonals of the frame: max length change, and max distance of a pose from its centre
 
 
 def check_lengths(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` where lengths or poses are of a size that speaks of another unit."""
+    """Raise `InputError` where lengths or poses are so large that they must be in another unit."""
     scene = robot.scene
     diagonal = math.dist(scene.frame_min, scene.frame_max)
     _check_size(measured, measured.counted, [f"dl_{i + 1}" for i in range(robot.m)], diagonal)
@@ -43,65 +43,59 @@ def _check_size(
 
 
 def gauge_size(problem: CalibrationProblem) -> int:
-    """How many freedoms the machine's own sensors leave open: those of the world's frame, and of the platform's."""
+    """Return how many freedoms the machine's own sensors leave open: those of the world and of the platform frame."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names or problem.measured.pose_sigma is not None:
         return 0
-    weighed = problem.measured.tensions is not None or problem.hangs  # gravity tells what is level
-    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines) and not weighed
+    sees_gravity = problem.measured.tensions is not None or problem.elastic
+    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines) and not sees_gravity
     return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
 
 
-def spare(problem: CalibrationProblem) -> int:
-    """How many numbers every pose tells beyond those that it asks for."""
-    return _told_by_each(problem) - problem.own
+def surplus_per_pose(problem: CalibrationProblem) -> int:
+    """Return the min number of measurements of a pose less the number of its unknowns."""
+    return _measurements_per_pose(problem) - problem.unknowns_per_pose
 
 
 def min_poses(problem: CalibrationProblem) -> int:
-    """How many different poses are needed, with open freedoms counted: those are not what data have to decide.
+    """Return how many different poses are required to determine the unknowns, except for the gauge freedoms.
 
     Raises `InputError` where no number of poses is enough.
     """
-    surplus = spare(problem)
+    surplus = surplus_per_pose(problem)
     if surplus < 1:
-        raise InputError(f"{problem.measured.origin}: {_nothing_over(problem)}")
+        m, n = problem.robot.m, problem.robot.n
+        why = f"{m} lines measure {m} lengths of a pose with {n} freedoms"
+        more = "measure more"
+        if problem.elastic:
+            why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"
+            more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
+        raise InputError(f"{problem.measured.origin}: {why}: nothing is left over to calibrate with; {more}")
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
     return max(1, -(-(len(problem.unknowns) - gauge_size(problem) - given) // surplus))
 
 
-def _nothing_over(problem: CalibrationProblem) -> str:
-    """Why poses tell nothing of the unknowns, and what would."""
-    m, n = problem.robot.m, problem.robot.n
-    if not problem.hangs:
-        told = f"{m} lines tell {m} lengths of a pose that has {n} freedoms"
-        return f"{told}: nothing is left over to calibrate with; measure more"
-    told = f"of lines that stretch {m} lengths decide pose and tensions, and encoders tell those {m} lengths"
-    more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
-    return f"{told}: nothing is left over to calibrate with; {more}"
-
-
-def _told_by_each(problem: CalibrationProblem) -> int:
-    """How many numbers every pose tells."""
+def _measurements_per_pose(problem: CalibrationProblem) -> int:
     return int((problem.of_poses(problem.weights) > 0.0).sum(axis=1).min())
 
 
 def check(problem: CalibrationProblem) -> None:
-    """Raise `InputError` where there are too few poses, or too few that differ."""
+    """Raise `InputError` if there are too few poses, or too few different ones."""
     measured, needed, count = problem.measured, min_poses(problem), problem.poses
     why = (
-        f"each pose tells {_told_by_each(problem)} numbers and asks for {problem.own}, and {len(problem.unknowns)} "
-        f"unknowns less {gauge_size(problem)} that stay open in any case are to be found"
+        f"each pose gives {_measurements_per_pose(problem)} numbers and has {problem.unknowns_per_pose} unknowns, and "
+        f"{len(problem.unknowns)} unknowns of the robot less {gauge_size(problem)} that stay open must be found"
     )
     if count < needed:
-        raise InputError(f"{measured.origin}: {count} poses; at least {needed} are needed: {why}")
+        raise InputError(f"{measured.origin}: {count} poses; at least {needed} are required: {why}")
     different = _different(problem, needed)
     if different < needed:
-        told = f"only {different} of {count} poses differ by over {_APART * 1e3:g} mm in any line"
-        raise InputError(f"{measured.origin}: {told}; at least {needed} different ones are needed: {why}")
+        found = f"only {different} of {count} poses differ by over {_APART * 1e3:g} mm in any line"
+        raise InputError(f"{measured.origin}: {found}; at least {needed} different ones are required: {why}")
 
 
 def _different(problem: CalibrationProblem, enough: int) -> int:
-    """How many poses differ, counted up to *enough*."""
+    """Return how many poses differ, counted up to *enough*."""
     left = problem.measured.counted
     for count in range(enough):
         if not len(left):

@@ -1,14 +1,13 @@
-"""A calibration of lines that stretch and sag: the same rows, at the equilibrium that lengths paid out lead to.
+"""A calibration of lines that stretch or sag: the same rows, at the equilibrium that the lengths paid out determine.
 
-Unknown of a pose by itself are the m lengths paid out: they decide pose and tensions. What a sensor says of the pose is
-as of straight lines (`kernels.sensors`); how pose and tensions follow lengths and unknowns is the one linearisation.
-Levers of sheaves on a universal joint are part of the equilibrium, and so exact.
+The unknowns of a pose are the m lengths paid out, which determine pose and tensions. Rows depend on the pose as for
+straight lines (`kernels.fitting.calibration_residuals`); the derivatives of pose and tensions by lengths and unknowns
+are those of `solvers.linearise`. Levers of sheaves on universal joints are part of the equilibrium.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -25,91 +24,84 @@ from cablewright.models.packed_views import LineNumbers
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot.parameters import Parameter
 from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
 
-_STEP: Final = 1e-10  # m: an equilibrium is no more exact than this
+_STEP: Final = 1e-10  # m: accuracy of an equilibrium
 _MAX_STEPS: Final = 200
-_MIN_DAMPING: Final = 1e-10  # what the data leave open stays where it was
+_MIN_DAMPING: Final = 1e-10  # keeps what the data leave open at its start
 FREED: Final = (0, 1, 2, 5, 4, 3)
-"""Freedoms of a pose in the order in which lines hold them: gravity decides the last ones where lines are few."""
+"""Coordinates of a pose in the order in which lines hold them: with m < n lines gravity determines the last n - m."""
 
 
 @dataclass(frozen=True, eq=False)
-class Hanging(CalibrationProblem):
-    """The equations of a calibration of lines under the cable law of `model`.
+class ElasticProblem(CalibrationProblem):
+    """The equations of a calibration with the elastic or catenary lines of `model`.
 
-    What is kept of each pose are its m lengths, which are unknown, then the pose (n) and the lines' states (6 m) that
-    they led to: from there the next equilibrium is sought.
+    The state of a pose has its m lengths, the unknowns, then the pose (n) and the lines' states (6 m) at their
+    equilibrium, from which the next equilibrium is solved.
     """
 
     model: Model
 
     @classmethod
-    def under(cls, model: Model, measured: Measured, plan: CalibrationPlan, hold: bool = True) -> Hanging:
+    def under(cls, model: Model, measured: Measured, plan: CalibrationPlan, hold: bool = True) -> ElasticProblem:
         """Build the rows; see `CalibrationProblem.of`."""
-        return cls(model.robot, measured, plan, *equations(model.robot, measured, plan, hold, hangs=True), model)
+        return cls(model.robot, measured, plan, *equations(model.robot, measured, plan, hold, elastic=True), model)
 
-    def freed(self) -> Hanging:
-        """The same without a datum."""
-        return Hanging.under(self.model, self.measured, self.plan, hold=False)
+    def without_datum(self) -> ElasticProblem:
+        """Return the same problem with no unknown held."""
+        return ElasticProblem.under(self.model, self.measured, self.plan, hold=False)
 
     @property
-    def hangs(self) -> bool:
-        """They do."""
+    def elastic(self) -> bool:
+        """Whether lines stretch or sag: they do."""
         return True
 
     @property
     def cable(self) -> str:
-        """The cable law: elastic or catenary."""
+        """The cable law: rigid, elastic or catenary."""
         return self.model.fidelity.cable.value
 
     @property
-    def own(self) -> int:
-        """How many lengths of a pose are unknown."""
+    def unknowns_per_pose(self) -> int:
+        """The number p of unknowns of each pose: its lengths."""
         return self.robot.m
 
-    def poses_of(self, own: Array) -> Array:
-        """The poses (N, n)."""
-        return own[:, self.robot.m : self.robot.m + self.robot.n]
+    def poses_of(self, states: Array) -> Array:
+        """Return the poses (N, n) in the states (N, ..)."""
+        return states[:, self.robot.m : self.robot.m + self.robot.n]
 
-    def with_poses(self, own: Array, poses: Array) -> Array:
-        """The same lengths and states of lines, each in its own plane, at other poses (N, n)."""
-        moved = own.copy()
+    def with_poses(self, states: Array, poses: Array) -> Array:
+        """Return the same lengths and states of lines, each in its line's vertical plane, at other *poses* (N, n)."""
+        moved = states.copy()
         moved[:, self.robot.m : self.robot.m + self.robot.n] = poses
         return moved
 
-    def kept(self, held: Equilibrium) -> Array:
-        """What is kept of each pose (N, ..) of a batch of equilibria."""
+    def states_of(self, held: Equilibrium) -> Array:
+        """Return the states (N, ..) of N equilibria."""
         return np.concatenate([held.lengths, held.pose, held.states.reshape(len(held.pose), -1)], axis=1)
 
-    def reaches(self, theta: Array, own: Array) -> bool:
-        """Whether the platform hangs at every pose."""
-        return bool(self.equilibria(theta, own).ok.all())
+    def is_finite(self, theta: Array, states: Array) -> bool:
+        """Whether there is an equilibrium at every pose."""
+        return bool(self.equilibria(theta, states).ok.all())
 
     def lengths(self, theta: Array, poses: Array) -> Array:
-        """Lengths (N, m) paid out, unstrained, from winch exit to platform, m."""
+        """Return the unstrained lengths (N, m) from winch exit to platform, m."""
         del theta
         return poses[:, : self.robot.m]
 
     def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
-        """Itself: an equilibrium is balanced."""
+        """Return the problem itself: tensions at an equilibrium are balanced."""
         del theta, poses
         return self
 
-    @cached_property
-    def _hardware(self) -> list[tuple[int, Parameter]]:
-        """Which of the unknowns that are not held are numbers of the equilibrium."""
-        free = (each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
-        return [(at, each) for at, each in enumerate(free) if each.of_equilibrium]
-
-    def equilibria(self, theta: Array, own: Array) -> Equilibrium:
-        """Where the platform hangs with these numbers; rows that have no answer say so."""
-        m, n, count = self.robot.m, self.robot.n, len(own)
-        lengths, near = np.ascontiguousarray(own[:, :m]), np.ascontiguousarray(own[:, m : m + n])
-        states = np.ascontiguousarray(own[:, m + n :]).reshape(count, m, -1)
+    def equilibria(self, theta: Array, states: Array) -> Equilibrium:
+        """Return the equilibria for the lengths in *states* (N, ..), solved from there; check their status."""
+        m, n, count = self.robot.m, self.robot.n, len(states)
+        lengths, near = np.ascontiguousarray(states[:, :m]), np.ascontiguousarray(states[:, m : m + n])
+        line_states = np.ascontiguousarray(states[:, m + n :]).reshape(count, m, -1)
         named = zip(self.unknowns, self.whole(theta), strict=True)
         given = [(each, value) for each, value in named if each.of_equilibrium]
         possible = (lengths > 0.0).all() and all(parameter.entry.allows(value) for parameter, value in given)
@@ -118,29 +110,30 @@ class Hanging(CalibrationProblem):
             values = np.tile([value for _, value in given], (count, 1))
             heights = LineNumbers(packed.lines).winch_height
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
-            LineNumbers(packed.lines).winch_height = heights  # winch exits follow in height too
-        found = solve_from(self.model, packed, lengths, near, states, np.ones(count, dtype=bool))
-        solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)  # a fit passes through those
+            LineNumbers(packed.lines).winch_height = heights  # a winch exit moves vertically with its exit point
+        found = solve_from(self.model, packed, lengths, near, line_states, np.ones(count, dtype=bool))
+        # A fit may pass through overstretched lines.
+        solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
 
     def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
-        """Residuals and derivatives at unknowns *theta* that are not held, and what is kept of each pose (N, ..)."""
+        """Return residuals and derivatives at free unknowns *theta* and states (N, ..), here named *poses*."""
         return self._rows(theta, poses, self.equilibria(theta, poses), self.weights if weights is None else weights)
 
-    def _rows(self, theta: Array, own: Array, held: Equilibrium, weights: Array) -> Derivatives:
-        """The rows at equilibria; NaN where one fails that counts."""
+    def _rows(self, theta: Array, states: Array, held: Equilibrium, weights: Array) -> Derivatives:
+        """Return the rows at equilibria; NaN at a failed one, except in rows of weight 0."""
         m, ok, k = self.robot.m, held.ok, len(theta)
-        found = super().derivatives(theta, np.where(ok[:, None], held.pose, self.poses_of(own)), weights)
-        motion, change = np.zeros((len(own), self.robot.n, m + k)), np.zeros((len(own), m, m + k))
+        found = super().derivatives(theta, np.where(ok[:, None], held.pose, self.poses_of(states)), weights)
+        motion, change = np.zeros((len(states), self.robot.n, m + k)), np.zeros((len(states), m, m + k))
         try:
             if ok.any():
                 motion[ok], change[ok] = self._following(theta, held[ok])
-        except AnswerError:  # at a fold nothing follows smoothly: whoever steps there goes back
+        except AnswerError:  # at a fold there are no derivatives: the step is rejected
             ok = np.zeros_like(ok)
         by_all = np.einsum("nec,nca->nea", found.by_pose, motion)
         weight = self.of_poses(weights)
         residual = found.residual
-        residual[:, :m] += weight[:, :m] * own[:, :m]
+        residual[:, :m] += weight[:, :m] * states[:, :m]
         by_all[:, range(m), range(m)] += weight[:, :m]
         if self.measured.tensions is not None:
             loads = slice(m, 2 * m)
@@ -151,11 +144,11 @@ class Hanging(CalibrationProblem):
         return Derivatives(residual, by_all[..., :m], by_unknown, found.others, found.others_by_unknown)
 
     def _following(self, theta: Array, held: Equilibrium) -> tuple[Array, Array]:
-        """How poses (N, n, m + k) and tensions (N, m, m + k) follow lengths and unknowns."""
+        """Return the derivatives of poses (N, n, m + k) and tensions (N, m, m + k) by lengths and free unknowns."""
         m, k = self.robot.m, len(theta)
         motion, change = np.zeros((len(held.pose), self.robot.n, m + k)), np.zeros((len(held.pose), m, m + k))
-        places = [m + at for at, _ in self._hardware]
-        parameters = [parameter for _, parameter in self._hardware]
+        hardware = {m + at: each for at, each in enumerate(self.free_unknowns) if each.of_equilibrium}
+        places, parameters = list(hardware), list(hardware.values())
         linear, direct = linearise(held), tension_changes(held)
         motion[..., :m] = linear.per_length
         change[..., :m] = direct.following(linear.per_length)
@@ -164,55 +157,56 @@ class Hanging(CalibrationProblem):
         change[..., places] = tension_response(held, parameters, motion[..., places], direct)
         raised = _raised(held, linear)
         following = direct.following(raised)
-        for place, (at, parameter) in zip(places, self._hardware, strict=True):
-            if parameter.kind == "modulus":  # the linearisation's is per share of what there is
-                motion[..., place] /= theta[at]
-                change[..., place] /= theta[at]
+        for place, parameter in hardware.items():
+            if parameter.kind == "modulus":  # the linearisation's derivative is relative to the present modulus
+                motion[..., place] /= theta[place - m]
+                change[..., place] /= theta[place - m]
             elif parameter.kind == "exit_point.z":
                 i = lines_of(self.robot, parameter)[0]
                 motion[..., place], change[..., place] = raised[..., i], following[..., i]
                 change[:, i, place] -= direct.by_point[:, i, 2]
         return motion, change
 
-    def followed(self, theta: Array, own: Array, change: Array, by: Array) -> Array:
-        """Lengths and poses: these follow both, to the first order."""
-        motion, _ = self._following(theta, self.equilibria(theta, own).checked())
-        all_changes = np.concatenate([by, np.broadcast_to(change, (len(own), len(change)))], axis=1)
-        moved = own.copy()
-        moved[:, : self.own] += by
-        moved[:, self.own : self.own + self.robot.n] += np.einsum("nca,na->nc", motion, all_changes)
+    def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:
+        """Return the states after the unknowns change by *change* (k,) and lengths by *by* (N, m), to first order."""
+        m = self.robot.m
+        motion, _ = self._following(theta, self.equilibria(theta, states).checked())
+        all_changes = np.concatenate([by, np.broadcast_to(change, (len(states), len(change)))], axis=1)
+        moved = states.copy()
+        moved[:, :m] += by
+        moved[:, m : m + self.robot.n] += np.einsum("nca,na->nc", motion, all_changes)
         return moved
 
     def adjust(
-        self, theta: Array, own: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
+        self, theta: Array, states: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """As `CalibrationProblem.adjust`, by the same steps as its kernel: a Schur complement takes the lengths out."""
+        """As `CalibrationProblem.adjust`, by the steps of its kernel: a Schur complement eliminates the lengths."""
         assert rows is None
-        runs = [self._adjust(theta[run], own[run], weights, settings) for run in range(len(theta))]
+        runs = [self._adjust(theta[run], states[run], weights, settings) for run in range(len(theta))]
         codes, steps, costs = zip(*runs, strict=True)
         return np.array(codes, dtype=np.int64), np.array(steps, dtype=np.int64), np.array(costs)
 
-    def _adjust(self, theta: Array, own: Array, weights: Array, settings: StopRule) -> tuple[int, int, float]:
-        """One run of Levenberg-Marquardt steps; *theta* and *own* are moved. Returns a code, steps and the cost."""
+    def _adjust(self, theta: Array, states: Array, weights: Array, settings: StopRule) -> tuple[int, int, float]:
+        """Run Levenberg-Marquardt from one start, in place. Returns a code, the accepted steps and the cost."""
         m = self.robot.m
-        held = self.equilibria(theta, own)
-        found = self._rows(theta, own, held, weights)
+        held = self.equilibria(theta, states)
+        found = self._rows(theta, states, held, weights)
         now, damping, steps = _cost(found), settings.damping, 0
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
         for _ in range(min(settings.most, _MAX_STEPS)):
             change, lengths, promised = _step(found, damping)
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
-            trial = own.copy()
+            trial = states.copy()
             trial[:, :m] += lengths
             held = self.equilibria(theta + change, trial)
-            trial[held.ok, m:] = self.kept(held)[held.ok, m:]
+            trial[held.ok, m:] = self.states_of(held)[held.ok, m:]
             there = self._rows(theta + change, trial, held, weights)
             then = _cost(there)
             if then <= now:
                 fell, found, steps = now - then, there, steps + 1
                 theta += change
-                own[:] = trial
+                states[:] = trial
                 done = size < max(settings.step, _STEP) or fell <= settings.fall * now
                 now = then
                 if done:
@@ -229,10 +223,10 @@ class Hanging(CalibrationProblem):
 
 
 def _raised(held: Equilibrium, linear: Linearisation) -> Array:
-    """Motion (N, n, m) as exit point and winch exit of each line are raised together, m/m.
+    """Return the motion (N, n, m) of the pose as exit point and winch exit of each line are raised together, m/m.
 
-    That is what its platform point would do to the span if it were lowered, without the moment that this point's force
-    takes along. So raising everything is a motion that no sensor of lengths and tensions sees.
+    It is that of lowering the line's platform point, less the moment of moving the point where its force acts. So
+    raising all lines together changes neither lengths nor tensions.
     """
     if held.model.n == 3:
         return -linear.per_platform_point[..., 2]
@@ -246,13 +240,13 @@ def _raised(held: Equilibrium, linear: Linearisation) -> Array:
 
 
 def _cost(found: Derivatives) -> float:
-    """Half the sum of squares; infinite where a reading has no value."""
+    """Return half the sum of squares; infinite where a residual has no value."""
     total = 0.5 * float(np.sum(found.residual**2) + np.sum(found.others**2))
     return total if np.isfinite(total) else np.inf
 
 
 def _step(found: Derivatives, damping: float) -> tuple[Array, Array, float]:
-    """The damped step of unknowns (k,) and of lengths (N, m), and the fall of the cost that it promises."""
+    """Return the damped step of unknowns (k,) and of lengths (N, m), and the predicted decrease of the cost."""
     H, G, r = found.by_pose, found.by_unknown, found.residual
     V, W = np.swapaxes(H, 1, 2) @ H, np.swapaxes(H, 1, 2) @ G
     h = -np.einsum("nea,ne->na", H, r)

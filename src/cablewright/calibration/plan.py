@@ -1,4 +1,4 @@
-"""What a calibration is asked: unknowns, how exact each sensor is, what else was measured, and what fixes the frame."""
+"""The plan of a calibration: unknowns, sigmas of the sensors, further measurements, and the datum of the frame."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ import math
 from pathlib import Path
 from typing import Annotated, Final, Self
 
-from pydantic import Field, Strict, ValidationError, model_validator
+from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import DEFAULT, NAMES
 from cablewright.errors import suggestion
 from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
-from cablewright.toml_input import read_table, require_schema
+from cablewright.toml_input import read_table, require_schema, validated
 from cablewright.units import Angle, Force, Length, Positive, Vec3
 
 NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
-"""The datum that moves exit points least: on average they keep the place and the direction that the file gives them."""
+"""The default datum, the inner constraint: on average exit points keep the position and direction of the file."""
 
 _MAX_ENTRIES: Final = 1000
 _Axis = Annotated[float, Strict()]
@@ -25,7 +24,7 @@ _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_
 
 
 class Sigmas(Description):
-    """Standard deviations of sensors. Without ``encoder`` that of the encoders is found from what does not fit."""
+    """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals."""
 
     encoder: Positive[Length] | None = None
     tension: Positive[Force] = 5.0
@@ -34,7 +33,7 @@ class Sigmas(Description):
 
 
 class Prior(Description):
-    """What was known before: the file's value of an unknown, to a standard deviation in the unknown's SI unit."""
+    """Prior knowledge: the file's value of an unknown, with a standard deviation in the unknown's SI unit."""
 
     name: str
     lines: tuple[str, ...] | None = None
@@ -62,7 +61,7 @@ class MeasuredDistance(Description):
 
 
 class Point(Description):
-    """A surveyed exit point: its place in the world."""
+    """A surveyed exit point, in the world frame."""
 
     line: str
     at: Vec3
@@ -70,7 +69,7 @@ class Point(Description):
 
 
 class Plane(Description):
-    """Poses (rows of the data, counted from 1) whose nozzle touched a plane through ``point``."""
+    """Poses (rows of the data, counted from 1) at which the nozzle touched the plane through ``point``."""
 
     poses: _Poses
     point: Vec3
@@ -85,7 +84,7 @@ class Plane(Description):
 
 
 class MeasuredRange(Description):
-    """Measured distances of the nozzle from a known ``point`` of the world, at poses (rows, counted from 1)."""
+    """Measured distances of the nozzle from a known ``point``, world frame, at poses (rows, counted from 1)."""
 
     point: Vec3
     poses: _Poses
@@ -100,10 +99,10 @@ class MeasuredRange(Description):
 
 
 class CalibrationPlan(Description):
-    """What is asked. ``datum`` names exit points (``south-west``) or coordinates (``south-east.y``) to hold.
+    """The plan of a calibration.
 
-    ``shared``: unknowns that are one number for all lines. ``level``: how well it is known that the exit points, as a
-    whole, are not tilted against the file, rad.
+    ``shared``: unknowns that are one number for all lines. ``datum``: exit points (``south-west``) or coordinates
+    (``south-east.y``) to hold. ``level``: sigma of the tilt of all exit points against the file, rad.
     """
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
@@ -120,17 +119,14 @@ class CalibrationPlan(Description):
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    """Read a plan from a TOML file. Raises `InputError`, which names file, key, value and what is allowed."""
     table, _ = read_table(path)
     require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        return CalibrationPlan.model_validate(table)
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
+    return validated(CalibrationPlan, table, path)
 
 
 def plan_of(plan: str | Path | CalibrationPlan | None) -> CalibrationPlan:
-    """Return *plan* as it is, read from its file, or the default. Raises `InputError` as `load_plan` does."""
+    """Return *plan*, read from its file if it is a path; the default for None. Raises `InputError` as `load_plan`."""
     if plan is None:
         return CalibrationPlan()
     return plan if isinstance(plan, CalibrationPlan) else load_plan(plan)

@@ -1,9 +1,10 @@
-"""Fits of a calibration's equations: from given starts, from rough dimensions, and moved to the wanted frame."""
+"""Fits of a calibration's equations: from given starts, from rough dimensions, and moved to the file's frame."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import chain, islice, repeat
 from typing import Final
 
 import numpy as np
@@ -13,6 +14,7 @@ from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
+from cablewright.models.parameters import lines_of
 from cablewright.models.rotation import matrices, turn_between
 from cablewright.progress import Progress, silent
 
@@ -23,36 +25,32 @@ _STAGE: Final = StopRule(1e-4, 1e-3, 60, 1e-3)
 _ROUGHLY: Final = StopRule(1e-4, 1e-4, 40, 1e-2)
 _FLIPS: Final = 4
 _TRUST: Final = (0.1, 0.01, 0.001)
-"""As how exact encoders are taken, m, while exit points are still drawn to where they started."""
-
+"""Sigmas of the encoders, m, in the stages in which exit points are pulled towards their start values."""
 
 _BATCH: Final = 8  # starts tried at a time
 _BATCHES: Final = 12
-_UNGUESSED: Final = 4  # batches at least, where nobody guesses poses
-_AGAIN: Final = 3  # times the least cost must be found before it counts as the least
+_UNGUESSED: Final = 4  # min batches without start values of the poses
+_AGAIN: Final = 3  # times that the lowest cost must be found before the search ends
 _SAME: Final = 1e-8  # m: rounding
-_FINE: Final = 5e-4  # m: from here on a fit without guesses of poses may be a wrong one found several times
-_ALIKE: Final = 1.01  # costs that differ by less are of one solution, or of its mirror image
+_FINE: Final = 5e-4  # m: without start values of the poses, a worse fit may be wrong though found several times
+_ALIKE: Final = 1.01  # costs within this ratio are of one solution, or of its mirror image
 _ROUNDS: Final = 8
-_YAW: Final = 1e-3  # rad: up to here a yaw moves points along straight lines
+_YAW: Final = 1e-3  # rad: a smaller yaw moves points along straight lines
 _YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 
 @dataclass(frozen=True, eq=False)
 class PoseFit:
-    """Where a fit ended: unknowns that are not held, poses, half the sum of squares, a code and steps taken.
+    """The result of a fit."""
 
-    `poses` are (N, n), or what is kept of each pose where lines hang: see `hanging.Hanging`.
-    """
-
-    theta: Array
-    poses: Array
+    theta: Array  # (k,) the free unknowns
+    poses: Array  # (N, n), or the states (N, ..) of the poses of an `ElasticProblem`
     weights: Array  # (R,)
-    cost: float
-    code: int
-    steps: int
-    starts: int = 1  # how many were tried
-    alike: int = 1  # and how many of them ended at this cost
+    cost: float  # half the sum of squares
+    code: int  # of the kernel, 0 if it converged
+    steps: int  # accepted
+    starts: int = 1  # number of starts tried
+    alike: int = 1  # number of starts that ended at this cost
 
 
 def fits(
@@ -63,7 +61,7 @@ def fits(
     settings: StopRule = NEAR,
     rows: MeasurementRows | None = None,
 ) -> list[PoseFit]:
-    """Fit from each of B starts: *theta* (B, k) of the unknowns that are not held, *poses* (B, N, n)."""
+    """Fit from each of B starts: free unknowns *theta* (B, k) and *poses* (B, N, n) or states (B, N, ..)."""
     theta, poses = np.array(theta, order="C"), np.array(poses, order="C")
     used = problem.weights if weights is None else weights
     codes, steps, costs = problem.adjust(theta, poses, used, settings, rows)
@@ -78,32 +76,31 @@ def fit(
 
 
 def quick_fit(problem: CalibrationProblem, rough: float) -> PoseFit:
-    """The fit from the file and the guesses alone, as near as a start for other equations has to be."""
+    """Fit from the file's numbers and the start values of the poses only."""
     start = first_start(problem)
     return _from_far(problem, start.theta, start.poses, rough)
 
 
 def first_start(problem: CalibrationProblem) -> PoseFit:
-    """Where the file's numbers and the guesses of the poses are, before any step."""
-    theta, poses = next(_starts(problem, np.random.default_rng(0), 0.0, 1, first=True))
+    """Return the file's numbers and the start values of the poses, without a fit."""
+    theta, poses = next(_starts(problem, np.random.default_rng(0), 0.0))
     return PoseFit(theta, poses, problem.weights, np.inf, 0, 0)
 
 
 def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Progress = silent) -> PoseFit:
-    """The least cost found from the file's numbers and others up to *rough* (m) off, of equal ones the nearest to it.
+    """Return the fit with the lowest cost from the file's numbers and random ones up to *rough* (m) from them.
 
-    Ends where the least cost was found several times. Lengths over sheaves are the same in a mirror: of solutions that
-    fit alike, the one whose exit points are nearest to the file's counts.
+    The search ends when the lowest cost was found several times. Lengths over sheaves are the same in a mirror: of
+    solutions that fit alike, the one with exit points nearest to the file's is returned.
     """
-    rng = np.random.default_rng(seed)
     rounding, fine = (0.5 * float(np.sum((off * problem.weights) ** 2)) for off in (_SAME, _FINE))
     found: list[PoseFit] = []
     guessed = problem.measured.guess is not None
+    size = _AGAIN if guessed else _BATCH
+    starts = _starts(problem, np.random.default_rng(seed), rough)
     for batch in range(_BATCHES):
-        tried = _AGAIN if guessed else _BATCH
-        starts = list(_starts(problem, rng, rough, tried, first=batch == 0))
-        for at, start in enumerate(starts):
-            progress("starts, at most", batch * tried + at, _BATCHES * tried)
+        for at, start in enumerate(islice(starts, size)):
+            progress("starts, max", batch * size + at, _BATCHES * size)
             each = _from_far(problem, *start, rough)
             found += [each] if np.isfinite(each.cost) else []
         if not found:
@@ -114,19 +111,19 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
         if len(alike) >= _AGAIN and (guessed or (smallest <= fine and batch + 1 >= _UNGUESSED)):
             break
     if not found:
-        start = next(_starts(problem, rng, 0.0, 1, first=True))
-        return fits(problem, start[0][None], start[1][None])[0]
-    nearest = min(alike, key=lambda each: float(np.linalg.norm(_off(problem, each))))
+        first = first_start(problem)
+        return fit(problem, first.theta, first.poses)
+    nearest = min(alike, key=lambda each: float(np.linalg.norm(_exits_off(problem, each))))
     polished = fit(problem, nearest.theta, nearest.poses)
     return replace(polished, steps=nearest.steps + polished.steps, starts=len(found), alike=len(alike))
 
 
 def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: float) -> PoseFit:
-    """A fit from a far start: exit points are drawn to where they started, less and less.
+    """Fit from a far start, in stages that pull exit points less and less towards their start values.
 
-    From there alone, many a machine ends in a valley that fits to millimetres and has another shape.
+    Without these stages many robots end in a local minimum of another shape that fits to millimetres.
     """
-    exits = np.array([each.name == "exit_point" for each in problem.unknowns])[~problem.held]
+    exits = problem.named("exit_point")
     drawn = np.eye(len(theta))[exits]
     if rough > 0.0 and len(drawn):
         for trust in _TRUST:
@@ -138,12 +135,12 @@ def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: fl
             stage = fits(problem, theta[None], poses[None], settings=_STAGE, rows=rows)[0]
             if np.isfinite(stage.cost):
                 theta, poses = stage.theta, _unmirrored(problem, stage.theta, stage.poses)
-    found = fits(problem, theta[None], poses[None], settings=_FAR)[0]
+    found = fit(problem, theta, poses, settings=_FAR)
     for _ in range(_FLIPS):
         poses = _unmirrored(problem, found.theta, found.poses)
         if np.array_equal(poses, found.poses):
             break
-        again = fits(problem, found.theta[None], poses[None], settings=_FAR)[0]
+        again = fit(problem, found.theta, poses, settings=_FAR)
         if not again.cost < found.cost:
             break
         found = again
@@ -151,123 +148,115 @@ def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: fl
 
 
 def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
-    """The fit from the upside-down image of another: sheaves alone tell the two apart, by millimetres."""
+    """Return the fit from the upside-down image of another: only the sheaves make them differ, by millimetres."""
     if problem.robot.n == 6 or problem.measured.guess is not None or not found.cost < np.inf:
         return []
     theta, poses = found.theta.copy(), found.poses.copy()
     middle = float(problem.exit_points(theta)[:, 2].mean())
-    heights = np.array([(each.name, each.axis) == ("exit_point", 2) for each in problem.unknowns])[~problem.held]
+    heights = np.array([(each.name, each.axis) == ("exit_point", 2) for each in problem.free_unknowns], dtype=bool)
     theta[heights] = 2.0 * middle - theta[heights]
     poses[:, 2] = 2.0 * middle - poses[:, 2]
-    image = fits(problem, theta[None], poses[None], settings=_FAR)[0]
+    image = fit(problem, theta, poses, settings=_FAR)
     return [image] if np.isfinite(image.cost) else []
 
 
 def _unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
-    """*poses* with those on the other side of the exit points' plane that fit better there.
+    """Return *poses*, each mirrored at the plane through the exit points if it fits better there.
 
-    Where exit points are all but in one plane, lengths hardly tell on which side of it the platform is.
+    If exit points are nearly in one plane, lengths hardly depend on the side of it on which the platform is.
     """
-    if not np.isfinite(problem.lengths(theta, poses)).all():
+    if not problem.is_finite(theta, poses):
         return poses
     exits = problem.exit_points(theta)
     middle = exits.mean(axis=0)
     normal = np.linalg.svd(exits - middle)[2][2]
     mirrored = poses.copy()
     mirrored[:, :3] -= 2.0 * ((poses[:, :3] - middle) @ normal)[:, None] * normal
-    mirrored = poses_alone(problem, theta, mirrored)
+    mirrored = fitted_poses(problem, theta, mirrored)
     here, there = (np.sum(problem.derivatives(theta, each).residual ** 2, axis=1) for each in (poses, mirrored))
     return np.asarray(np.where((there < 0.5 * here)[:, None], mirrored, poses))
 
 
-def _off(problem: CalibrationProblem, found: PoseFit) -> Array:
-    """How far the exit points among the unknowns are from the file's, m, but for a common translation."""
-    exits = np.array([each.name == "exit_point" for each in problem.unknowns])[~problem.held]
-    off = (found.theta - problem.free)[exits]
-    if len(off) % 3:  # a datum holds some
+def _exits_off(problem: CalibrationProblem, found: PoseFit) -> Array:
+    """Return the distances of exit points from the file's, m, less a common translation unless a datum holds some."""
+    off = (found.theta - problem.free)[problem.named("exit_point")]
+    if len(off) % 3:
         return np.asarray(off)
     return np.asarray((off.reshape(-1, 3) - off.reshape(-1, 3).mean(axis=0)).ravel())
 
 
-def _starts(
-    problem: CalibrationProblem, rng: np.random.Generator, rough: float, count: int, first: bool
-) -> Iterator[tuple[Array, Array]]:
-    """Yield starts; the *first* of all is that of the file."""
-    scene, n = problem.robot.scene, problem.robot.n
+def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float) -> Iterator[tuple[Array, Array]]:
+    """Yield starts (k,), (N, n) without end: first that of the file, then random ones up to *rough* (m) from it."""
+    scene = problem.robot.scene
     low, high = np.array(scene.frame_min), np.array(scene.frame_max)
-    exits = np.array([each.name == "exit_point" for each in problem.unknowns])[~problem.held]
-    for k in range(count):
-        away = 0.0 if first and k == 0 else rough
+    exits = problem.named("exit_point")
+    for away in chain([0.0], repeat(rough)):
         theta = problem.free + exits * rng.uniform(-away, away, len(exits))
         if problem.measured.guess is not None:
             poses = problem.measured.guess.copy()
             poses[:, :3] += rng.uniform(-0.5 * away, 0.5 * away, (len(poses), 3))
-            yield _with_offsets(problem, theta, poses), poses
+            lengths = problem.lengths(theta, poses) - problem.measured.counted
+            yield _with_home(problem, theta, np.nanmedian(lengths, axis=0)), poses
             continue
         share = 0.5 if away == 0.0 else rng.uniform(0.2, 0.8, 3)
-        home = np.zeros(n)
-        home[:3] = low + share * (high - low)
-        yield _from_home(problem, theta, home)
+        poses = np.zeros((problem.poses, problem.robot.n))
+        poses[:, :3] = low + share * (high - low)
+        at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
+        lengths = problem.lengths(theta, poses[:1])[0] - problem.measured.counted[at_home]
+        theta = _with_home(problem, theta, lengths)
+        yield theta, fitted_poses(problem, theta, poses)
 
 
-def _with_offsets(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
-    """The unknowns with home lengths that suit *poses* best."""
-    lengths = problem.lengths(theta, poses) - problem.measured.counted
-    return _with_home(problem, theta, np.nanmedian(lengths, axis=0))
-
-
-def _from_home(problem: CalibrationProblem, theta: Array, home: Array) -> tuple[Array, Array]:
-    """A start from a home pose alone: home lengths, then each pose by itself."""
-    at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
-    poses = np.tile(home, (problem.poses, 1))
-    theta = _with_home(problem, theta, problem.lengths(theta, poses[:1])[0] - problem.measured.counted[at_home])
-    return theta, poses_alone(problem, theta, poses)
-
-
-def poses_alone(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
-    """The poses (N, n) that fit best with the unknowns as they are, from *poses* on."""
-    return fits(problem.alone(theta), np.zeros((1, 0)), poses[None], settings=_ROUGHLY)[0].poses
+def fitted_poses(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
+    """Return the poses (N, n) or states (N, ..) that fit best with the unknowns *theta*, from start values *poses*."""
+    return fits(problem.for_poses_only(theta), np.zeros((1, 0)), poses[None], settings=_ROUGHLY)[0].poses
 
 
 def _with_home(problem: CalibrationProblem, theta: Array, lengths: Array) -> Array:
-    """The unknowns with these home lengths (m,)."""
-    whole = problem.whole(theta)
-    names = [line.name for line in problem.robot.lines]
-    for at, each in enumerate(problem.unknowns):
-        if each.name == "length_offset" and each.line is not None:
-            whole[at] = lengths[names.index(each.line)]
-    return np.asarray(whole[~problem.held])
+    """Return the unknowns (k,) with these home lengths (m,)."""
+    changed = theta.copy()
+    for at, each in enumerate(problem.free_unknowns):
+        if each.name == "length_offset":
+            changed[at] = lengths[lines_of(problem.robot, each)[0]]
+    return changed
 
 
 def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """Move a fit along what the data leave open, until the unknowns are as near to the file's as they can be.
+    """Return the fit moved along the open freedoms until its unknowns are as near to the file's as possible.
 
-    That is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file.
+    This is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file. Home
+    lengths, which the file does not have, do not count.
     """
     found = _turned_back(problem, found)
     for _ in range(_ROUNDS):
         null = information(problem, found.theta, found.poses, found.weights, priors=True).null
-        moved = -null @ (null.T @ _known(problem, found.theta))
+        off = np.where(problem.named("length_offset"), 0.0, found.theta - problem.free)
+        moved = -null @ (null.T @ off)
         if np.linalg.norm(moved) < 1e-13:
             break
         derivatives = problem.derivatives(found.theta, found.poses, found.weights)
         change = np.einsum("nek,k->ne", derivatives.by_unknown, moved)
         follow = -np.einsum("nce,ne->nc", np.linalg.pinv(derivatives.by_pose), change)
-        poses = problem.followed(found.theta, found.poses, moved, follow)
+        poses = problem.stepped(found.theta, found.poses, moved, follow)
         again = fit(problem, found.theta + moved, poses, found.weights)
         found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
     return found
 
 
+def yaw_between(points: Array, others: Array) -> float:
+    """Return the yaw, rad, about the origin that moves *points* (m, 3) as near as possible to *others* (m, 3)."""
+    cross = points.T @ others
+    return float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+
+
 def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """The fit turned about the vertical towards the file, where nothing tells a yaw: that path is not straight."""
-    exits = np.array([each.name == "exit_point" for each in problem.unknowns])
+    """Return the fit turned about the vertical towards the file, a path that is not straight, if yaw is open."""
+    exits = problem.named("exit_point")
     if problem.held.any() or exits.sum() < 3 * problem.robot.m:
         return found
     points = problem.exit_points(found.theta)
-    arms, wanted = points - points.mean(axis=0), problem.exit_points(problem.free)
-    cross = arms.T @ (wanted - wanted.mean(axis=0))
-    angle = float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+    arms, file = points - points.mean(axis=0), problem.exit_points(problem.free)
+    angle = yaw_between(arms, file - file.mean(axis=0))
     if abs(angle) < _YAW:
         return found
     if not set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True))) >= _YAWS:
@@ -276,12 +265,6 @@ def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()
     poses = problem.poses_of(found.poses).copy()
     poses[:, :3] = (poses[:, :3] - points.mean(axis=0)) @ turn.T + points.mean(axis=0)
-    if problem.robot.n == 6:  # what takes the inverse of a rotation to a turn is the turn of that rotation
+    if problem.robot.n == 6:  # rotation by turn after the pose's own
         poses[:, 3:] = turn_between(-poses[:, 3:], np.tile([0.0, 0.0, angle], (len(poses), 1)))
     return replace(found, theta=theta, poses=problem.with_poses(found.poses, poses))
-
-
-def _known(problem: CalibrationProblem, theta: Array) -> Array:
-    """How far unknowns are from the file's; home lengths, of which the file knows nothing, count as known."""
-    known = np.array([each.name != "length_offset" for each in problem.unknowns])[~problem.held]
-    return np.where(known, theta - problem.free, 0.0)

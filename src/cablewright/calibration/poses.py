@@ -1,4 +1,4 @@
-"""Which poses to measure: those that tell most of the unknowns, in an order that moves little."""
+"""Selection of the poses to measure: those with most information on the unknowns, in an order with short travel."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from cablewright.robot import Robot
 
 CRITERIA: Final = get_args(PoseCriterion)
 
-MOST_CANDIDATES: Final = 20_000
-MOST_POSES: Final = 500
-_PASSES: Final = 12  # of exchanging poses
-_RIDGE: Final = 1e-6  # of the mean information: lets the first poses be compared
+MAX_CANDIDATES: Final = 20_000
+MAX_POSES: Final = 500
+_PASSES: Final = 12  # max passes of exchanging poses
+_RIDGE: Final = 1e-6  # of the mean information, so that it is regular before there are enough poses
 _NULL: Final = 1e-9
 _DRAWS: Final = 20  # of random poses, to compare with
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationPoses(Result):
-    """Poses (N, n) in the order to go to them, home first, and what they promise, at *sigma* (m) of the encoders."""
+    """Poses to measure, in order of travel and home first, and the sigmas of exit points predicted for them."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
@@ -58,12 +58,12 @@ class CalibrationPoses(Result):
 
     robot: Robot
     criterion: str
-    poses: Array
+    poses: Array  # (N, n) m and rad
     counted: Array  # (N, m) m: length changes since the first pose
-    sigma_rms: float  # m, over coordinates of exit points, in the inner constraint
-    sigma_worst: float
-    random_rms: float  # m, of as many random poses: the middle of some draws
-    random_worst: float
+    sigma_rms: float  # m, over coordinates of exit points, under the inner constraint
+    sigma_worst: float  # m, the largest
+    random_rms: float  # m, as sigma_rms for as many random poses: the median of some draws
+    random_worst: float  # m
     travel: float  # m, from pose to pose
     travel_unordered: float  # m, in the order in which the candidates were drawn
 
@@ -79,11 +79,12 @@ def calibration_poses(
     tension_limits: tuple[float, float] | None = None,
     seed: int = 0,
 ) -> CalibrationPoses:
-    """Choose which *count* of random *candidates* in the workspace to measure for a calibration of *robot*.
+    """Select *count* of random *candidates* in the workspace to measure for a calibration of *robot*.
 
-    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: what is unknown, or the TOML
-    that says so. Poses are held within *tension_limits* (N), by default those of the lines, by straight rigid lines.
-    Greedy first, then poses are exchanged while that helps. Raises `InputError` for too few poses or candidates.
+    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: with the unknowns, or a TOML
+    file. Candidates are feasible with straight rigid lines within *tension_limits* (N), by default those of the lines.
+    Poses are added greedily, then exchanged while that improves the criterion. Raises `InputError` for too few poses or
+    candidates.
 
     Examples
     --------
@@ -94,13 +95,13 @@ def calibration_poses(
     """
     if criterion not in CRITERIA:
         raise UnknownName("criterion", criterion, CRITERIA)
-    for name, value, most in (("count", count, MOST_POSES), ("candidates", candidates, MOST_CANDIDATES)):
-        if not 1 <= value <= most:
-            raise InputError(f"{name} = {value}: from 1 to {most} are wanted")
+    for name, value, maximum in (("count", count, MAX_POSES), ("candidates", candidates, MAX_CANDIDATES)):
+        if not 1 <= value <= maximum:
+            raise InputError(f"{name} = {value}: must be from 1 to {maximum}")
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     if not 0.0 < sigma < 1.0:
-        raise InputError(f"sigma = {sigma:g}: over 0 and under 1 m is wanted")
+        raise InputError(f"sigma = {sigma:g}: must be over 0 and under 1 m")
     model = Model.of(robot, tension_limits=tension_limits, default=CableLaw.RIGID)
     robot, plan = model.robot, plan_of(plan)
     rng = np.random.default_rng(seed)
@@ -108,50 +109,35 @@ def calibration_poses(
     problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
     needed = min_poses(problem)
     if not needed <= count <= candidates:
-        raise InputError(f"{count} poses: from {needed}, which {robot.name!r} needs, to {candidates} candidates")
-    rows = _reduced(problem, places) * (problem.encoder_sigma / sigma)
-    exits = np.array([each.name == "exit_point" for each in problem.unknowns])
-    search = _PoseSearch(rows, exits, criterion)
-    chosen = np.sort(search.exchanged(search.greedy(count)))  # rounding decides in which order they are found
-    ordered = _ordered(places[chosen, :3])
-    path = places[chosen][ordered]
-    random = [search.sigmas(rng.choice(candidates, count, replace=False)) for _ in range(_DRAWS)]
-    rms, worst = search.sigmas(chosen)
-    lengths = problem.lengths(problem.start, path)
-    middle = np.median(np.array(random), axis=0)
-    return CalibrationPoses(
-        robot,
-        criterion,
-        path,
-        lengths - lengths[0],
-        rms,
-        worst,
-        float(middle[0]),
-        float(middle[1]),
-        _travel(path),
-        _travel(places[chosen]),
-    )
-
-
-def _reduced(problem: CalibrationProblem, places: Array) -> Array:
-    """What each pose says of the unknowns (C, r, k), by itself out of the way."""
+        raise InputError(
+            f"{count} poses: must be from {needed}, which {robot.name!r} requires, to {candidates}, the candidates"
+        )
     _, rows, ranks = projected(problem.derivatives(problem.start, places))
-    return np.ascontiguousarray(rows[:, int(ranks.min()) :])
+    rows = np.ascontiguousarray(rows[:, int(ranks.min()) :]) * (problem.encoder_sigma / sigma)
+    search = _PoseSearch(rows, problem.named("exit_point"), criterion)
+    chosen = np.sort(search.exchanged(search.greedy(count)))  # sorted: the order in which they are found is rounding
+    path = places[chosen][_ordered(places[chosen, :3])]
+    random = [search.sigmas(rng.choice(candidates, count, replace=False)) for _ in range(_DRAWS)]
+    random_rms, random_worst = np.median(random, axis=0).tolist()
+    lengths = problem.lengths(problem.start, path)
+    changes, travels = lengths - lengths[0], (_travel(path), _travel(places[chosen]))
+    return CalibrationPoses(robot, criterion, path, changes, *search.sigmas(chosen), random_rms, random_worst, *travels)
 
 
 class _PoseSearch:
-    """Sets of poses and what they promise, in the space of what all candidates together can tell."""
+    """Search for sets of poses in the space of the d combinations of unknowns that all candidates determine."""
 
     def __init__(self, rows: Array, exits: Mask, criterion: str) -> None:
         _, values, right = np.linalg.svd(np.linalg.qr(rows.reshape(-1, rows.shape[2]), mode="r"))
-        self.basis = right[values > _NULL * values[0]].T  # (k, d)
-        self.rows = rows @ self.basis  # (C, r, d)
+        kept = values > _NULL * values[0]
+        self.basis = right[kept].T  # (k, d)
+        self.rows = rows @ self.basis  # (C, r, d) of each candidate, its pose eliminated
         self.exits = self.basis[exits]
         self.criterion = criterion
-        self.ridge = _RIDGE * float(np.mean(values[values > _NULL * values[0]] ** 2)) / len(rows)
+        self.ridge = _RIDGE * float(np.mean(values[kept] ** 2)) / len(rows)
 
     def greedy(self, count: int) -> list[int]:
-        """Poses one after the other, each the one that tells most beside those before it."""
+        """Return poses, each the one that adds most information to those before it."""
         chosen: list[int] = []
         inverse = np.eye(self.rows.shape[2]) / self.ridge
         for _ in range(count):
@@ -159,21 +145,21 @@ class _PoseSearch:
             gain[chosen] = -np.inf
             best = int(np.argmax(gain))
             chosen.append(best)
-            inverse = _added(inverse, self.rows[best])
+            across = self.rows[best] @ inverse  # Woodbury
+            inner = np.eye(len(across)) + across @ self.rows[best].T
+            inverse = inverse - across.T @ np.linalg.solve(inner, across)
         return chosen
 
     def exchanged(self, chosen: list[int]) -> NDArray[np.int64]:
-        """Poses exchanged one by one while the criterion falls."""
+        """Return the poses after exchanging them one by one while the criterion decreases."""
         size = self._size(chosen)
         for _ in range(_PASSES):
             before = size
             for at in range(len(chosen)):
                 rest = chosen[:at] + chosen[at + 1 :]
-                inverse = _inverse(self._information(rest))
-                better = self._after(inverse)
+                better = self._after(_inverse(self._information(rest)))
                 better[rest] = np.inf
-                best = int(np.argmin(better))
-                trial = [*chosen[:at], best, *chosen[at + 1 :]]
+                trial = [*chosen[:at], int(np.argmin(better)), *chosen[at + 1 :]]
                 then = self._size(trial)
                 if then < size - 1e-12 * abs(size):
                     chosen, size = trial, then
@@ -182,7 +168,7 @@ class _PoseSearch:
         return np.array(chosen, dtype=np.int64)
 
     def sigmas(self, chosen: NDArray[np.int64]) -> tuple[float, float]:
-        """Root mean square and largest sigma of the exit points' coordinates, m."""
+        """Return the rms and the largest sigma of the exit points' coordinates, m."""
         variances = self._variances(_inverse(self._information(chosen)))
         return float(np.sqrt(variances.mean())), float(np.sqrt(variances.max()))
 
@@ -194,19 +180,19 @@ class _PoseSearch:
         return np.asarray(np.einsum("ad,de,ae->a", self.exits, inverse, self.exits))
 
     def _size(self, chosen: list[int]) -> float:
-        """What is to be small."""
+        """Return the criterion, which is minimised."""
         information = self._information(chosen)
         if self.criterion == "d-optimal":
             return -float(np.linalg.slogdet(information)[1])
         return float(self._variances(_inverse(information)).max())
 
     def _gains(self, inverse: Array) -> Array:
-        """By how much each candidate's pose raises the logarithm of the determinant."""
+        """Return the increase (C,) of the logarithm of the determinant by adding each candidate."""
         spread = np.einsum("crd,de,cse->crs", self.rows, inverse, self.rows)
         return np.asarray(np.linalg.slogdet(np.eye(spread.shape[1]) + spread)[1])
 
     def _after(self, inverse: Array) -> Array:
-        """What is to be small, with each candidate added: up to a constant."""
+        """Return the criterion (C,) with each candidate added, up to a constant."""
         if self.criterion == "d-optimal":
             return -self._gains(inverse)
         across = self.rows @ inverse  # (C, r, d)
@@ -220,32 +206,26 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
 
 
-def _added(inverse: Array, rows: Array) -> Array:
-    """The inverse information with the rows of one more pose (Woodbury)."""
-    across = rows @ inverse
-    return np.asarray(inverse - across.T @ np.linalg.solve(np.eye(len(rows)) + across @ rows.T, across))
-
-
 def _travel(path: Array) -> float:
     return float(np.linalg.norm(np.diff(path[:, :3], axis=0), axis=1).sum())
 
 
 def _ordered(points: Array) -> NDArray[np.int64]:
-    """An order that moves little: from the point nearest to their middle to the nearest next, then 2-opt."""
-    apart = np.linalg.norm(points[:, None] - points, axis=2)
+    """Return an order of points (N, 3) with short travel: from the middle to the nearest next, improved by 2-opt."""
+    apart = np.pad(np.linalg.norm(points[:, None] - points, axis=2), (0, 1))
     order = [int(np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
     left = set(range(len(points))) - set(order)
     while left:
         order.append(min(left, key=lambda at: (apart[order[-1], at], at)))
         left.remove(order[-1])
+    order.append(len(points))  # the end, at no distance from any point
     better = True
     while better:
         better = False
-        for i in range(1, len(order) - 1):
-            for j in range(i + 1, len(order)):
-                tail = apart[order[j], order[j + 1]] if j + 1 < len(order) else 0.0
-                new_tail = apart[order[i], order[j + 1]] if j + 1 < len(order) else 0.0
-                if apart[order[i - 1], order[j]] + new_tail < apart[order[i - 1], order[i]] + tail - 1e-12:
+        for i in range(1, len(points) - 1):
+            for j in range(i + 1, len(points)):
+                before, first, last, after = order[i - 1], order[i], order[j], order[j + 1]
+                if apart[before, last] + apart[first, after] < apart[before, first] + apart[last, after] - 1e-12:
                     order[i : j + 1] = reversed(order[i : j + 1])
                     better = True
-    return np.array(order)
+    return np.array(order[:-1])

@@ -1,18 +1,20 @@
-"""A calibration as rows of equations: every sensor adds rows to one least-squares problem, at a pose or at none."""
+"""A calibration as rows of equations: every sensor adds rows to one least-squares problem, with a pose or without."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.fixed import distances_of, held_by_datum, linear_rows
+from cablewright.calibration.fixed import held_by_datum, line_index, linear_rows
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.unknowns import Unknown, numbers_of_lines, targets, unknowns_of
+from cablewright.calibration.unknowns import Unknown, exit_coordinates, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
@@ -21,32 +23,32 @@ from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot
 
 ENCODER_SIGMA = 1e-4
-"""Taken for the encoders' standard deviation beside other sensors, m, where nobody gives one."""
+"""Default standard deviation of the encoders, m, which weighs them against other sensors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What was measured at N poses. `guess` are poses to start from; with `pose_sigma` they are measurements too."""
+    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them."""
 
     counted: Array  # (N, m) m: length changes since home, by encoders
     guess: Array | None = None  # (N, n) m and rad
     pose_sigma: Array | None = None  # (N, n) m and rad
     tensions: Array | None = None  # (N, m) N
     swivel: Array | None = None  # (N, m) rad: azimuth of each free cable, 0 is world +x
-    tilt: Array | None = None  # (N, 2) rad: the platform against the plumb line, about x and y
-    places: Sequence[int] = field(default=())  # (N,) line of the file of each pose
-    origin: str = "the data"
+    tilt: Array | None = None  # (N, 2) rad: of the platform against the plumb line, about x and y
+    places: Sequence[int] = field(default=())  # (N,) line number of each pose in the file
+    origin: str = "the data"  # the name in messages
 
     def place(self, pose: int) -> str:
-        """Say where a pose (counted from 0) stands."""
+        """Return where a pose (counted from 0) is: ``line 7`` of the file, or ``pose 7``."""
         return f"line {self.places[pose]}" if len(self.places) else f"pose {pose + 1}"
 
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """Weighted residuals and their derivatives, e rows for each of N poses and g of none.
+    """Weighted residuals and their derivatives: e rows at each of N poses, and g rows without a pose.
 
-    p are the unknowns of a pose by itself: the n of straight lines, or the m lengths of lines that hang.
+    The p unknowns of a pose are its n coordinates for straight lines, its m lengths for elastic ones.
     """
 
     residual: Array  # (N, e)
@@ -60,8 +62,8 @@ class Derivatives:
 class CalibrationProblem:
     """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
 
-    `held` says which of `unknowns` keep the value of `start`: the datum's. `rows` has the others alone. Here lines are
-    straight and stiff, and what is unknown of a pose by itself is the pose; `hanging.Hanging` has lines that give.
+    `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only. Lines
+    are straight and rigid, and the state of a pose is the pose; `elastic_lines.ElasticProblem` is for elastic lines.
     """
 
     robot: Robot
@@ -74,29 +76,25 @@ class CalibrationProblem:
     per_pose: int  # e
     start: Array  # (k,) of all unknowns, held ones too
     held: Mask  # (k,)
-    is_prior: Mask  # (g,) which rows without a pose were known before
+    is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
 
     @classmethod
     def of(
         cls, robot: Robot, measured: Measured, plan: CalibrationPlan | None = None, hold: bool = True
     ) -> CalibrationProblem:
-        """Build the rows; with *hold*, what the plan's datum names is no unknown.
+        """Build the rows; *hold*: whether the unknowns that the plan's datum names are held.
 
-        Raises `InputError` for what the plan names and the robot or the data do not have, and a contradictory datum.
+        Raises `InputError` for names in the plan that the robot or the data do not have, and a contradictory datum.
         """
-        return cls(
-            robot,
-            measured,
-            plan or CalibrationPlan(),
-            *equations(robot, measured, plan or CalibrationPlan(), hold, hangs=False),
-        )
+        plan = plan or CalibrationPlan()
+        return cls(robot, measured, plan, *equations(robot, measured, plan, hold, elastic=False))
 
-    def freed(self) -> CalibrationProblem:
-        """The same without a datum."""
+    def without_datum(self) -> CalibrationProblem:
+        """Return the same problem with no unknown held."""
         return CalibrationProblem.of(self.robot, self.measured, self.plan, hold=False)
 
-    def alone(self, theta: Array) -> CalibrationProblem:
-        """The same with all unknowns held at *theta*: what is left are the poses."""
+    def for_poses_only(self, theta: Array) -> CalibrationProblem:
+        """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
         lines, target = self.rows.lines.copy(), self.rows.target
         lines[target >= 0] = theta[target[target >= 0]]
         nothing = np.full_like(target, -1)
@@ -109,81 +107,88 @@ class CalibrationProblem:
         return len(self.measured.counted)
 
     @property
-    def hangs(self) -> bool:
+    def elastic(self) -> bool:
         """Whether lines stretch or sag, and so have their tensions from equilibria."""
         return False
 
     @property
     def cable(self) -> str:
-        """The cable law."""
+        """The cable law: rigid, elastic or catenary."""
         return "rigid"
 
     @property
-    def own(self) -> int:
-        """How many numbers p of a pose are unknown beside what all poses share."""
+    def unknowns_per_pose(self) -> int:
+        """The number p of unknowns of each pose."""
         return self.robot.n
 
-    def poses_of(self, own: Array) -> Array:
-        """The poses (N, n) among what is kept of each pose."""
-        return own
+    def poses_of(self, states: Array) -> Array:
+        """Return the poses (N, n) in the states (N, ..) of the poses."""
+        return states
 
-    def with_poses(self, own: Array, poses: Array) -> Array:
-        """What is kept of each pose, with other *poses* (N, n) in it."""
-        del own
+    def with_poses(self, states: Array, poses: Array) -> Array:
+        """Return the states (N, ..) with other *poses* (N, n) in them."""
+        del states
         return poses
 
-    def reaches(self, theta: Array, own: Array) -> bool:
-        """Whether every sensor has a value there."""
-        return bool(np.isfinite(self.lengths(theta, own)).all())
+    def is_finite(self, theta: Array, states: Array) -> bool:
+        """Whether every sensor has a value at these states (N, ..)."""
+        return bool(np.isfinite(self.lengths(theta, states)).all())
 
-    def followed(self, theta: Array, own: Array, change: Array, by: Array) -> Array:
-        """What is kept of each pose once unknowns *change* (k,) and those of each pose go *by* (N, p)."""
+    def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:
+        """Return the states after the free unknowns change by *change* (k,) and those of the poses by *by* (N, p)."""
         del theta, change
-        return own + by
+        return states + by
 
     def adjust(
-        self, theta: Array, own: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
+        self, theta: Array, states: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Move *theta* (B, k) and *own* (B, N, ..) in place to least costs; codes, steps and costs (B,)."""
+        """Minimise the cost from starts *theta* (B, k), *states* (B, N, ..), in place: codes, steps and costs (B,)."""
         runs = len(theta)
         codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
         values, weight = self.values[None], np.ascontiguousarray(weights)[None]
-        pose_schur.adjust_runs(rows or self.rows, theta, own, values, weight, settings, codes, steps, costs)
+        pose_schur.adjust_runs(rows or self.rows, theta, states, values, weight, settings, codes, steps, costs)
         return codes, steps, costs
 
     @property
     def encoder_sigma(self) -> float:
-        """The standard deviation that the encoders' weights stand for, m."""
+        """The standard deviation in the encoders' weights, m."""
         return self.plan.sigma.encoder or ENCODER_SIGMA
 
     @property
     def free(self) -> Array:
-        """The start of the unknowns that are not held."""
+        """Start values of the free unknowns."""
         return np.ascontiguousarray(self.start[~self.held])
 
+    @cached_property
+    def free_unknowns(self) -> tuple[Unknown, ...]:
+        """The unknowns that are not held, in the order of theta."""
+        return tuple(each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
+
+    def named(self, name: str) -> Mask:
+        """Return which of the free unknowns have a name, as ``exit_point``."""
+        return np.array([each.name == name for each in self.free_unknowns], dtype=bool)
+
     def whole(self, theta: Array) -> Array:
-        """All unknowns (..., k) from those that are not held."""
+        """Return all unknowns (..., k), of which *theta* has the free ones."""
         found = np.broadcast_to(self.start, (*theta.shape[:-1], len(self.start))).copy()
         found[..., ~self.held] = theta
         return found
 
     def lengths(self, theta: Array, poses: Array) -> Array:
-        """Length (N, m) of each line from its exit point to the platform, m."""
+        """Return the length (N, m) of each line from its exit point to the platform, m."""
         found = np.zeros((len(poses), self.robot.m))
         calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
         return found
 
     def exit_points(self, theta: Array) -> Array:
-        """The exit points (m, 3), m, with unknowns *theta* that are not held."""
-        names = [line.name for line in self.robot.lines]
+        """Return the exit points (m, 3), m, with free unknowns *theta*."""
         points = np.array([line.exit_point for line in self.robot.lines])
-        for unknown, value in zip(self.unknowns, self.whole(theta), strict=True):
-            if unknown.name == "exit_point":
-                points[names.index(unknown.line or ""), unknown.axis or 0] = value
+        which, coordinates = exit_coordinates(self.robot, self.unknowns)
+        points.flat[coordinates] = self.whole(theta)[which]
         return points
 
     def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
-        """Residuals and derivatives at unknowns *theta* that are not held, and *poses* (N, n)."""
+        """Return residuals and derivatives at free unknowns *theta* and *poses* (N, n)."""
         used = self.weights if weights is None else weights
         total, k = len(self.values), len(theta)
         residuals, slopes, gradients = np.zeros(total), np.zeros((total, self.robot.n)), np.zeros((total, k))
@@ -200,9 +205,9 @@ class CalibrationProblem:
         )
 
     def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
-        """The problem with measured tensions, if any, replaced by the nearest ones that balance the load.
+        """Return the problem with measured tensions, if any, replaced by the nearest ones that balance the load.
 
-        A force left unbalanced turns with the frame, and would seem to tell its direction.
+        An unbalanced force would turn with the frame, and so seem to determine its direction.
         """
         if self.measured.tensions is None:
             return self
@@ -214,116 +219,97 @@ class CalibrationProblem:
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(tensions)))
 
     def of_poses(self, weights: Array) -> Array:
-        """The part (N, e) of row *weights* that belongs to poses; a view."""
+        """Return the part (N, e) of row *weights* that belongs to poses; a view."""
         return weights[: self.poses * self.per_pose].reshape(self.poses, self.per_pose)
 
 
 def equations(
-    robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, hangs: bool
+    robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, elastic: bool
 ) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask]:
-    """All of a `CalibrationProblem` after its plan, from `unknowns` on; *hangs* says that lines stretch or sag."""
-    unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=hangs)
+    """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
+    unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=elastic)
+    if not unknowns:
+        raise InputError("unknowns: must name at least one number")
     lines, target = numbers_of_lines(robot), targets(robot, unknowns)
-    start = _start(unknowns, lines, target)
+    start = np.array([each.entry.nominal or 0.0 for each in unknowns])
+    start[target[target >= 0]] = lines[target >= 0]
     held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
-    blocks = list(_blocks(robot, measured, plan, hangs))
+    count, distances = len(measured.counted), _distances(robot, plan)
+    blocks = list(_blocks(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)
-    distances = distances_of(robot, plan)
     linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
-    keep = ~held
-    place = np.where(keep, np.cumsum(keep) - 1, -1)
-    for i, c in np.argwhere(target >= 0):
-        if held[target[i, c]]:
-            lines[i, c] = start[target[i, c]]
-    rows = _rows(robot, measured, blocks, distances)._replace(
+
+    def of_rows(name: str, dtype: type, *shape: int) -> Any:
+        """A field of the blocks for all R rows: those of the poses in their order, then distances."""
+        full: list[NDArray[Any]] = [
+            np.broadcast_to(np.asarray(getattr(block, name), dtype=dtype), (*block.values.shape, *shape))
+            for block in (*blocks, distances)
+        ]
+        both = np.concatenate(full[:-1], axis=1), full[-1]
+        return np.concatenate([each.reshape(-1, *shape) for each in both])
+
+    rows = MeasurementRows(
+        freedoms=robot.n,
+        start=np.arange(count + 1, dtype=np.int64) * per_pose,
+        kind=of_rows("kind", np.int64),
+        line=of_rows("line", np.int64),
+        other=of_rows("other", np.int64),
+        extra=of_rows("extra", np.float64, 6),
         lines=lines,
-        target=np.where(target >= 0, place[target], -1),
-        linear=np.ascontiguousarray(linear[:, keep]),
+        target=np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1),
+        tensions=np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
+        load=_load(robot),
+        linear=np.ascontiguousarray(linear[:, ~held]),
         wanted=wanted - linear[:, held] @ start[held],
     )
-    values = np.append(np.concatenate([block.values for block in blocks], axis=1), [each[2] for each in distances])
-    weights = np.concatenate([block.weights for block in blocks], axis=1)
-    weights = np.append(weights, [1.0 / each[3] for each in distances])
-    is_prior = np.append(np.zeros(len(distances), dtype=bool), prior)
+    is_prior = np.append(np.zeros(len(plan.distances), dtype=bool), prior)
+    values, weights = of_rows("values", np.float64), of_rows("weights", np.float64)
     return unknowns, rows, values, weights, per_pose, start, held, is_prior
 
 
-@dataclass(frozen=True)
-class _Block:
-    """Rows of one sensor at all poses."""
+class _Block(NamedTuple):
+    """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
 
-    kind: NDArray[np.int64]  # (N, r)
-    line: NDArray[np.int64]
-    other: NDArray[np.int64]
-    extra: Array  # (N, r, 6)
-    values: Array
-    weights: Array
-
-
-def _rows(
-    robot: Robot, measured: Measured, blocks: Sequence[_Block], distances: Sequence[tuple[int, int, float, float]]
-) -> MeasurementRows:
-    """What the rows are of, without unknowns: those of poses in their order, then distances."""
-    count = len(measured.counted)
-    per_pose = sum(block.values.shape[1] for block in blocks)
-    whole = [np.array([each[k] for each in distances], dtype=np.int64) for k in range(2)]
-    kinds = np.concatenate([block.kind for block in blocks], axis=1).ravel()
-    lines = np.concatenate([block.line for block in blocks], axis=1).ravel()
-    others = np.concatenate([block.other for block in blocks], axis=1).ravel()
-    extra = np.concatenate([block.extra for block in blocks], axis=1).reshape(-1, 6)
-    nothing = np.zeros((robot.m, calibration_residuals.COLUMNS))
-    return MeasurementRows(
-        freedoms=robot.n,
-        start=np.arange(count + 1, dtype=np.int64) * per_pose,
-        kind=np.append(kinds, np.full(len(distances), calibration_residuals.BETWEEN, dtype=np.int64)),
-        line=np.append(lines, whole[0]),
-        other=np.append(others, whole[1]),
-        extra=np.concatenate([extra, np.zeros((len(distances), 6))]),
-        lines=nothing,
-        target=np.full(nothing.shape, -1, dtype=np.int64),
-        tensions=np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
-        load=_load(robot),
-        linear=np.zeros((0, 0)),
-        wanted=np.zeros(0),
-    )
+    kind: int
+    values: Array  # (N, r)
+    weights: Array | float
+    line: ArrayLike = 0
+    other: ArrayLike = 0
+    extra: ArrayLike = 0
 
 
-def _block(kind: int, values: Array, weights: Array, line: object = 0, other: object = 0, extra: object = 0) -> _Block:
-    shape = values.shape
-    return _Block(
-        np.full(shape, kind, dtype=np.int64),
-        np.broadcast_to(np.asarray(line, dtype=np.int64), shape),
-        np.broadcast_to(np.asarray(other, dtype=np.int64), shape),
-        np.broadcast_to(np.asarray(extra, dtype=np.float64), (*shape, 6)),
-        values,
-        np.broadcast_to(weights, shape),
-    )
+def _distances(robot: Robot, plan: CalibrationPlan) -> _Block:
+    """Return the rows (1, d) of measured distances between exit points, which belong to no pose."""
+    ends = [
+        line_index(robot, name, f"distances[{at}]") for at, each in enumerate(plan.distances) for name in each.between
+    ]
+    values, sigmas = (np.array([[getattr(each, name) for each in plan.distances]]) for name in ("value", "deviation"))
+    return _Block(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
 
 
-def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, hangs: bool) -> Iterator[_Block]:
-    """Yield the rows of each sensor that there is: the encoders first, then tensions where they stand by themselves."""
+def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[_Block]:
+    """Yield the rows of each sensor that the data have: encoders first, then tensions if each is a row of its own."""
     sigma, lines = plan.sigma, np.arange(robot.m)
-    one = np.ones(1)
-    encoder = calibration_residuals.PAID_OUT if hangs else calibration_residuals.ENCODER
-    yield _block(encoder, measured.counted, one / (sigma.encoder or ENCODER_SIGMA), lines)
-    if hangs and measured.tensions is not None:
-        yield _block(calibration_residuals.TENSION, measured.tensions, one / sigma.tension, lines)
+    encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
+    yield _Block(encoder, measured.counted, 1.0 / (sigma.encoder or ENCODER_SIGMA), lines)
+    if elastic and measured.tensions is not None:
+        yield _Block(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
         extra = np.zeros((*measured.guess.shape, 6))
         if robot.n == 6:
             extra[:, 3:, :3] = measured.guess[:, None, 3:]
         weights = 1.0 / measured.pose_sigma
-        yield _block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
+        yield _Block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
-        yield _block(calibration_residuals.SWIVEL, measured.swivel, one / sigma.swivel, lines)
+        yield _Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
     if measured.tilt is not None:
         if robot.n == 3:
             raise InputError(
                 f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
             )
-        yield _block(calibration_residuals.TILT, measured.tilt, one / sigma.tilt, other=np.arange(2))
-    if not hangs and measured.tensions is not None:
+        yield _Block(calibration_residuals.TILT, measured.tilt, 1.0 / sigma.tilt, other=np.arange(2))
+    if not elastic and measured.tensions is not None:
         yield _balance(robot, measured, sigma.tension)
     nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
     for index, plane in enumerate(plan.planes):
@@ -331,18 +317,18 @@ def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, hangs: bool
         normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
         weights = at[:, None] / plane.deviation
         values = np.full(weights.shape, float(normal @ plane.point))
-        yield _block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
+        yield _Block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
     for index, reach in enumerate(plan.ranges):
         at = _at_poses(measured, reach.poses, f"ranges[{index}]")
         values = np.zeros((len(at), 1))
         values[np.asarray(reach.poses) - 1, 0] = reach.values
-        yield _block(
+        yield _Block(
             calibration_residuals.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle)
         )
 
 
 def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
-    """1 at each of the poses (counted from 1), 0 at the others, (N,)."""
+    """Return 1 at each of the poses (counted from 1), 0 at the others, (N,)."""
     if max(poses) > len(measured.counted):
         raise InputError(f"{where}.poses: there is no pose {max(poses)}; the data have {len(measured.counted)}")
     at = np.zeros(len(measured.counted))
@@ -351,27 +337,27 @@ def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
 
 
 def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
-    """Rows for measured tensions: what they leave unbalanced, along directions in which errors do not go together.
+    """Return the rows of measured tensions: the wrench they leave unbalanced, along directions of independent errors.
 
-    A tension's error goes along its line, so force and moment have the covariance sigma^2 sum w w^T, w = (u, r x u).
-    Directions of lines are those from the file to the guess of the pose.
+    A tension's error acts along its line, so the wrench has the covariance sigma^2 sum w w^T, w = (u, r x u). The
+    directions u are those from the file's exit points to the platform points at the start values of the poses.
     """
     guess, count, n = measured.guess, len(measured.counted), robot.n
     if guess is None:
-        raise InputError(f"{measured.origin}: tensions f_1.. need columns x,y,z, guesses of the poses, to be weighed")
+        raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
     points = placed(guess, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
     u = away / np.linalg.norm(away, axis=2)[..., None]
     w = np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
     spread = np.einsum("nmi,nmj->nij", w, w)
-    size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: what is next to nothing is so of its own row
+    size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: small is relative to the same row
     extra = np.zeros((count, n, 6))
     extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    return _block(calibration_residuals.BALANCE, np.zeros((count, n)), np.ones(1), extra=extra)
+    return _Block(calibration_residuals.BALANCE, np.zeros((count, n)), 1.0, extra=extra)
 
 
 def _load(robot: Robot) -> Array:
-    """Force and moment on the platform besides the lines and its weight, N and N m; the weight, and where it acts."""
+    """Return the load (10,) on the platform: external force (N) and moment (N m), weight (N) and its centre (m)."""
     platform, load = robot.platform, np.zeros(10)
     load[:3], load[6] = platform.force, platform.mass * robot.scene.gravity
     if isinstance(platform, RigidPlatform):
@@ -380,17 +366,10 @@ def _load(robot: Robot) -> Array:
 
 
 def _loads(load: Array, poses: Array) -> Array:
-    """The same at *poses* (N, n) about the platform's origin, (N, n), N and N m."""
+    """Return the wrench (N, n) of a load at *poses* (N, n) about the platform's origin, N and N m."""
     weight = np.array([0.0, 0.0, -load[6]])
     found = np.tile(load[:6], (len(poses), 1))
     found[:, :3] += weight
     arms = placed(poses, [load[7:]])[:, 0] - poses[:, :3]
     found[:, 3:] += np.cross(arms, weight)
     return found[:, : poses.shape[1]]
-
-
-def _start(unknowns: Sequence[Unknown], lines: Array, target: NDArray[np.int64]) -> Array:
-    start = np.array([each.entry.nominal or 0.0 for each in unknowns])
-    for i, c in np.argwhere(target >= 0):
-        start[target[i, c]] = lines[i, c]
-    return start

@@ -1,4 +1,4 @@
-"""What a calibration found: values and their covariance, what stays open, and what would help."""
+"""The result of a calibration: values and their covariance, open freedoms, and useful further measurements."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
-_MIN_SIGMA: Final = 1e-6  # m: encoders that seem better than this are taken to be as good
+_MIN_SIGMA: Final = 1e-6  # m, of the encoders in suggestions
 
 
 def _by_label(name: str, found: Calibration) -> dict[str, float]:
@@ -104,10 +104,11 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Pictured):
-    """What data say of a robot. `status` is "ok", or else `reason` says what went wrong and `robot` is the old one.
+    """The result of a calibration.
 
-    `values` and `sigma` are of `unknowns`, in their SI units; sigma is NaN where nothing tells it, 0 where the datum
-    holds the value. `alone` is what the data say by themselves, before datum and priors.
+    `status` is "ok", or `reason` says what is wrong and `robot` is the given one. `values` and `sigma` are of
+    `unknowns`, in SI units; sigma is NaN where it is unknown, 0 where the datum holds the value. `alone` is the
+    information from the data alone, without datum and priors.
     """
 
     FIGURES: ClassVar = FIGURES
@@ -127,7 +128,7 @@ class Calibration(Pictured):
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """What was looked for."""
+        """The unknowns of the robot."""
         return self.problem.unknowns
 
     @property
@@ -151,7 +152,7 @@ class Calibration(Pictured):
 
     @cached_property
     def values(self) -> Array:
-        """The unknowns (k,)."""
+        """Values of the unknowns (k,)."""
         return np.asarray(self.problem.whole(self.fit.theta) * self._sizes)
 
     @property
@@ -162,7 +163,7 @@ class Calibration(Pictured):
 
     @cached_property
     def covariance(self) -> Array:
-        """Of the unknowns (k, k), datum and priors counted."""
+        """Covariance of the unknowns (k, k), with datum and priors."""
         free = ~self.problem.held
         found = np.zeros((len(free), len(free)))
         found[np.ix_(free, free)] = self.posterior.covariance * self.scale**2
@@ -175,18 +176,18 @@ class Calibration(Pictured):
 
     @property
     def encoder_sigma(self) -> float:
-        """Standard deviation of the encoders, m: the given one, or that which the residuals tell."""
+        """Standard deviation of the encoders, m: the given one, or that estimated from the residuals."""
         return self.scale * self.problem.encoder_sigma
 
     @cached_property
     def residuals(self) -> Array:
-        """What is left of each length (N, m), m, those left out too."""
+        """Residual of each length (N, m), m, rejected ones included."""
         found = self.problem.derivatives(self.fit.theta, self.fit.poses)
         return found.residual[:, : self.problem.robot.m] * self.problem.encoder_sigma
 
     @property
     def used(self) -> Mask:
-        """Which lengths (N, m) count."""
+        """Which lengths (N, m) count: those that are not rejected."""
         return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
 
     @cached_property
@@ -196,27 +197,21 @@ class Calibration(Pictured):
 
     @cached_property
     def weakest(self) -> tuple[Direction, ...]:
-        """The least known combinations that are not open, sigma as the data tell it."""
-        found = weakest(self.alone)
-        return tuple(replace(each, sigma=each.sigma * self.scale) for each in found)
+        """The combinations of unknowns with the largest sigmas among those that are not open."""
+        return tuple(replace(each, sigma=each.sigma * self.scale) for each in weakest(self.alone))
 
     @cached_property
     def suggestions(self) -> tuple[Suggestion, ...]:
-        """What one more measurement would bring, the most helpful first."""
+        """The effect of one more measurement each, the most helpful first."""
         if not math.isfinite(self.scale) or self.scale <= 0.0:
             return ()
-        counted = information(
-            self.problem.freed(),
-            self.problem.whole(self.fit.theta),
-            self.fit.poses,
-            self.fit.weights,
-            priors=True,
-        )
+        free, theta = self.problem.without_datum(), self.problem.whole(self.fit.theta)
+        counted = information(free, theta, self.fit.poses, self.fit.weights, priors=True)
         return suggestions(counted, max(self.scale, _MIN_SIGMA / self.problem.encoder_sigma))
 
     @cached_property
     def robot(self) -> Robot:
-        """The calibrated robot; the old one unless `status` is "ok"."""
+        """The calibrated robot; the given one unless `status` is "ok"."""
         if self.status != "ok":
             return self.problem.robot
-        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.hangs)
+        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.elastic)

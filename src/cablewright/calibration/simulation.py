@@ -1,4 +1,4 @@
-"""Made-up measurements of a robot, and honest errors of what a calibration makes of them: in one run, in one frame."""
+"""Simulated measurements of a robot for a calibration, and the alignment that its errors are measured after."""
 
 from __future__ import annotations
 
@@ -9,37 +9,39 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.data import MAX_POSES
-from cablewright.calibration.elastic_lines import FREED, Hanging
+from cablewright.calibration.elastic_lines import FREED, ElasticProblem
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.pose_fit import yaw_between
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
-_TRIES: Final = 200  # batches of places before a frame counts as one in which nothing hangs
-_INSET: Final = 0.1  # of the frame's sides: how near to them no pose is
-_TURN: Final = 0.1  # rad: of a rigid platform about each axis
-_EXACT: Final = 1e-6  # m, rad: sigma of poses that are measured without noise
+_TRIES: Final = 200  # batches of random poses, max
+_INSET: Final = 0.1  # of the frame's sides: min distance of a pose from them
+_TURN: Final = 0.1  # rad: max rotation of a rigid platform about each axis
+_EXACT: Final = 1e-6  # m, rad: sigma of poses measured without noise
 GUESS: Final = 0.05
-"""How far starting guesses are from the poses, m."""
+"""Default max error of the poses' start values, m and rad."""
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Standard deviations of what is measured beside the encoders; None: it is not."""
+    """Standard deviations of the sensors besides the encoders; None: the robot does not have the sensor."""
 
     tension: float | None = None  # N
     swivel: float | None = None  # rad
     tilt: float | None = None  # rad
-    pose: float | None = None  # m, and rad
+    pose: float | None = None  # m and rad
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SimulatedCalibration(Result):
-    """Measurements with what is true: poses (N, n), m and rad, and home lengths (m,), m."""
+    """Simulated measurements with the true poses and home lengths."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
@@ -50,8 +52,8 @@ class SimulatedCalibration(Result):
     HEADLINES: ClassVar = ("poses", "noise", "seed")
 
     measured: Measured
-    poses: Array
-    home_lengths: Array
+    poses: Array  # (N, n) m and rad
+    home_lengths: Array  # (m,) m
     noise: float  # m
     seed: int | None = None
 
@@ -66,11 +68,11 @@ def simulate_calibration(
     cable: CableLaw | str | None = None,
     sensors: SensorNoise | None = None,
 ) -> SimulatedCalibration:
-    """Measure *robot*, taken as true, with encoders of standard deviation *noise* (m) at random *poses* it can hold.
+    """Simulate the measurement of a number of random *poses* of *robot*, by encoders of standard deviation *noise* (m).
 
-    The first pose is home. Guesses are uniform within *guess* (m, and rad) of the poses. *sensors*: what else is
-    measured, and how exactly. Lines are rigid unless a *cable* law or a model says otherwise. Raises `InputError` for
-    numbers that are none, and where hardly any place of the frame can be held.
+    The first pose is home. Start values are uniform within *guess* (m and rad) of the poses. *sensors*: the noise of
+    further sensors. Lines are rigid unless a *cable* law or a model says otherwise. Raises `InputError` for arguments
+    out of range, and if hardly any pose in the frame is feasible.
 
     Examples
     --------
@@ -79,9 +81,9 @@ def simulate_calibration(
     (20, 4)
     """
     if not 1 <= poses <= MAX_POSES:
-        raise InputError(f"poses = {poses}: from 1 to {MAX_POSES} are wanted")
+        raise InputError(f"poses = {poses}: must be from 1 to {MAX_POSES}")
     if not (0.0 <= noise < np.inf and 0.0 <= guess < np.inf):
-        raise InputError(f"noise = {noise:g}, guess = {guess:g}: numbers of metres from 0 are wanted")
+        raise InputError(f"noise = {noise:g}, guess = {guess:g}: must be finite and at least 0 m")
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
@@ -99,56 +101,49 @@ def measure(
     cable: CableLaw | str | None = None,
     sensors: SensorNoise | None = None,
 ) -> SimulatedCalibration:
-    """Measure *robot* at *poses* (N, n), the first of which is home. Tensions are the least that hold it there."""
-    sensors, model, count = sensors or SensorNoise(), Model.of(robot, cable=cable, default=CableLaw.RIGID), len(poses)
-    robot = model.robot
-    _check(robot, sensors)
-    problem, kept = _nothing_measured(model, poses, sensors)
-    told = problem.derivatives(problem.start, kept, np.ones(len(problem.values))).residual  # what sensors read
-    if not np.isfinite(told).all():
-        raise InputError(f"{robot.name}: pose {int(np.argmax(~np.isfinite(told).all(axis=1))) + 1} is in a sheave")
-    lengths, told = told[:, : robot.m], told[:, robot.m :]
+    """Simulate the measurement of *robot* at *poses* (N, n), the first of which is home, at min feasible tensions."""
+    sensors, model = sensors or SensorNoise(), Model.of(robot, cable=cable, default=CableLaw.RIGID)
+    robot, m = model.robot, model.m
+    for name, value in vars(sensors).items():
+        if value is not None and not 0.0 <= value < np.inf:
+            raise InputError(f"{name} noise = {value:g}: must be finite and at least 0")
+    if sensors.tilt is not None and robot.n == 3:
+        raise InputError(f"tilt noise = {sensors.tilt:g}: {robot.name!r} is a point platform, which has no tilt")
+    nothing = np.zeros((len(poses), m))
+    blank = Measured(
+        nothing,
+        poses,
+        swivel=None if sensors.swivel is None else nothing,
+        tilt=None if sensors.tilt is None else np.zeros((len(poses), 2)),
+    )
+    if model.fidelity.cable is CableLaw.RIGID:
+        problem, states = CalibrationProblem.of(robot, blank, hold=False), poses
+        held = None if sensors.tension is None else solve_inverse(model, poses).checked()
+    else:
+        problem = elastic = ElasticProblem.under(model, blank, CalibrationPlan(), hold=False)
+        held = solve_inverse(model, _given(robot, poses)).checked()
+        states = elastic.states_of(held)
+    readings = problem.derivatives(problem.start, states, np.ones(len(problem.values))).residual  # of zeros
+    if not np.isfinite(readings).all():
+        raise InputError(f"{robot.name}: pose {int(np.argmax(~np.isfinite(readings).all(axis=1))) + 1} is in a sheave")
+    lengths = readings[:, :m]
     counted = lengths - lengths[0] + rng.normal(0.0, noise, lengths.shape)
     guesses = poses + rng.uniform(-guess, guess, poses.shape)
     tensions = swivel = tilt = sigma = None
-    if sensors.tension is not None:
-        held = solve_inverse(model, poses).checked().tensions if problem.measured.tensions is None else told
-        tensions = held[:, : robot.m] + rng.normal(0.0, sensors.tension, lengths.shape)
-        told = told if problem.measured.tensions is None else told[:, robot.m :]
+    if sensors.tension is not None and held is not None:
+        tensions = held.tensions + rng.normal(0.0, sensors.tension, lengths.shape)
     if sensors.swivel is not None:
-        swivel = told[:, : robot.m] + rng.normal(0.0, sensors.swivel, lengths.shape)
+        swivel = readings[:, m : 2 * m] + rng.normal(0.0, sensors.swivel, lengths.shape)
     if sensors.tilt is not None:
-        tilt = told[:, -2:] + rng.normal(0.0, sensors.tilt, (count, 2))
+        tilt = readings[:, -2:] + rng.normal(0.0, sensors.tilt, (len(poses), 2))
     if sensors.pose is not None:
         guesses = poses + rng.normal(0.0, sensors.pose, poses.shape)
         sigma = np.full(poses.shape, max(sensors.pose, _EXACT))
     return SimulatedCalibration(Measured(counted, guesses, sigma, tensions, swivel, tilt), poses, lengths[0], noise)
 
 
-def _check(robot: Robot, sensors: SensorNoise) -> None:
-    for name, value in vars(sensors).items():
-        if value is not None and not 0.0 <= value < np.inf:
-            raise InputError(f"{name} noise = {value:g}: a number from 0 is wanted")
-    if sensors.tilt is not None and robot.n == 3:
-        raise InputError(f"tilt noise = {sensors.tilt:g}: {robot.name!r} is a point platform, which has no tilt")
-
-
-def _nothing_measured(model: Model, poses: Array, sensors: SensorNoise) -> tuple[CalibrationProblem, Array]:
-    """The equations with zeros for what sensors read, and what is kept of each pose where the robot really is."""
-    robot, count = model.robot, len(poses)
-    nothing = np.zeros((count, robot.m))
-    swivel = None if sensors.swivel is None else nothing
-    tilt = None if sensors.tilt is None else np.zeros((count, 2))
-    if model.fidelity.cable is CableLaw.RIGID:
-        return CalibrationProblem.of(robot, Measured(nothing, poses, None, None, swivel, tilt), hold=False), poses
-    held = solve_inverse(model, _given(robot, poses)).checked()
-    measured = Measured(nothing, poses, None, None if sensors.tension is None else nothing, swivel, tilt)
-    problem = Hanging.under(model, measured, CalibrationPlan(), hold=False)
-    return problem, problem.kept(held)
-
-
 def _given(robot: Robot, poses: Array) -> Array:
-    """Poses with as many freedoms given as there are lines: gravity decides the others."""
+    """Return poses (N, n) of which at most m coordinates are given; the others, which gravity determines, are NaN."""
     given = poses.copy()
     given[:, FREED[robot.m : robot.n]] = np.nan
     return given
@@ -157,7 +152,7 @@ def _given(robot: Robot, poses: Array) -> Array:
 def random_poses(
     robot: Robot | Model, count: int, rng: np.random.Generator, cable: CableLaw | str | None = None
 ) -> Array:
-    """Poses (count, n), uniform among those in the frame that lines hold within their tension limits."""
+    """Return poses (count, n), uniform among the feasible ones in the frame, within the lines' tension limits."""
     model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
     robot = model.robot
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
@@ -173,22 +168,20 @@ def random_poses(
         found += list(poses)
         if len(found) >= count:
             return np.array(found[:count])
-    raise InputError(f"{robot.name}: hardly any place in its frame can be held within the tension limits")
+    raise InputError(f"{robot.name}: hardly any pose in its frame is feasible within the tension limits")
 
 
 def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool = False) -> tuple[Array, Array]:
-    """*points* (m, 3) moved by translation and yaw, with *tilt* by any rotation, onto *truth* as well as can be.
+    """Return *points* (m, 3) moved onto *truth* (m, 3) by the best translation and yaw, and *others* (N, 3) with them.
 
-    *others* (N, 3) move along. These are the freedoms that encoders do not see: an error before this says how well a
-    start was chosen, not how good the calibration is.
+    *tilt*: use any rotation instead of a yaw. Encoders do not measure these freedoms: errors without this alignment
+    show how well a start was chosen, not how good the calibration is.
     """
     others = np.zeros((0, 3)) if others is None else others
     centre, middle = points.mean(axis=0), truth.mean(axis=0)
-    cross = (points - centre).T @ (truth - middle)
     if tilt:
-        left, _, right = np.linalg.svd(cross)
+        left, _, right = np.linalg.svd((points - centre).T @ (truth - middle))  # Kabsch
         turn = right.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(right.T @ left.T))]) @ left.T
     else:
-        angle = np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1])
-        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        turn = matrices([0.0, 0.0, yaw_between(points - centre, truth - middle)])
     return (points - centre) @ turn.T + middle, (others - centre) @ turn.T + middle

@@ -1,4 +1,4 @@
-"""The numbers of a robot that a calibration may look for, and where each stands among the numbers of a line."""
+"""The unknowns of a calibration: numbers of a robot, and the column of each among the numbers of a line."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Indices
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import calibration_residuals
+from cablewright.models.parameters import lines_of
 from cablewright.robot import Eyelet, Line, Robot
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
@@ -26,41 +27,41 @@ _COLUMNS: Final = {
     "modulus": -1,  # stiff lines have none
 }
 NAMES: Final = tuple(_COLUMNS)
-"""What may be unknown, as the registry names it."""
+"""Names of the numbers that may be unknown, as in the parameter registry."""
 
 DEFAULT: Final = ("exit_point", "length_offset")
-"""What is unknown where nobody says: as in Wang and Caro 2021."""
+"""The default unknowns, those of Wang and Caro 2021."""
 
-_DIGITS: Final = 12  # after the point, m, of what is written to a robot file
+_DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
 
 
 @dataclass(frozen=True)
 class Unknown(Parameter):
-    """One parameter that is looked for.
+    """One parameter to be found.
 
-    ``size`` is what one unit of the number that is solved for stands for: a drum's nominal radius, else 1.
+    ``size``: the scale of the number that is solved for, a drum's nominal radius, otherwise 1.
     """
 
     size: float = 1.0
 
     @property
     def name(self) -> str:
-        """The name without an axis: exit_point."""
+        """The name without an axis: ``exit_point``."""
         return self.entry.base
 
     @property
     def axis(self) -> int | None:
-        """0 to 2 of a coordinate."""
+        """0 to 2 of a coordinate, otherwise None."""
         return self.entry.axis
 
     @property
     def label(self) -> str:
-        """What people read: "exit point x of south-west", "sheave radius of all lines"."""
+        """The name for people: "exit point x of south-west", "sheave radius of all lines"."""
         return super().label.replace("length offset", "home length")
 
     @property
     def of_equilibrium(self) -> bool:
-        """Whether equilibria depend on it: it speaks of the line, and not of the winch."""
+        """Whether equilibria depend on it: it is a number of the line, not of the winch."""
         return self.entry.role == "hardware"
 
     @property
@@ -72,16 +73,16 @@ class Unknown(Parameter):
 def unknowns_of(
     robot: Robot, names: Sequence[str] = DEFAULT, shared: Sequence[str] = (), elastic: bool = False
 ) -> tuple[Unknown, ...]:
-    """The unknowns of those ``names``, line by line; of ``shared`` names one for all lines.
+    """Return the unknowns with these ``names``, line by line; one for all lines for those in ``shared``.
 
-    Raises `InputError` for an unknown name, one given twice, and what this robot does not have.
+    Raises `InputError` for an unknown name, one given twice, and a number that this robot does not have.
     """
     found: list[Unknown] = []
     for index, name in enumerate(names):
         if name not in NAMES:
             raise UnknownName("unknown", name, NAMES)
         if name == "modulus" and not elastic:
-            raise InputError("unknowns: modulus: rigid lines do not stretch; take elastic or catenary ones")
+            raise InputError("unknowns: modulus: rigid lines do not stretch; use elastic or catenary ones")
         if name in names[:index]:
             raise InputError(f"unknowns: {name!r} is given more than once")
         found += _unknowns(robot, name, name in shared)
@@ -89,12 +90,12 @@ def unknowns_of(
         if name not in names:
             raise InputError(f"shared: {name!r} is not among the unknowns")
     if "drum_radius" in names and "length_scale" in names:
-        raise InputError("unknowns: drum_radius and length_scale are one number, said twice: leave out one")
+        raise InputError("unknowns: drum_radius and length_scale are the same number: leave out one")
     return tuple(found)
 
 
 def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
-    """Yield those of one *name*, line by line. Raises `InputError` for what this robot does not have."""
+    """Yield the unknowns of one *name*, line by line. Raises `InputError` if this robot does not have them."""
     kinds, lines = KINDS_OF[name], None
     if shared and (name == "length_offset" or not kinds[0].shareable):
         raise InputError(f"shared: {name!r} cannot be one number for all lines")
@@ -111,9 +112,9 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
 
 
 def numbers_of_lines(robot: Robot) -> Array:
-    """The numbers (m, COLUMNS) of a robot's lines as `kernels.sensors` takes them; offsets are 0, scales 1.
+    """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.calibration_residuals`.
 
-    Sheaves on a universal joint are taken as if they swivelled: a rigid line says nothing of a lever's balance.
+    Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance.
     """
     lines = np.zeros((robot.m, calibration_residuals.COLUMNS))
     for row, line in zip(lines, robot.lines, strict=True):
@@ -127,19 +128,25 @@ def numbers_of_lines(robot: Robot) -> Array:
 
 
 def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
-    """Which unknown stands at each number (m, COLUMNS) of the lines, -1 for none."""
+    """Return the index of the unknown at each number (m, COLUMNS) of the lines, -1 for none."""
     found = np.full((robot.m, calibration_residuals.COLUMNS), -1, dtype=np.int64)
     for at, unknown in enumerate(unknowns):
-        for i, line in enumerate(robot.lines):
-            if unknown.line in (None, line.name) and unknown.column >= 0:
-                found[i, unknown.column] = at
+        if unknown.column >= 0:
+            found[lines_of(robot, unknown), unknown.column] = at
     return found
 
 
-def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:
-    """The robot with the values in their places.
+def exit_coordinates(robot: Robot, unknowns: Sequence[Unknown]) -> tuple[Indices, Indices]:
+    """Return which unknowns are coordinates of exit points, and the index of each among all 3 m coordinates."""
+    which = [at for at, each in enumerate(unknowns) if each.name == "exit_point"]
+    coordinates = [3 * lines_of(robot, unknowns[at])[0] + (unknowns[at].axis or 0) for at in which]
+    return np.array(which, dtype=np.intp), np.array(coordinates, dtype=np.intp)
 
-    A modelled winch exit follows its exit point sideways, and in height too where both are *raised*.
+
+def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:
+    """Return the robot with the values (k,) of the unknowns.
+
+    A modelled winch exit follows its exit point horizontally, and vertically too if *raised*.
     """
     changed = robot
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
@@ -149,11 +156,11 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
     return Robot.model_validate(changed.model_dump() | {"lines": [line.model_dump() for line in lines]})
 
 
-def _winch_placed(was: Line, line: Line, raised: bool) -> Line:
-    """The line with its winch exit in height, and rounded where it moved."""
-    if was.winch_exit is None or line.winch_exit is None:
+def _winch_placed(old: Line, line: Line, raised: bool) -> Line:
+    """Return the line with its winch exit at its height, and rounded where it moved."""
+    if old.winch_exit is None or line.winch_exit is None:
         return line
     x, y, z = line.winch_exit
-    moved = x, y, z + raised * (line.exit_point[2] - was.exit_point[2])
-    place = (old if new == old else round(new, _DIGITS) for old, new in zip(was.winch_exit, moved, strict=True))
+    moved = x, y, z + raised * (line.exit_point[2] - old.exit_point[2])
+    place = (was if now == was else round(now, _DIGITS) for was, now in zip(old.winch_exit, moved, strict=True))
     return line.model_copy(update={"winch_exit": tuple(place)})

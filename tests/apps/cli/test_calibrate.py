@@ -134,7 +134,7 @@ def test_a_plan_beside_the_data_counts(cli, data: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (lambda rows: rows[:12], "11 poses; at least 12 are needed"),
+        (lambda rows: rows[:12], "11 poses; at least 12 are required"),
         (lambda rows: [rows[0], *[rows[5]] * 40], "only 1 of 40 poses differ"),
         (lambda rows: [row[:2] + row[3:] for row in rows], "no column 'dl_3'"),
         (lambda rows: [rows[0], *([repr(1e3 * float(c)) for c in row] for row in rows[1:])], "are these mm?"),
@@ -242,7 +242,7 @@ def test_lines_that_sag(cli, tmp_path: Path) -> None:
             ("--cable", "elastic", "--datum", "south-west,inner"),
             "contradict each",
         ),
-        ("wang2021", ("--tension-noise", "1", "--poses", "2"), ("--cable", "elastic"), "at least 3 are needed"),
+        ("wang2021", ("--tension-noise", "1", "--poses", "2"), ("--cable", "elastic"), "at least 3 are required"),
     ],
 )
 def test_bad_data_of_lines_that_stretch(cli, tmp_path: Path, robot: str, made, asked, told: str) -> None:

@@ -77,7 +77,7 @@ def test_another_frame_is_noticed(cli, tmp_path: Path) -> None:
     answer = cli("survey", markers, "--plan", plan, "--robot", "merlet2023", "--out", out)
     assert answer.code == 0
     assert "exit point of south-west moves by" in answer.err
-    assert "not surveyed, so left as they are: north-east, north-west" in answer.err
+    assert "not surveyed, so kept as they are: north-east, north-west" in answer.err
 
 
 def test_the_page_shows_what_is_printed(cli, monkeypatch) -> None:

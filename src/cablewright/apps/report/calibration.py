@@ -145,7 +145,7 @@ def _assumed(found: Calibration) -> list[str]:
         "elastic": "Lines are straight and stretch; sheaves are as in the robot file, without friction.",
         "catenary": "Lines stretch and sag; sheaves are as in the robot file, without friction.",
     }
-    begin = "the winch exit, unstrained" if found.problem.hangs else "the exit point"
+    begin = "the winch exit, unstrained" if found.problem.elastic else "the exit point"
     return [
         lines[found.problem.cable],
         "Errors of each kind of sensor are independent, normal and alike in all lines and poses.",

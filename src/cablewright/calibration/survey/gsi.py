@@ -18,7 +18,7 @@ from cablewright.errors import InputError
 POINT: Final = 11
 ANGLES: Final = frozenset({21, 22})  # horizontal circle, zenith angle
 LENGTHS: Final = frozenset({31, 81, 82, 83, 84, 85, 86, 87, 88})
-"""Slope distance; target's E, N, H; station's E0, N0, H0; height of the reflector and of the instrument."""
+"""Slope distance; E, N, H of the target; E0, N0, H0 of the station; height of the reflector and of the instrument."""
 
 _CODES: Final = range(41, 50)  # blocks of remarks
 _FOOT: Final = 0.3048
@@ -27,11 +27,11 @@ _CIRCLE: Final = {"2": 400e5, "3": 360e5, "5": 6400e4}  # last digits in a turn
 _SEXAGESIMAL: Final = "4"
 _FIRST = re.compile(r"\*?[0-9]{2}[0-9.]{4}[+-]")
 _WORD = re.compile(r"([0-9]{2})([0-9. ]{3})([0-9. ])([+-])(.*)")
-_LIMIT_OF_WORDS: Final = 64
+_MAX_WORDS: Final = 64
 
 
 class Block(NamedTuple):
-    """One line: the point's name and its words that have a meaning here, in m and rad."""
+    """One line: the point's name, and the words this reader understands by index, in m and rad."""
 
     line: int
     point: str | None
@@ -39,37 +39,37 @@ class Block(NamedTuple):
 
 
 def looks_like_gsi(text: str) -> bool:
-    """Say whether a file that begins with this line is of GSI."""
+    """Whether a file that begins with this line is a GSI file."""
     return _FIRST.match(text) is not None
 
 
 def read_blocks(path: Path, lines: Iterator[tuple[int, str]]) -> Iterator[Block]:
     """Yield the blocks of measurements; blocks of codes (words 41 to 49) are skipped.
 
-    Raises `InputError` for a line that is no block, a word with the wrong number of digits, or an unknown unit.
+    Raises `InputError` for a line that is not a block, a word with the wrong number of digits, or an unknown unit.
     """
     for number, text in lines:
         place = f"{path}, line {number}"
         digits = 16 if text.startswith("*") else 8
         raw = text.removeprefix("*").split()
-        if len(raw) > _LIMIT_OF_WORDS:
-            raise InputError(f"{place}: {len(raw)} words, at most {_LIMIT_OF_WORDS} are allowed in a block")
+        if len(raw) > _MAX_WORDS:
+            raise InputError(f"{place}: {len(raw)} words, over the limit of {_MAX_WORDS} in a block")
         point: str | None = None
         words: dict[int, float] = {}
         for word in raw:
             match = _WORD.fullmatch(word)
             if match is None:
                 form = "two digits of index, four of information, a sign and the data"
-                raise InputError(f"{place}: {shown(word)} is no GSI word: {form}")
+                raise InputError(f"{place}: {shown(word)} is not a GSI word: {form}")
             index, (unit, sign, data) = int(match[1]), match.group(3, 4, 5)
             if not words and point is None and index in _CODES:
                 break
             if index != POINT and index not in ANGLES and index not in LENGTHS:
                 continue
             if len(data) != digits:
-                raise InputError(f"{place}: word {shown(word)} has {len(data)} places of data; {digits} are wanted")
+                raise InputError(f"{place}: word {shown(word)} has {len(data)} places of data; expected {digits}")
             if index in words or (index == POINT and point is not None):
-                raise InputError(f"{place}: word {index} is there twice")
+                raise InputError(f"{place}: word {index} occurs twice")
             if index == POINT:
                 point = data.lstrip("0") or "0"
             else:
@@ -78,7 +78,7 @@ def read_blocks(path: Path, lines: Iterator[tuple[int, str]]) -> Iterator[Block]
 
 
 def _value(index: int, unit: str, data: str, place: str) -> float:
-    """Return the data in m or rad."""
+    """Return the value of a word's digits, m or rad."""
     if not data.isascii() or not data.isdigit():
         raise InputError(f"{place}: {shown(data)} must be digits")
     if index in LENGTHS:

@@ -1,4 +1,4 @@
-"""From shots to markers: repeated shots become one place with a covariance, each marker knows what it is on."""
+"""Markers from shots: the repeated shots of a marker become one position with a covariance, on a known feature."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from cablewright.arrays import Array
 from cablewright.calibration.survey.plan import SCHEME, Feature, Instrument, SurveyPlan, feature_of
@@ -15,55 +16,53 @@ from cablewright.calibration.survey.shots import FARTHEST, Shot, Shots
 from cablewright.errors import InputError
 
 MAX_MARKERS: Final = 600  # their covariance is a full matrix
-_LARGEST_EXTENT: Final = 500.0  # m, of a machine; farther apart is a unit
-_APART: Final = 0.02  # m: shots of one marker that differ by more, and by this many sigma, are not of one marker
+_MAX_EXTENT: Final = 500.0  # m, of all markers; a larger number is in the wrong unit
+_APART: Final = 0.02  # m: shots that differ by more, and by this many sigma, are not of one marker
 _SIGMAS_APART: Final = 6.0
-_MIN_SIGMA: Final = 1e-6  # m: no shot is better, so that no weight is infinite
+_MIN_SIGMA: Final = 1e-6  # m, of a shot, so that no weight is infinite
 
 
 @dataclass(frozen=True, eq=False)
 class SurveyMarker:
-    """One marker, its shots put together."""
+    """One marker: the weighted mean of its shots."""
 
     point: str
     feature: Feature
-    lines: tuple[int, ...]  # of the file, one of each shot
-    position: Array  # (3,) m, the instrument's grid
+    lines: tuple[int, ...]  # of the file, one for each shot
+    position: Array  # (3,) m, in the instrument's grid
     covariance: Array  # (3, 3) m^2
     repeat: float  # m, rms distance of the shots from their mean; NaN for one shot
 
 
 @dataclass(frozen=True, eq=False)
 class Markers:
-    """All markers of a survey that are on something."""
+    """All markers of a survey that are on a known feature."""
 
     all: tuple[SurveyMarker, ...]
-    unknown: tuple[str, ...]  # points that neither their names nor the plan explain
-    station: Array | None  # (3,) m, the instrument in its grid, where file or plan say it
+    unknown: tuple[str, ...]  # points whose feature neither their names nor the plan give
+    station: Array | None  # (3,) m, the instrument in its grid; None if neither file nor plan gives it
 
     @property
     def covariance(self) -> Array:
         """(3 N, 3 N) m^2 of all coordinates."""
-        full = np.zeros((3 * len(self.all), 3 * len(self.all)))
-        for i, marker in enumerate(self.all):
-            full[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = marker.covariance
-        return full
+        return np.asarray(block_diag(*(marker.covariance for marker in self.all)))
 
     def on(self, feature: Feature) -> list[int]:
-        """Which markers are on a feature, in the order of their names: X3-2 before X3-10."""
+        """Return the indices of the markers on a feature, in the order of their names: X3-2 before X3-10."""
         found = [i for i, marker in enumerate(self.all) if marker.feature == feature]
         return sorted(found, key=lambda i: (len(self.all[i].point), self.all[i].point))
 
     @property
     def features(self) -> list[Feature]:
-        """What is marked, each once, in the order of the file."""
+        """The marked features, each once, in the order of the file."""
         return list(dict.fromkeys(marker.feature for marker in self.all))
 
 
 def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> Markers:
-    """Put the shots of each marker together. ``lines`` are the robot's, by name.
+    """Return the markers of all shots. ``lines``: the names of the robot's lines, None without a robot.
 
-    Raises `InputError` if none is on anything, a marker's shots are far apart, or places are no machine's.
+    Raises `InputError` if no marker is on a known feature, shots of a marker are far apart, or the markers extend over
+    more than any machine.
     """
     by_point: dict[str, list[Shot]] = {}
     for shot in found.shots:
@@ -75,9 +74,9 @@ def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> M
     used = [point for point, feature in features.items() if feature is not None]
     if not used:
         what = f"none of {len(by_point)} points has a marker's name" if by_point else "no shot of a marker"
-        raise InputError(f"{found.origin}: {what}; names are like {SCHEME}; or give a plan that says what they are")
+        raise InputError(f"{found.origin}: {what}; expected names are {SCHEME}; or give a plan with [points]")
     if len(used) > MAX_MARKERS:
-        raise InputError(f"{found.origin}: {len(used)} markers, at most {MAX_MARKERS} are allowed")
+        raise InputError(f"{found.origin}: {len(used)} markers, over the limit of {MAX_MARKERS}")
     markers = tuple(
         _together(point, feature, by_point[point], plan.instrument, found.origin)
         for point, feature in features.items()
@@ -89,7 +88,7 @@ def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> M
 
 
 def _station(shots: Sequence[Shot], instrument: Instrument) -> Array | None:
-    """Return where the instrument stands. A reflector's height is no part of it."""
+    """Return the position of the instrument: the highest one, for sights to raised reflectors give a lower one."""
     stands = [np.subtract(shot.position, shot.sight) for shot in shots if shot.sight is not None]
     if stands:
         return np.array([*stands[0][:2], max(stand[2] for stand in stands)])
@@ -97,12 +96,12 @@ def _station(shots: Sequence[Shot], instrument: Instrument) -> Array | None:
 
 
 def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instrument, origin: str) -> SurveyMarker:
-    """Weigh the shots of one marker; the error of where it sits is common to them."""
+    """Return the weighted mean of the shots of one marker; the error of the marker's own place is common to them."""
     places = np.array([shot.position for shot in shots])  # (s, 3)
     own = np.stack([_covariance(shot, instrument, origin) for shot in shots])
     weights = np.linalg.inv(own)
     together = np.linalg.inv(weights.sum(axis=0))
-    # From the first, so that a grid's millions of metres do not cost digits.
+    # Relative to the first shot: coordinates of a national grid, millions of metres, would cost digits.
     mean = places[0] + together @ np.einsum("sij,sj->i", weights, places - places[0])
     off = np.linalg.norm(places - mean, axis=1)
     limit = max(_APART, _SIGMAS_APART * math.sqrt(np.trace(own.max(axis=0))))
@@ -119,15 +118,15 @@ def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instr
 
 
 def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
-    """(3, 3) m^2: along the sight the distance's variance, across it the circles'."""
+    """Return the covariance (3, 3) of a shot, m^2: of the distance along the sight, of both circles across it."""
     sight = np.array(shot.position if shot.sight is None else shot.sight)
     if shot.sight is None:
         sight = sight - np.array(instrument.station or (0.0, 0.0, 0.0))
         if not math.hypot(*sight) <= FARTHEST:
-            away = f"{math.hypot(*sight):.6g} m from the instrument"
+            away = f"point {shot.point!r} is {math.hypot(*sight):.6g} m from the instrument"
             raise InputError(
-                f"{origin}, line {shot.line}: point {shot.point!r} is {away}; give a unit, as in 'x (mm)', or say in "
-                f"the plan where the instrument stands, instrument.station"
+                f"{origin}, line {shot.line}: {away}; give a unit, as in 'x (mm)', or the instrument's position, "
+                "instrument.station in the plan"
             )
     far, level = math.hypot(*sight), math.hypot(*sight[:2])
     u = sight / far if far > 0 else np.array([1.0, 0.0, 0.0])
@@ -143,7 +142,7 @@ def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
 
 def _check_extent(markers: Sequence[SurveyMarker], origin: str) -> None:
     extent = np.ptp([marker.position for marker in markers], axis=0)
-    if extent.max() > _LARGEST_EXTENT:
+    if extent.max() > _MAX_EXTENT:
         axis = "xyz"[int(extent.argmax())]
-        what = f"markers are {extent.max():.6g} m apart along {axis}, at most {_LARGEST_EXTENT:g} m are sensible"
-        raise InputError(f"{origin}: {what}; are these mm? say so in the header, as in '{axis} (mm)'")
+        limit = f"markers are {extent.max():.6g} m apart along {axis}, over the limit of {_MAX_EXTENT:g} m"
+        raise InputError(f"{origin}: {limit}; are these mm? then name the column '{axis} (mm)'")

@@ -1,7 +1,7 @@
-"""What the markers of a survey are: their names, how they sit about the points looked for, and the instrument.
+"""The plan of a survey: names of markers, their offsets from the surveyed points, the instrument and the frame.
 
-A marker's name says what it is on: `X3-1` the first marker about the exit point of line 3. A plan, a small TOML file,
-says what differs from that.
+A marker's name says which feature it is on: `X3-1` is the first marker of the exit point of line 3. A plan, a small
+TOML file, has what differs from that.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Final, Literal, NamedTuple, Self
+from typing import Annotated, Final, Literal, NamedTuple, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -26,38 +26,38 @@ SCHEME: Final = (
     "X3-1 (exit point of line 3), W3-1 (its winch), A3-1 (a mark that swings with its sheave), "
     "S3-1 (a mark that turns with it), NORTH1, EAST1, SOUTH1, WEST1 (walls), FLOOR1, CEILING1"
 )
-"""Names of markers that need no plan, for messages."""
+"""Names of markers that are known without a plan, for messages."""
 
 Kind = Literal["exit", "winch", "axis", "sheave", "wall", "floor", "ceiling"]
 _BY_LETTER: Final[Mapping[str, Kind]] = {"X": "exit", "W": "winch", "A": "axis", "S": "sheave"}
 _OF_LINES: Final[tuple[Kind, ...]] = tuple(_BY_LETTER.values())
-_NAMED: Final[tuple[Kind, ...]] = (*_OF_LINES, "wall")
+_KINDS: Final[Mapping[str, Kind]] = {kind: kind for kind in get_args(Kind)}
 _LINE_MARK = re.compile(r"([XWAS])([1-9][0-9]?)(?:[-._](\w{1,8}))?", re.IGNORECASE)
 _WALL_MARK = re.compile(r"(NORTH|EAST|SOUTH|WEST|FLOOR|CEIL(?:ING)?)[-._]?([0-9]{0,4})", re.IGNORECASE)
 
 
 class Feature(NamedTuple):
-    """What a marker is on: its kind, and the line's or wall's name ("" for floor and ceiling)."""
+    """What a marker is on: a kind of feature, and the line's or wall's name ("" for floor and ceiling)."""
 
     kind: Kind
     name: str
 
     @property
     def words(self) -> str:
-        """For people: ``wall north``, ``exit of south-west``."""
+        """The feature in messages: ``wall north``, ``exit of south-west``."""
         return f"{self.kind} of {self.name}" if self.kind in _OF_LINES else f"{self.kind} {self.name}".rstrip()
 
 
 class Instrument(Description):
-    """How exact the total station is, as its data sheet says, and where it stands.
+    """The accuracy of the total station, as its data sheet gives it, and its position.
 
-    ``angle``: sigma of one direction, both circles. ``distance`` and ``ppm``: sigma of a slope distance, a part that
-    does not grow with it and millionths of it. ``marker``: how far a marker may sit from where it should, sigma per
-    axis. ``height``: of the instrument over the floor where the file does not say it. ``station``: where it stands in
-    the file's coordinates, where those do not begin at it.
+    ``angle``: sigma of a direction, of both circles. ``distance`` and ``ppm``: sigma of a slope distance, its constant
+    part and millionths of the distance. ``marker``: sigma per axis of a marker's own place. ``height``: of the
+    instrument above the floor where the file does not have it. ``station``: its position in the file's coordinates
+    where they do not begin at it.
 
-    The defaults are those of an instrument of 5 seconds and 2 mm + 2 ppm, as many rented ones; no marker is perfect,
-    but how bad it is nobody else knows, so that is 0.
+    The defaults are those of an instrument of 5 seconds and 2 mm + 2 ppm, which many rented ones have, and of perfect
+    markers.
     """
 
     angle: Positive[Angle] = math.radians(5 / 3600)
@@ -69,10 +69,10 @@ class Instrument(Description):
 
 
 class Placing(Description):
-    """How markers sit about the point looked for.
+    """Where the markers of a point are relative to it.
 
     ``offset``: from the mean of the markers to the point: along the level direction from the first marker to the
-    second, level and to the left of it, and up. ``spacing``: from the first to the second, a check.
+    second, level and to the left of it, and up. ``spacing``: from the first to the second; only checked.
     """
 
     offset: Vec3 = (0.0, 0.0, 0.0)
@@ -80,17 +80,17 @@ class Placing(Description):
 
 
 class LinePlan(Description):
-    """What differs for one line."""
+    """The placing of markers of one line, where it differs from that of all lines."""
 
     exit: Placing | None = None
     winch: Placing | None = None
 
 
 class Frame(Description):
-    """The frame of the answer: z up, y along the wall ``along``, x away from it into the room.
+    """The frame of the results: z up, y along the wall ``along``, x from it into the room.
 
-    ``origin``: below the instrument, or in the middle of the exit points; z is 0 on the floor either way, where that
-    is known. ``along = "instrument"`` keeps the instrument's own directions.
+    ``origin``: below the instrument, or at the mean of the exit points; z is 0 on the floor in both cases, where the
+    floor is known. ``along = "instrument"`` keeps the instrument's own directions.
     """
 
     along: Annotated[str, Field(min_length=1, max_length=40)] = "west"
@@ -98,7 +98,7 @@ class Frame(Description):
 
 
 class SurveyPlan(Description):
-    """A survey's plan. ``points`` says what markers are on whose names do not: ``P17 = "exit south-west"``."""
+    """A survey's plan. ``points`` gives the features of markers whose names do not: ``P17 = "exit south-west"``."""
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     instrument: Instrument = Instrument()
@@ -117,39 +117,32 @@ class SurveyPlan(Description):
         return self
 
     def placing(self, feature: Feature) -> Placing:
-        """How the markers of an exit or a winch sit."""
-        own = self.lines.get(feature.name)
-        if feature.kind == "winch":
-            return (own and own.winch) or self.winch
-        return (own and own.exit) or self.exit
-
-
-Where = Feature | None
+        """Return the placing of the markers of an exit point or a winch."""
+        own = self.lines.get(feature.name, LinePlan())
+        return own.winch or self.winch if feature.kind == "winch" else own.exit or self.exit
 
 
 def load_plan(path: str | Path) -> SurveyPlan:
-    """Read a plan from a TOML file. Raises `InputError`."""
+    """Read a plan from a TOML file. Raises `InputError` for a file or a value that cannot be used."""
     table, _ = read_table(path)
     require_schema(table, NEWEST_SCHEMA, path)
     return validated(SurveyPlan, table, path)
 
 
-def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Where:
-    """Say what a marker is on; None where neither its name nor the plan says so.
+def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Feature | None:
+    """Return the feature that a marker is on; None if neither its name nor the plan gives it.
 
-    ``lines``: the names of the robot's lines in their order, None where there is no robot: a line is then called by its
-    number. Raises `InputError` for a line that the robot does not have.
+    ``lines``: the names of the robot's lines in their order. None without a robot: then a line's name is its number.
+    Raises `InputError` for a line that the robot does not have.
     """
     if point in plan.points:
         found = _spelled(plan.points[point])
         return None if found is None or found == "none" else _known(found, point, lines)
     if match := _LINE_MARK.fullmatch(point):
         number = int(match[2])
-        if lines is None:
-            return Feature(_BY_LETTER[match[1].upper()], str(number))
-        if number > len(lines):
+        if lines is not None and number > len(lines):
             raise InputError(f"marker {point!r}: line {number}; the robot has {len(lines)} lines")
-        return Feature(_BY_LETTER[match[1].upper()], lines[number - 1])
+        return Feature(_BY_LETTER[match[1].upper()], str(number) if lines is None else lines[number - 1])
     if match := _WALL_MARK.fullmatch(point):
         word = match[1].casefold()
         if word == "floor":
@@ -159,18 +152,14 @@ def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Whe
 
 
 def _spelled(text: str) -> Feature | Literal["none"] | None:
-    """Read what a plan says of a point; None if it is not understood."""
-    kind, _, name = " ".join(text.split()).partition(" ")
-    for known in _NAMED:
-        if kind == known:
-            return Feature(known, name) if name else None
-    if name:
-        return None
-    if kind == "none":
+    """Return the feature that the words of a plan name, "none" for no feature; None if they are not understood."""
+    word, _, name = " ".join(text.split()).partition(" ")
+    if word == "none" and not name:
         return "none"
-    if kind == "floor":
-        return Feature("floor", "")
-    return Feature("ceiling", "") if kind == "ceiling" else None
+    kind = _KINDS.get(word)
+    if kind is None or (name == "") != (kind in ("floor", "ceiling")):
+        return None
+    return Feature(kind, name)
 
 
 def _known(feature: Feature, point: str, lines: Sequence[str] | None) -> Feature:

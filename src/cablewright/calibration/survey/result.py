@@ -1,4 +1,4 @@
-"""What a survey found: exits, axes, walls and residuals, each with its sigma, in the frame of the answer."""
+"""The result of a survey: exits, axes, walls and residuals with their sigmas, in the survey frame."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SUSPECT: Final = 3.5  # sigmas
 
 @dataclass(frozen=True, eq=False)
 class Exit:
-    """Where a line leaves its winch and its sheave, as far as markers say; m."""
+    """The exit point and the winch exit of a line, m; None where they have no markers."""
 
     line: str
     exit_point: Array | None  # (3,)
@@ -28,7 +28,7 @@ class Exit:
 
     @property
     def dead_length(self) -> float:
-        """From winch to exit, m; NaN where one is not known."""
+        """Distance from winch exit to exit point, m; NaN where one is not known."""
         if self.exit_point is None or self.winch_exit is None:
             return math.nan
         return float(np.linalg.norm(self.exit_point - self.winch_exit))
@@ -36,28 +36,28 @@ class Exit:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """An axis found by a circle: ``swivel``, upright, about which a sheave swings, or ``sheave``, its own."""
+    """An axis, the centre of a fitted circle of marks: a sheave's upright ``swivel`` axis, or its own, ``sheave``."""
 
     line: str
     kind: str
     point: Array  # (3,) m, centre of the circle
     direction: Array  # (3,) unit
-    radius: float  # m, of the mark's circle
+    radius: float  # m, of the marks' circle
     sigma: Array  # (3,) m, of the centre
     radius_sigma: float  # m
-    arc: float  # rad, from the first mark to the last about the centre
+    arc: float  # rad, that the marks span about the centre
 
 
 @dataclass(frozen=True, eq=False)
 class SurveyedWall:
-    """A plane, normal . p = distance: a wall, floor or ceiling; its normal leaves the room."""
+    """A plane, normal . p = distance: a wall, floor or ceiling; its normal points out of the room."""
 
     name: str
-    normal: Array  # (3,) level for a wall
-    distance: float  # m, from the frame's origin; below 0 where that is outside
-    angle_sigma: float  # rad, of the normal's azimuth; 0 of the wall that the frame follows
+    normal: Array  # (3,), level for a wall
+    distance: float  # m, from the frame's origin; negative if the origin is outside
+    angle_sigma: float  # rad, of the normal's azimuth; 0 for the wall that the frame follows
     distance_sigma: float  # m
-    lean: float  # rad, upwards of the normal in a fit of its own; NaN where the markers cannot tell
+    lean: float  # rad, outwards at the top, from a fit of its own; NaN where the markers leave it open
     lean_sigma: float  # rad
     rms: float  # m
     points: int
@@ -65,18 +65,18 @@ class SurveyedWall:
 
 @dataclass(frozen=True)
 class MarkerResidual:
-    """How far a marker is from what was fitted, and its shots from each other."""
+    """The distance of a marker from its fitted feature, and of its shots from each other."""
 
     point: str
     feature: str
     residual: float  # m; NaN where no other marker checks it
-    sigma: float  # m, how large the residual should be
-    repeat: float  # m, rms of its shots about their mean; NaN for one shot
+    sigma: float  # m, expected size of the residual
+    repeat: float  # m, rms distance of its shots from their mean; NaN for one shot
     shots: int
 
     @property
     def suspect(self) -> bool:
-        """Whether it is too large for chance."""
+        """Whether the residual is too large for chance: over 3.5 sigma."""
         return self.residual > _SUSPECT * self.sigma > 0
 
 
@@ -139,7 +139,7 @@ FRAME: Final = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Survey(Pictured):
-    """What a survey found, in the frame of the answer."""
+    """The result of a survey, in the survey frame."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
@@ -164,7 +164,7 @@ class Survey(Pictured):
     walls: tuple[SurveyedWall, ...]
     residuals: tuple[MarkerResidual, ...]
     rms: float  # m, of all residuals that are checked; NaN if none is
-    unit_weight: float  # rms of residuals over their sigmas; about 1 where the instrument is as good as stated
+    unit_weight: float  # rms of residuals over their sigmas; about 1 if the instrument is as accurate as stated
     frame: SurveyFrame
     covariance: Array  # (k, k) m^2 of all coordinates of exits, in the order of `exits`: exit point, then winch exit
     notes: tuple[str, ...]

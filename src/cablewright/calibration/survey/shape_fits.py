@@ -1,7 +1,7 @@
-"""Lines, planes and circles through measured markers: each fit with its motion per marker, so that covariance follows.
+"""Planes and circles fitted to measured markers, with the Jacobian of each fit by the markers for its covariance.
 
-A fit is a small least-squares problem in which every residual is weighted by the covariance of the markers it is of
-(Gauss-Markov with conditions). To first order its answer moves by ``gain`` times the markers' motion.
+A fit is a small least-squares problem in which every residual is weighted by the covariance of its marker
+(Gauss-Markov with conditions).
 """
 
 from __future__ import annotations
@@ -21,29 +21,28 @@ _SETTLED: Final = 1e-13  # relative
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """A vector and its motion per coordinate of all markers of a survey."""
+    """A vector that follows from the N markers of a survey, and its Jacobian by their coordinates."""
 
     value: Array  # (k,)
-    motion: Array  # (k, 3 N)
+    jacobian: Array  # (k, 3 N)
 
     def covariance(self, of_markers: Array) -> Array:
         """(k, k), from the (3 N, 3 N) of the markers."""
-        joint: Array = self.motion @ of_markers @ self.motion.T
-        return joint
+        return np.asarray(self.jacobian @ of_markers @ self.jacobian.T)
 
     def sigma(self, of_markers: Array) -> Array:
         """(k,) standard deviations."""
         return np.sqrt(np.maximum(np.diag(self.covariance(of_markers)), 0.0))
 
     def __getitem__(self, part: slice | list[int]) -> Linear:
-        return Linear(self.value[part], self.motion[part])
+        return Linear(self.value[part], self.jacobian[part])
 
 
 class ShapeFit(NamedTuple):
-    """What a fit found: unknowns, their motion per marker coordinate, what is left over and how much may be."""
+    """The result of a fit to k markers: unknowns, their Jacobian, residuals and the sigmas of these."""
 
     value: Array  # (p,)
-    gain: Array  # (p, 3 k) per coordinate of its own markers
+    jacobian: Array  # (p, 3 k) by the coordinates of its own markers
     residuals: Array  # (k, r) m, by marker
     allowed: Array  # (k, r) m, sigma of each residual; 0 where nothing checks it
     chi_squared: float
@@ -52,7 +51,7 @@ class ShapeFit(NamedTuple):
 
 
 Model = Callable[[Array, Array], tuple[Array, Array, Array]]
-"""From unknowns (p,) and markers (k, 3): residuals (k, r), per unknown (k, r, p), per marker coordinate (k, r, 3)."""
+"""From unknowns (p,) and markers (k, 3): residuals (k, r), Jacobians by unknowns (k, r, p) and by markers (k, r, 3)."""
 
 
 def _fit(model: Model, start: Array, points: Array, covariances: Array) -> ShapeFit:
@@ -65,9 +64,7 @@ def _fit(model: Model, start: Array, points: Array, covariances: Array) -> Shape
 
 
 def _solved(model: Model, start: Array, points: Array, covariances: Array) -> ShapeFit:
-    """Solve; the residuals of one marker do not depend on another's coordinates."""
-    q = start
-    converged = False
+    q, converged = start, False
     for _ in range(_ROUNDS):
         r, A, B = model(q, points)
         weight = np.linalg.inv(np.einsum("kri,kij,ksj->krs", B, covariances, B))
@@ -80,46 +77,48 @@ def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Sh
         q = q + step
         converged = bool(np.all(np.abs(step) <= _SETTLED * (1.0 + np.abs(q))))
     pull = np.einsum("pq,kqr->kpr", inverse, np.einsum("krp,krs->kps", A, weight))
-    gain = -np.einsum("kpr,krj->pkj", pull, B).reshape(len(q), -1)
+    jacobian = -np.einsum("kpr,krj->pkj", pull, B).reshape(len(q), -1)
     spread = np.einsum("krr->kr", np.linalg.inv(weight)) - np.einsum("krp,pq,krq->kr", A, inverse, A)
     surplus = r.size - len(q)
     allowed = np.sqrt(np.maximum(spread, 0.0)) if surplus > 0 else np.zeros_like(r)
     chi_squared = float(np.einsum("kr,krs,ks->", r, weight, r))
-    return ShapeFit(q, gain, r, allowed, chi_squared, surplus, converged)
+    return ShapeFit(q, jacobian, r, allowed, chi_squared, surplus, converged)
+
+
+def _wall(azimuth: float, lean: float, distance: float, p: Array) -> tuple[Array, Array, Array]:
+    """Return distances of markers from a wall and Jacobians as a `Model`, by azimuth, elevation of normal, distance."""
+    level, t = directions(azimuth)
+    up = np.array([0.0, 0.0, 1.0])
+    n = np.cos(lean) * level + np.sin(lean) * up
+    per_lean = np.cos(lean) * up - np.sin(lean) * level
+    A = np.stack([np.cos(lean) * (p @ t), p @ per_lean, -np.ones(len(p))], axis=-1)
+    return (p @ n - distance)[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
 
 
 def upright_plane(points: Array, covariances: Array) -> ShapeFit:
-    """Fit a wall that stands upright, n(a) p = d, to two markers or more: azimuth a of its normal (rad), and d (m)."""
+    """Fit an upright wall, n(a) p = d, to two markers or more: azimuth a of its normal (rad) and distance d (m)."""
     centre = points.mean(axis=0)
     along = np.linalg.svd((points - centre)[:, :2])[2][0]
     azimuth = np.arctan2(along[0], -along[1])
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
-        n, t = _directions(q[0])
-        r = p @ n - q[1]
-        A = np.stack([p @ t, -np.ones(len(p))], axis=-1)
-        return r[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
+        r, A, B = _wall(q[0], 0.0, q[1], p)
+        return r, A[..., [0, 2]], B
 
-    return _fit(model, np.array([azimuth, _directions(azimuth)[0] @ centre]), points, covariances)
+    return _fit(model, np.array([azimuth, directions(azimuth)[0] @ centre]), points, covariances)
 
 
 def plane(points: Array, covariances: Array, azimuth: float) -> ShapeFit:
-    """Fit a wall that may lean: azimuth, lean upwards of its normal (rad) and distance; three markers or more."""
+    """Fit a wall that may lean to three markers or more: azimuth and elevation of its normal (rad), distance (m).
 
-    def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
-        level, t = _directions(q[0])
-        up = np.array([0.0, 0.0, 1.0])
-        n = np.cos(q[1]) * level + np.sin(q[1]) * up
-        lean = np.cos(q[1]) * up - np.sin(q[1]) * level
-        A = np.stack([np.cos(q[1]) * (p @ t), p @ lean, -np.ones(len(p))], axis=-1)
-        return (p @ n - q[2])[:, None], A[:, None, :], np.broadcast_to(n, (len(p), 1, 3))
-
-    start = np.array([azimuth, 0.0, _directions(azimuth)[0] @ points.mean(axis=0)])
-    return _fit(model, start, points, covariances)
+    *azimuth*: the start value, rad.
+    """
+    start = np.array([azimuth, 0.0, directions(azimuth)[0] @ points.mean(axis=0)])
+    return _fit(lambda q, p: _wall(q[0], q[1], q[2], p), start, points, covariances)
 
 
 def level_plane(points: Array, covariances: Array) -> ShapeFit:
-    """Fit a level floor or ceiling to one marker or more: its height."""
+    """Fit a level floor or ceiling to one marker or more: its height, m."""
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
         up = np.broadcast_to(np.array([[0.0, 0.0, 1.0]]), (len(p), 1, 3))
@@ -129,7 +128,7 @@ def level_plane(points: Array, covariances: Array) -> ShapeFit:
 
 
 def level_circle(points: Array, covariances: Array) -> ShapeFit:
-    """Fit a circle about an upright axis to three markers or more: x, y of the axis, radius, height."""
+    """Fit a circle about an upright axis to three markers or more: x, y of the axis, radius, height, m."""
     x, y, radius = _algebraic(points[:, :2])
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
@@ -145,10 +144,10 @@ def level_circle(points: Array, covariances: Array) -> ShapeFit:
 
 
 def circle(points: Array, covariances: Array) -> tuple[ShapeFit, Array]:
-    """Fit a circle to three markers or more: centre (3,), radius, and how the axis turns from the (3, 3) returned.
+    """Fit a circle to three markers or more: centre (3,) and radius, m, two tilts of its axis, and a basis (3, 3).
 
-    The rows of that matrix are two directions in the plane and the axis; unknowns 4 and 5 tilt the axis towards the
-    first two.
+    The rows of the basis are two directions in the plane of the markers and its normal. The axis is the normal plus the
+    tilts, unknowns 4 and 5, times these two directions.
     """
     middle = points.mean(axis=0)
     basis = np.linalg.svd(points - middle)[2]
@@ -174,14 +173,14 @@ def circle(points: Array, covariances: Array) -> tuple[ShapeFit, Array]:
     return _fit(model, np.array([*centre, radius, 0.0, 0.0]), points, covariances), basis
 
 
-def _directions(azimuth: float) -> tuple[Array, Array]:
-    """Return the level unit vector of that azimuth and its change per radian."""
+def directions(azimuth: float) -> tuple[Array, Array]:
+    """Return the level unit vector (3,) of an azimuth (rad, from x towards y), and its derivative (3,) per radian."""
     c, s = np.cos(azimuth), np.sin(azimuth)
     return np.array([c, s, 0.0]), np.array([-s, c, 0.0])
 
 
 def _algebraic(points: Array) -> tuple[float, float, float]:
-    """Return centre and radius of the circle that fits points of a plane algebraically (Kasa), a start."""
+    """Return centre and radius of the algebraic circle fit (Kasa) to points (k, 2) of a plane: a start value."""
     middle = points.mean(axis=0)
     p = points - middle
     A = np.column_stack([2.0 * p, np.ones(len(p))])

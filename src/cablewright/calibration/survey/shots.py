@@ -1,20 +1,22 @@
-"""What a total station measured: shots at markers, from a GSI file or a CSV, capped and refused in one line."""
+"""The measurements of a total station: shots at markers, read from a GSI file or a CSV with limits on size."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from cablewright.calibration.survey.gsi import looks_like_gsi, read_blocks
 from cablewright.csv_input import (
     Column,
+    bare,
     cells_of,
     find_column,
     no_column,
-    read_number,
+    number_rows,
     separator_of,
     shown,
     text_lines,
@@ -28,7 +30,7 @@ Vector = tuple[float, float, float]
 MAX_BYTES: Final = 4 << 20
 MAX_SHOTS: Final = 5000
 FARTHEST: Final = 1000.0
-"""How far a marker may be from the station, m. Farther than this is a number in the wrong unit."""
+"""Max distance of a marker from the station, m. A larger number is in the wrong unit."""
 
 _LONGEST_NAME: Final = 40
 
@@ -46,8 +48,8 @@ _POLAR: Final = (
 class Shot:
     """One measurement of one marker.
 
-    ``position``: m, z up, x east and y north of the instrument's own grid. ``sight``: m, from the instrument to the
-    marker, None where the instrument's place is not known from the file.
+    ``position``: m, x east, y north and z up in the instrument's own grid. ``sight``: m, from the instrument to the
+    marker, None where the file does not give the instrument's position.
     """
 
     point: str
@@ -57,11 +59,11 @@ class Shot:
 
 
 class Shots(NamedTuple):
-    """What a file holds: the shots, and sentences on what was left out."""
+    """The shots of a file, and sentences on what was left out."""
 
     shots: tuple[Shot, ...]
     notes: tuple[str, ...]
-    origin: str  # names the file in messages
+    origin: str  # the file's name in messages
 
 
 def read_shots(path: str | Path) -> Shots:
@@ -70,21 +72,17 @@ def read_shots(path: str | Path) -> Shots:
     A CSV has a column ``point`` and either ``x, y, z`` (also ``east, north, height``; m unless a unit follows) or
     ``hz, v, slope``: horizontal circle, clockwise; zenith angle; slope distance. Angles must name their unit.
 
-    Raises `InputError` where the file cannot be read, is over `MAX_BYTES` or `MAX_SHOTS`, or holds what is no number.
+    Raises `InputError` for a file that cannot be read, is over `MAX_BYTES` or `MAX_SHOTS`, or has a cell or word that
+    is not a number.
     """
     path = Path(path)
     lines = text_lines(path, MAX_BYTES, "survey")
     number, text = next(lines, (0, ""))
     if not number:
-        raise InputError(f"{path}: empty; a GSI file, or a CSV with columns point,x,y,z or point,hz,v,slope is wanted")
+        raise InputError(f"{path}: empty; expected GSI, or a CSV with columns point,x,y,z or point,hz,v,slope")
     if looks_like_gsi(text):
-        return _of_gsi(path, _with_first(number, text, lines))
+        return _of_gsi(path, chain([(number, text)], lines))
     return Shots(tuple(_of_csv(path, number, text, lines)), (), str(path))
-
-
-def _with_first(number: int, text: str, rest: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
-    yield number, text
-    yield from rest
 
 
 def of_polar(hz: float, v: float, slope: float) -> Vector:
@@ -97,52 +95,38 @@ def of_polar(hz: float, v: float, slope: float) -> Vector:
 
 
 def _of_csv(path: Path, number: int, header: str, lines: Iterator[tuple[int, str]]) -> Iterator[Shot]:
-    separator = separator_of(header)
-    cells = cells_of(header, separator)
+    cells = cells_of(header, separator_of(header))
     place = f"{path}, line {number}"
-    point = _point_column(cells, place)
-    columns, build = _columns(cells, place)
-    for count, (number, text) in enumerate(lines):
-        row, place = cells_of(text, separator), f"{path}, line {number}"
-        if len(row) != len(cells):
-            raise InputError(f"{place}: {len(row)} cells; the header has {len(cells)}")
-        if count == MAX_SHOTS:
-            raise InputError(f"{place}: more than {MAX_SHOTS} shots, the most a survey may have")
-        values = [read_number(row[c.position], f"{place}: {name}") * (c.size or 1.0) for name, c in columns.items()]
-        position, sight = build(values)
-        yield _checked(Shot(_name(row[point], place), number, position, sight), place)
-
-
-def _point_column(cells: Sequence[str], place: str) -> int:
-    found = [i for i, cell in enumerate(cells) if cell.casefold() in _POINT]
-    if len(found) != 1:
-        many = "more than one column" if found else "no column"
+    point = [i for i, cell in enumerate(cells) if cell.casefold() in _POINT]
+    if len(point) != 1:
+        many = "more than one column" if point else "no column"
         raise InputError(f"{place}: {many} 'point', the markers' names (also called {', '.join(_POINT[1:])})")
-    return found[0]
+    columns = _columns(cells, place)
+    for number, row, values in number_rows(path, lines, header, columns, MAX_SHOTS, "shots"):
+        place = f"{path}, line {number}"
+        sight = of_polar(*values) if "hz" in columns else None
+        x, y, z = sight or values
+        yield _checked(Shot(_name(bare(row[point[0]]), place), number, (x, y, z), sight), place)
 
 
-def _columns(
-    cells: Sequence[str], place: str
-) -> tuple[Mapping[str, Column], Callable[[list[float]], tuple[Vector, Vector | None]]]:
-    """Find the three columns of numbers, and how a row of them becomes position and sight."""
-    polar = _found(_POLAR, cells, place)
-    cartesian = _found(_CARTESIAN, cells, place)
+def _columns(cells: Sequence[str], place: str) -> dict[str, Column]:
+    """Return the three columns of numbers by name: Cartesian ones if the header has them, else polar ones."""
+    cartesian, polar = _found(_CARTESIAN, cells, place), _found(_POLAR, cells, place)
     if len(cartesian) == 3:
-        return cartesian, _as_cartesian
+        return cartesian
     if len(polar) < 3:
-        wanted, others = (_POLAR, polar) if len(polar) > len(cartesian) else (_CARTESIAN, cartesian)
-        missing = next(names for names in wanted if names[0] not in others)
-        quantity = _dimension(missing[0])
-        raise no_column(missing[0], cells, place, quantity, [names[0] for names in wanted])
+        names, found = (_POLAR, polar) if len(polar) > len(cartesian) else (_CARTESIAN, cartesian)
+        missing = next(each[0] for each in names if each[0] not in found)
+        raise no_column(missing, cells, place, _dimension(missing), [each[0] for each in names])
     for name in ("hz", "v"):
         if polar[name].size is None:
             units = units_wanted(name, ANGLE).replace("may", "must")
             raise InputError(f"{place}: column {cells[polar[name].position]!r}: {units}")
-    return polar, _as_polar
+    return polar
 
 
-def _found(wanted: Sequence[Sequence[str]], cells: Sequence[str], place: str) -> dict[str, Column]:
-    columns = {names[0]: find_column(names, cells, place, _dimension(names[0])) for names in wanted}
+def _found(names: Sequence[Sequence[str]], cells: Sequence[str], place: str) -> dict[str, Column]:
+    columns = {each[0]: find_column(each, cells, place, _dimension(each[0])) for each in names}
     return {name: column for name, column in columns.items() if column is not None}
 
 
@@ -150,45 +134,36 @@ def _dimension(name: str) -> Dimension:
     return ANGLE if name in ("hz", "v") else LENGTH
 
 
-def _as_cartesian(values: list[float]) -> tuple[Vector, Vector | None]:
-    x, y, z = values
-    return (x, y, z), None
-
-
-def _as_polar(values: list[float]) -> tuple[Vector, Vector | None]:
-    sight = of_polar(*values)
-    return sight, sight
-
-
 def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
-    """Turn blocks into shots: coordinates where the block has them, else from angles and distance."""
+    """Return the shots of the blocks: coordinates where a block has them, else from angles and distance."""
     shots: list[Shot] = []
     notes: list[str] = []
     station: Vector | None = None
-    instrument = None  # its height over the station's mark, m
-    polar_seen: int | None = None
+    height: float | None = None  # of the instrument over the station's mark, m
+    polar_line: int | None = None  # of the file, of the last polar shot
     for block in read_blocks(path, lines):
-        place = f"{path}, line {block.line}"
-        words = block.words
-        moved = _station(words, station), words.get(88, instrument)
-        if polar_seen is not None and moved != (station, instrument):
-            once = "survey from one station, or export coordinates (words 81 to 83)"
-            raise InputError(f"{place}: the station is another than at line {polar_seen}; {once}")
-        station, instrument = moved
+        place, words = f"{path}, line {block.line}", block.words
+        new_station, new_height = _station(words, station), words.get(88, height)
+        if polar_line is not None and (new_station, new_height) != (station, height):
+            hint = "survey from one station, or export coordinates (words 81 to 83)"
+            raise InputError(f"{place}: the station differs from that of line {polar_line}; {hint}")
+        station, height = new_station, new_height
         if block.point is None or not {21, 22, 31, 81, 82, 83} & words.keys():
             continue
         if len(shots) == MAX_SHOTS:
-            raise InputError(f"{place}: more than {MAX_SHOTS} shots, the most a survey may have")
-        name = _name(block.point, place)
+            raise InputError(f"{place}: more than {MAX_SHOTS} shots, the maximum")
+        name, sight = _name(block.point, place), None
         if {81, 82, 83} <= words.keys():
             position = words[81], words[82], words[83]
-            sight = None if station is None else _minus(position, (*station[:2], station[2] + (instrument or 0.0)))
+            if station is not None:
+                up = station[2] + (height or 0.0)
+                sight = position[0] - station[0], position[1] - station[1], position[2] - up
         elif {21, 22, 31} <= words.keys() and words[31] > 0:
-            polar_seen = block.line
+            polar_line = block.line
             sight = of_polar(words[21], words[22], words[31])
-            position = (sight[0], sight[1], sight[2] + (instrument or 0.0) - words.get(87, 0.0))
+            position = sight[0], sight[1], sight[2] + (height or 0.0) - words.get(87, 0.0)
         else:
-            notes.append(f"{name} at line {block.line} is left out: angles without a distance give no place")
+            notes.append(f"{name} at line {block.line} is left out: angles without a distance give no position")
             continue
         shots.append(_checked(Shot(name, block.line, position, sight), place))
     return Shots(tuple(shots), tuple(notes), str(path))
@@ -198,19 +173,15 @@ def _station(words: Mapping[int, float], before: Vector | None) -> Vector | None
     return (words[84], words[85], words[86]) if {84, 85, 86} <= words.keys() else before
 
 
-def _minus(one: Vector, other: Vector) -> Vector:
-    return one[0] - other[0], one[1] - other[1], one[2] - other[2]
-
-
 def _name(text: str, place: str) -> str:
     if not text or len(text) > _LONGEST_NAME or not text.isprintable():
-        raise InputError(f"{place}: point = {shown(text)}: a name of 1 to {_LONGEST_NAME} letters is wanted")
+        raise InputError(f"{place}: point = {shown(text)}: expected a name of 1 to {_LONGEST_NAME} letters")
     return text
 
 
 def _checked(shot: Shot, place: str) -> Shot:
     away = math.hypot(*(shot.sight or (0.0, 0.0, 0.0)))
     if not away <= FARTHEST:
-        what = f"point {shot.point!r} is {away:.6g} m from the instrument, {FARTHEST:g} m at most are sensible"
-        raise InputError(f"{place}: {what}; check the units")
+        limit = f"point {shot.point!r} is {away:.6g} m from the instrument, over the limit of {FARTHEST:g} m"
+        raise InputError(f"{place}: {limit}; check the units")
     return shot

@@ -1,4 +1,4 @@
-"""A robot with the exits that a survey found."""
+"""A robot with the exit points and winch exits of a survey."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet
 from cablewright.units import Vec3
 
-_DIGITS: Final = 5  # of a metre: a hundredth of a millimetre is far below what was measured
-_OFF_AXIS: Final = 5e-3  # m: how far a winch may feed beside a swivel's axis without a word
-_MOVED: Final = 0.3  # m: an exit that moves by more is in another frame, or another line's
+_DIGITS: Final = 5  # of a metre: 0.01 mm is far below the accuracy of a survey
+_OFF_AXIS: Final = 5e-3  # m: horizontal distance of a winch from its swivel's axis that needs a note
+_MOVED: Final = 0.3  # m: an exit point that moves by more is in another frame, or of another line
 
 
 def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
-    """Return the robot with what the survey found of its lines' exits, and sentences on what it could not take over.
+    """Return the robot with the surveyed exits of its lines, and sentences on what could not be taken over.
 
-    A swivel's winch exit is straight below or above its exit point in a robot file; where the winch feeds from beside
-    it, its height is taken and the rest told. A robot whose dead spans are lengths gets their lengths. Raises
-    `InputError` if the survey has no exit of the robot, or if the robot cannot be so.
+    A robot file has the winch exit of a swivelling sheave straight below or above the exit point. Where the winch is
+    beside that axis, only its height is taken, with a note. Dead spans that are given as lengths get the surveyed
+    lengths. Raises `InputError` if the survey has no exits, or if the resulting robot is not valid.
     """
     by_line = {exit_.line: exit_ for exit_ in found.exits}
     if not by_line:
-        raise InputError("the survey has no exit point and no winch of a line, so nothing to write into a robot")
+        raise InputError(
+            "the survey has no exit point and no winch of any line: there is nothing to write into a robot"
+        )
     notes: list[str] = []
     missing = [line.name for line in robot.lines if line.name not in by_line]
     if missing:
-        notes.append(f"not surveyed, so left as they are: {', '.join(missing[:8])}")
+        notes.append(f"not surveyed, so kept as they are: {', '.join(missing[:8])}")
     lines = [_line(line, by_line[line.name], notes) if line.name in by_line else line for line in robot.lines]
     try:
         return Robot.model_validate(robot.model_dump() | {"lines": [line.model_dump() for line in lines]}), tuple(notes)
     except ValidationError as error:
-        raise InputError(f"the robot cannot be as surveyed: {error.errors()[0]['msg']}") from None
+        raise InputError(f"the robot with the surveyed exits is not valid: {error.errors()[0]['msg']}") from None
 
 
 def _line(line: Line, exit_: Exit, notes: list[str]) -> Line:
@@ -68,7 +70,7 @@ def _winch_exit(line: Line, before: Vec3, point: Vec3, exit_: Exit, notes: list[
         way = math.hypot(off, place[2] - point[2]) - abs(place[2] - point[2])
         notes.append(
             f"winch of {line.name} is {1e3 * off:.0f} mm beside its sheave's axis: only its height is written, which "
-            f"makes the dead span {1e3 * way:.2g} mm short"
+            f"makes the dead span {1e3 * way:.2g} mm too short"
         )
     return point[0], point[1], place[2]
 

@@ -1,6 +1,6 @@
-"""Young's modulus of a cable from a tensile test: the recording is cut into branches, and each of them is judged.
+"""Young's modulus of a cable from a tensile test: the recording is split into branches, each with its own modulus.
 
-Nominal is the secant modulus of Paty et al. 2021, section 2.2.3, Eq. 22.
+The nominal modulus is the secant modulus of Paty et al. 2021, section 2.2.3, Eq. 22.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from cablewright.calibration.tensile.result import Branch, TensileResult
 from cablewright.errors import InputError
 
 # A turn back of the force by this share of the band ends a branch, a smaller one is noise. As no two neighbours of a
-# branch may be farther apart, one false sample cannot pass for the end of a branch.
+# branch may differ by more, one false sample cannot pass for the end of a branch.
 _TURN: Final = 0.1
-_WINDOWS: Final = 9  # tangents per branch; each looks at a fifth of its stretch, half of it its neighbour's too
+_WINDOWS: Final = 9  # tangents per branch, each over a fifth of its stretch; neighbours overlap by half
 _MIN_IN_WINDOW: Final = 4
-_SETTLED: Final = 0.02  # by how much the last two loadings may differ without a note
+_SETTLED: Final = 0.02  # max relative difference of the last two loadings without a note
 
-# What no cable test exceeds. A column or an option in the wrong unit does.
-_SENSIBLE: Final = {
+# Bounds of any cable test. A column or an option in the wrong unit exceeds them.
+_BOUNDS: Final = {
     "initial length": (1e-3, 1e5, "m"),
     "section": (1e-10, 0.1, "m^2"),
     "breaking load": (1e-2, 1e9, "N"),
@@ -41,17 +41,17 @@ def modulus(
     breaking_load: float,
     band: tuple[float, float] = (0.05, 0.5),
 ) -> TensileResult:
-    """Young's modulus of a cable from a tensile *test* or the CSV that has it, its spread, and its hysteresis.
+    """Return Young's modulus of a cable from a tensile *test* or its CSV, with its spread and hysteresis.
 
-    ``initial_length`` (m) is the specimen's length, between the points whose distance the elongation is the growth of,
-    where the elongation column is zero. Eq. 22 wants the length at the lower load; the elongation there is added.
-    ``section`` (m^2), ``breaking_load`` (N). ``band``: shares of the breaking load that the modulus spans.
+    *initial_length* (m): the distance of the two points between which the elongation is measured, at elongation zero.
+    Eq. 22 has the length at the lower load: the elongation there is added. *section*: of the cable, m^2.
+    *breaking_load*: N. *band*: lower and upper load over the breaking load, between which the modulus is the secant.
 
-    The paper does not say which branch. Nominal is the **last** full loading: the first ones also settle the strands,
-    which a cable in service has behind it. The elongation at a load is the mean over the places where the branch
-    crosses it: one, or some where noise goes back and forth.
+    The nominal branch, which the paper does not specify, is the **last** full loading: the first ones also settle the
+    strands, which has happened in a cable in service. The elongation at a load is the mean over all crossings of that
+    load by the branch, more than one where there is noise.
 
-    Raises `InputError` where an argument is out of all bounds, no loading spans the band with samples close enough, or
+    Raises `InputError` if an argument is out of bounds, no loading spans the band with samples close enough, or
     elongation does not rise with force. Source: Paty et al. 2021, Eq. 22.
 
     Examples
@@ -69,15 +69,15 @@ def modulus(
     for name, value in given.items():
         _require(name, value)
     if not (0 < low < high <= 1 and high - low >= 0.01):
-        raise InputError(f"band = {low:g},{high:g}: 0 < low < high <= 1, at least 0.01 apart, is wanted")
+        raise InputError(f"band = {low:g},{high:g}: must be 0 < low < high <= 1, at least 0.01 apart")
     if not test.force.max() <= 2 * breaking_load:
         highest = f"the highest load is {test.force.max():.6g} N, over twice the breaking load, {breaking_load:.6g} N"
         raise InputError(f"{test.origin}: {highest}: check the units of both")
-    search = _BranchSearch(test, initial_length, section, breaking_load, (low, high))
-    branches = search.run()
-    nominal = next((branch for branch in reversed(branches) if branch.rising), None)
-    if nominal is None:
-        raise InputError(f"{test.origin}: {search.why_none(any_unloading=bool(branches))}")
+    search = _BranchSearch(test, initial_length, section, (low * breaking_load, high * breaking_load))
+    loadings = [branch for branch in search.branches if branch.rising]
+    if not loadings:
+        raise InputError(f"{test.origin}: {search.why_no_loading(breaking_load)}")
+    nominal = loadings[-1]
     _require("modulus", nominal.modulus, f"{test.origin}: ")
     return TensileResult(
         test=test,
@@ -85,11 +85,11 @@ def modulus(
         length=initial_length + nominal.ends[0],
         stretch=nominal.ends[1] - nominal.ends[0],
         r_squared=_r_squared(nominal, search.loads),
-        branches=tuple(branches),
+        branches=tuple(search.branches),
         hysteresis=tuple(_hysteresis(up, down, search.loads) for up, down in search.cycles),
-        permanent_set=_permanent_set(branches),
+        permanent_set=tuple(after.ends[0] - before.ends[0] for before, after in pairwise(loadings)),
         partial=search.partial,
-        notes=(*search.left_out, *_notes(branches, nominal, initial_length)),
+        notes=(*search.left_out, *_notes(search.branches, nominal, initial_length)),
         initial_length=initial_length,
         section=section,
         breaking_load=breaking_load,
@@ -98,145 +98,131 @@ def modulus(
 
 
 def _require(name: str, value: float, origin: str = "") -> None:
-    """Raise `InputError` unless ``value`` is within what a cable can have; most often a unit is wrong."""
-    low, high, unit = _SENSIBLE[name]
+    """Raise `InputError` unless *value* is within the bounds of any cable."""
+    low, high, unit = _BOUNDS[name]
     if not low <= value <= high:
         hint = f"must be over 0, from {low:g} to {high:g} {unit}; check the units"
         raise InputError(f"{origin}{name} = {value:g} {unit}: {hint}")
 
 
 class _BranchSearch:
-    """The branches of a test that span a band, and why others do not count."""
+    """The branches of a test that span the band, the cycles they form, and why others do not count."""
 
-    def __init__(
-        self, test: TensileTest, initial_length: float, section: float, breaking_load: float, band: tuple[float, float]
-    ) -> None:
-        self.test, self.initial_length, self.section, self.breaking_load = test, initial_length, section, breaking_load
-        self.loads = band[0] * breaking_load, band[1] * breaking_load
-        self.width = self.loads[1] - self.loads[0]
-        self.partial = 0
-        self.left_out: list[str] = []
+    def __init__(self, test: TensileTest, initial_length: float, section: float, loads: tuple[float, float]) -> None:
+        self.test, self.initial_length, self.section, self.loads = test, initial_length, section, loads
+        self.width = loads[1] - loads[0]
+        self.branches: list[Branch] = []  # in order of time
         self.cycles: list[tuple[Branch, Branch]] = []
-
-    def run(self) -> list[Branch]:
-        """Find the full branches in the order of time, and the cycles they form."""
-        branches: list[Branch] = []
+        self.partial = 0  # branches that do not span the band
+        self.left_out: list[str] = []
         before: Branch | None = None  # the branch that ends where this one begins, if it is full
-        turns = _turning_points(self.test.force, _TURN * self.width)
-        for begin, end in pairwise(turns):
+        for begin, end in pairwise(_turning_points(test.force, _TURN * self.width)):
             branch = self._branch(begin, end)
             if branch is not None:
-                branches.append(branch)
+                self.branches.append(branch)
                 if before is not None and before.rising:
                     self.cycles.append((before, branch))
             before = branch
-        return branches
 
-    def why_none(self, any_unloading: bool) -> str:
-        """Say why there is no loading to judge."""
+    def why_no_loading(self, breaking_load: float) -> str:
+        """Return why there is no full loading."""
         low, high = self.loads
-        wanted = f"no loading goes from {low:.6g} N to {high:.6g} N, the band"
+        missing = f"no loading goes from {low:.6g} N to {high:.6g} N, the band"
         if self.left_out:
-            return f"{wanted}, with samples close enough: {self.left_out[0]}"
+            return f"{missing}, with samples close enough: {self.left_out[0]}"
         force = self.test.force
-        seen = f"the lowest load is {force.min():.6g} N, the highest {force.max():.6g} N"
-        if force.max() > 0:
-            seen += f", {100 * force.max() / self.breaking_load:.4g} % of the breaking load"
+        range_ = f"the lowest load is {force.min():.6g} N, the highest {force.max():.6g} N"
         if force.max() <= 0:
-            return f"{wanted}: {seen}; tension must be positive"
-        return f"{wanted}, there are only unloadings" if any_unloading else f"{wanted}: {seen}"
+            return f"{missing}: {range_}; tension must be positive"
+        if self.branches:
+            return f"{missing}, there are only unloadings"
+        return f"{missing}: {range_}, {100 * force.max() / breaking_load:.4g} % of the breaking load"
 
     def _branch(self, begin: int, end: int) -> Branch | None:
-        """Judge the samples from ``begin`` to ``end``, two turning points; None if they do not count."""
+        """Return the branch from sample *begin* to *end*, two turning points; None if it does not count."""
         test, (low, high) = self.test, self.loads
         rising = bool(test.force[end] > test.force[begin])
-        order = slice(begin, end + 1)
-        force, elongation = test.force[order], test.elongation[order]
+        force, elongation = test.force[begin : end + 1], test.elongation[begin : end + 1]
         if not rising:
             force, elongation = force[::-1], elongation[::-1]
         if force[0] > low or force[-1] < high:
             self.partial += 1
             return None
-        word = "loading" if rising else "unloading"
         place = f"{test.place(begin)} to {test.place(end)}"
+        name = f"{'loading' if rising else 'unloading'} from {place}"
         ends = _crossing(force > low, force, elongation, low), _crossing(force >= high, force, elongation, high)
-        first, last = int(np.argmax(force > low)), len(force) - int(np.argmax(force[::-1] < high))
-        within = slice(first, last)
-        reason = _uneven(force[first - 1 : last + 1], self.width, "force", "N", last - first)
-        if reason is None and not ends[1] > ends[0]:
-            found = f"{ends[0]:.6g} m at {low:.6g} N, {ends[1]:.6g} m at {high:.6g} N"
-            raise InputError(f"{test.origin}, {word} from {place}: elongation does not rise with force: {found}")
-        stretch = ends[1] - ends[0]
-        reason = reason or _uneven(elongation[first - 1 : last + 1], stretch, "elongation", "m", last - first)
-        if reason is not None:
-            self.left_out.append(f"{word} from {place} is left out: {reason}")
-            return None
-        return self._measured(rising, place, force[within], elongation[within], ends)
-
-    def _measured(
-        self, rising: bool, place: str, force: Array, elongation: Array, ends: tuple[float, float]
-    ) -> Branch | None:
-        """Secant and tangents of a branch with close samples; None if a tangent has too few."""
         length, stretch = self.initial_length + ends[0], ends[1] - ends[0]
-        if not length > stretch:
-            hint = "check the units of elongation and initial length"
-            raise InputError(f"{self.test.origin}, {place}: {length:.6g} m stretch by {stretch:.6g} m: {hint}")
-        per_slope = length / self.section
-        slopes, forces = _tangents(force, elongation, ends)
-        if len(slopes) < _WINDOWS:
-            kind = "loading" if rising else "unloading"
-            self.left_out.append(f"{kind} from {place} is left out: its samples are too uneven for tangents")
-            return None
-        if not slopes.min() > 0:
-            at = f"about {forces[slopes.argmin()]:.6g} N"
-            raise InputError(f"{self.test.origin}, {place}: elongation does not rise with force {at}: has it slipped?")
-        secant = per_slope * self.width / stretch
-        return Branch(rising, place, force, elongation, ends, secant, _frozen(per_slope * slopes), _frozen(forces))
+        first, last = int(np.argmax(force > low)), len(force) - int(np.argmax(force[::-1] < high))
+        reason = _uneven(force[first - 1 : last + 1], self.width, "force", "N", last - first)
+        if reason is None:
+            if not stretch > 0:
+                found = f"{ends[0]:.6g} m at {low:.6g} N, {ends[1]:.6g} m at {high:.6g} N"
+                raise InputError(f"{test.origin}, {name}: elongation does not rise with force: {found}")
+            reason = _uneven(elongation[first - 1 : last + 1], stretch, "elongation", "m", last - first)
+        if reason is None:
+            if not length > stretch:
+                hint = "check the units of elongation and initial length"
+                raise InputError(f"{test.origin}, {name}: {length:.6g} m stretch by {stretch:.6g} m: {hint}")
+            force, elongation = force[first:last], elongation[first:last]
+            slopes, forces = _tangents(force, elongation, ends)
+            if len(slopes) == _WINDOWS:
+                if not slopes.min() > 0:
+                    at = f"about {forces[slopes.argmin()]:.6g} N"
+                    raise InputError(
+                        f"{test.origin}, {name}: elongation does not rise with force {at}: has it slipped?"
+                    )
+                per_slope = length / self.section
+                tangents = _frozen(per_slope * slopes)
+                secant = per_slope * self.width / stretch
+                return Branch(rising, place, force, elongation, ends, secant, tangents, _frozen(forces))
+            reason = "its samples are too uneven for tangents"
+        self.left_out.append(f"{name} is left out: {reason}")
+        return None
 
 
-def _turning_points(force: Array, low: float) -> list[int]:
-    """Return where the force turns back by ``low`` or more, with where its first branch begins and its last ends."""
+def _turning_points(force: Array, turn: float) -> list[int]:
+    """Return the samples at which branches begin and end: the force reverses there by *turn* (N) or more."""
     values: list[float] = force.tolist()
     lowest = highest = best = sign = 0
     points: list[int] = []
     for i, value in enumerate(values):
-        if sign == 0:  # not yet known which way it goes
+        if sign == 0:  # the direction is not known yet
             lowest = i if value < values[lowest] else lowest
             highest = i if value > values[highest] else highest
-            if values[highest] - values[lowest] >= low:
+            if values[highest] - values[lowest] >= turn:
                 sign = 1 if highest > lowest else -1
                 points.append(min(lowest, highest))
                 best = i
         elif sign * (value - values[best]) > 0:
             best = i
-        elif sign * (values[best] - value) >= low:
+        elif sign * (values[best] - value) >= turn:
             points.append(best)
             sign, best = -sign, i
     return [*points, best] if points else []
 
 
 def _crossing(above: Mask, force: Array, elongation: Array, load: float) -> float:
-    """Return the elongation at ``load``: the mean over the places where the branch crosses it."""
+    """Return the elongation at *load*, m: the mean over the samples between which the branch crosses it."""
     at = np.flatnonzero(above[1:] != above[:-1])
     share = (load - force[at]) / (force[at + 1] - force[at])
     return float(np.mean(elongation[at] + share * (elongation[at + 1] - elongation[at])))
 
 
 def _uneven(values: Array, width: float, name: str, unit: str, count: int) -> str | None:
-    """Say what is wrong with the samples of a branch, if they are too few or one is too far from the next."""
+    """Return why the samples of a branch do not do: too few, or a jump between two of them; None if they do."""
     if count < MIN_POINTS:
-        return f"{count} samples within the band; at least {MIN_POINTS} are wanted"
+        return f"{count} samples within the band; at least {MIN_POINTS} are required"
     jump = float(np.abs(np.diff(values)).max())
     if jump > _TURN * width:
-        return f"{name} jumps by {jump:.4g} {unit} between two samples; {_TURN * width:.4g} {unit} is allowed"
+        return f"{name} jumps by {jump:.4g} {unit} between two samples; the limit is {_TURN * width:.4g} {unit}"
     return None
 
 
 def _tangents(force: Array, elongation: Array, ends: tuple[float, float]) -> tuple[Array, Array]:
-    """Return slopes dF/dl (N/m) and mean forces (N) of windows along the stretch, but those with too few samples.
+    """Return slopes dF/dl (N/m) and mean forces (N) of windows along the stretch, except those with too few samples.
 
-    Windows are of elongation and the line is that of force on elongation, for it is the force that is noisy: a window
-    of force would cut the noise off on one side and bend the slope.
+    Windows are intervals of elongation and force is regressed on it, because the force has the noise: windows of force
+    would cut the noise off on one side and bias the slope.
     """
     half = (ends[1] - ends[0]) / (_WINDOWS + 1)
     slopes, forces = [], []
@@ -256,23 +242,17 @@ def _frozen(values: Array) -> Array:
     return values
 
 
-def _area(branch: Branch, loads: tuple[float, float]) -> float:
-    """Return the work (N m) that the branch takes in from the lower load to the upper one."""
-    force = np.concatenate([loads[:1], branch.force, loads[1:]])
-    elongation = np.concatenate([branch.ends[:1], branch.elongation, branch.ends[1:]])
-    return float(np.sum((force[1:] + force[:-1]) / 2 * np.diff(elongation)))
-
-
 def _hysteresis(up: Branch, down: Branch, loads: tuple[float, float]) -> float:
-    """Return the area between both branches within the band over the area under the loading."""
-    (low, high), work = loads, _area(up, loads)
-    sides = high * (down.ends[1] - up.ends[1]) - low * (down.ends[0] - up.ends[0])
-    return (work + sides - _area(down, loads)) / work
+    """Return the area between both branches within the band, over the area under the loading."""
 
+    def work(branch: Branch) -> float:
+        """N m, from the lower load to the upper one."""
+        force = np.concatenate([loads[:1], branch.force, loads[1:]])
+        elongation = np.concatenate([branch.ends[:1], branch.elongation, branch.ends[1:]])
+        return float(np.trapezoid(force, elongation))
 
-def _permanent_set(branches: Sequence[Branch]) -> tuple[float, ...]:
-    starts = [branch.ends[0] for branch in branches if branch.rising]
-    return tuple(after - before for before, after in pairwise(starts))
+    sides = loads[1] * (down.ends[1] - up.ends[1]) - loads[0] * (down.ends[0] - up.ends[0])
+    return (work(up) + sides - work(down)) / work(up)
 
 
 def _r_squared(branch: Branch, loads: tuple[float, float]) -> float:
@@ -283,18 +263,18 @@ def _r_squared(branch: Branch, loads: tuple[float, float]) -> float:
 
 
 def _notes(branches: Sequence[Branch], nominal: Branch, initial_length: float) -> Iterator[str]:
-    """Yield what a careful person would ask."""
+    """Yield sentences on what limits the result."""
     loadings = [branch.modulus for branch in branches if branch.rising]
     if len(loadings) == 1:
-        yield "one full loading only: a new cable still settles in it, and seems softer than it will be in service"
+        yield "one full loading only: a new cable still settles in it, and appears softer than it will be in service"
     elif abs(loadings[-1] / loadings[-2] - 1) > _SETTLED:
         change = f"{100 * (loadings[-1] / loadings[-2] - 1):+.1f} %"
         yield f"not settled: the last loading differs from the one before it by {change}; run more cycles"
     if len(loadings) == len(branches):
-        yield "no full unloading: the spread and the hysteresis of unloading are not known"
+        yield "no full unloading: the modulus and the hysteresis of unloading are not known"
     start, stretch = abs(nominal.ends[0]), nominal.ends[1] - nominal.ends[0]
     if start > 2 * stretch and start > 0.01 * initial_length:
         yield (
-            f"the elongation is {nominal.ends[0]:.4g} m at the band's lower load, and counts into the length: "
+            f"the elongation is {nominal.ends[0]:.4g} m at the band's lower load, and is added to the length: "
             "is it zero where the initial length was measured?"
         )

@@ -1,4 +1,4 @@
-"""What a tensile test says of a cable: its branches, the nominal modulus, and how far that varies."""
+"""The result of a tensile test of a cable: branches, nominal modulus, and its spread."""
 
 from __future__ import annotations
 
@@ -48,15 +48,15 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """One loading or unloading across the whole band, in the order of rising force; read-only arrays."""
+    """One loading or unloading across the whole band, in order of rising force; read-only arrays."""
 
     rising: bool  # whether it is a loading
-    place: str  # where it is in the test: ``lines 7 to 120``
+    place: str  # in the test: ``line 7 to line 120``
     force: Array  # (k,) N, the samples within the band
     elongation: Array  # (k,) m
     ends: tuple[float, float]  # m, elongation at the band's lower and upper load
     modulus: float  # Pa, secant over the band
-    tangents: Array  # (w,) Pa, least-squares slopes over a fifth of the stretch each
+    tangents: Array  # (w,) Pa, least-squares slopes, each over a fifth of the stretch
     tangent_forces: Array  # (w,) N, mean force of each
 
     @property
@@ -67,7 +67,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TensileResult(Pictured):
-    """What a tensile test says of a cable: `modulus` makes it."""
+    """The result of `modulus`: a cable's modulus, its spread and hysteresis."""
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("modulus", "modulus_range", "cycles", "r_squared")
@@ -77,11 +77,11 @@ class TensileResult(Pictured):
     length: float  # m, of the cable at the band's lower load, on the nominal branch: l_init of Eq. 22
     stretch: float  # m, over the band, on the nominal branch: delta l of Eq. 22
     r_squared: float  # of the secant line, over the nominal branch's forces
-    branches: tuple[Branch, ...]  # those that span the band, in the order of time
-    hysteresis: tuple[float, ...]  # of each full cycle: loop over what loading took in, within the band
+    branches: tuple[Branch, ...]  # those that span the band, in order of time
+    hysteresis: tuple[float, ...]  # of each full cycle: area of the loop over that under the loading, within the band
     permanent_set: tuple[float, ...]  # m, from each full loading to the next, at the band's lower load
     partial: int  # branches that do not span the band
-    notes: tuple[str, ...]  # sentences for whoever uses the numbers
+    notes: tuple[str, ...]  # sentences on what limits the result
     initial_length: float  # m
     section: float  # m^2
     breaking_load: float  # N
@@ -89,7 +89,7 @@ class TensileResult(Pictured):
 
     @property
     def axial_stiffness(self) -> float:
-        """EA, N; the section cancels out of it."""
+        """EA, N, from which the section cancels out."""
         return self.modulus * self.section
 
     @property
@@ -99,7 +99,7 @@ class TensileResult(Pictured):
 
     @property
     def cycles(self) -> int:
-        """How many loadings are followed by an unloading, both across the band."""
+        """Number of loadings that are followed by an unloading, both across the band."""
         return len(self.hysteresis)
 
     @property
@@ -126,7 +126,7 @@ class TensileResult(Pictured):
 
     @property
     def modulus_range(self) -> tuple[float, float]:
-        """Lowest and highest modulus found anywhere, over the nominal one; rounded outwards to a hundredth."""
+        """Lowest and highest modulus of all secants and tangents, over the nominal one, rounded outwards to 0.01."""
         low = min(self.branch_factors[0], self.tangent_factors[0])
         high = max(self.branch_factors[1], self.tangent_factors[1])
         return math.floor(low * 100 + 1e-6) / 100, math.ceil(high * 100 - 1e-6) / 100
