@@ -255,6 +255,10 @@ class BarrierSensor(_TimedSensor):
         return self
 
 
+TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor
+"""Settings of the sensors that are read at a rate."""
+
+
 class FaultPlan(Description):
     """A planned fault: a source, or one line's accelerometer, is silent or stuck from ``begin`` to ``end``."""
 

@@ -24,7 +24,7 @@ from cablewright.machine.simulated.link import Channel
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState
 from cablewright.machine.simulated.settings import FaultPlan, MachineSettings, check_faults
-from cablewright.machine.simulated.snapshot import Archive, LoadingArchive, SavingArchive, Snapshot
+from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.machine.simulated.surroundings import walls_of
 from cablewright.robot import Robot
 from cablewright.signals import (
@@ -142,9 +142,10 @@ class SimulatedMachine:
 
     def snapshot(self) -> Snapshot:
         """The complete state, from which `resumed` continues."""
-        archive = SavingArchive()
+        archive = Archive()
         self._archive_state(archive)
-        return Snapshot({**archive.snapshot.values, "machine": self._identity}, archive.snapshot.arrays)
+        archive.snapshot.values["machine"] = self._identity
+        return archive.snapshot
 
     @classmethod
     def resumed(
@@ -162,20 +163,18 @@ class SimulatedMachine:
         """
         if snapshot.values.get("machine") != _identity_of(robot, settings, seed, plant):
             raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
-        start = np.zeros(3)
-        LoadingArchive(snapshot).array("start", start)
+        archive, start = Archive(snapshot, loading=True), np.zeros(3)
+        archive.array("start", start)
         machine = cls(robot, settings, start, seed=seed, plant=plant)
-        machine._archive_state(LoadingArchive(snapshot))
+        machine._archive_state(archive)
         machine._rig_state = machine.rig.observe(machine.time)
         return machine
 
     def _archive_state(self, archive: Archive) -> None:
         """Save or load everything that changes."""
         archive.array("start", self._start)
-        self._steps, self._last_command_time = (
-            archive.count("steps", self._steps),
-            archive.number("last_command_time", self._last_command_time),
-        )
+        self._steps = archive.count("steps", self._steps)
+        self._last_command_time = archive.number("last_command_time", self._last_command_time)
         self.rig.archive_state(archive.section("rig"))
         self._plant.archive_state(archive.section("plant"))
         for source, sensor in self._sensors.items():
@@ -213,15 +212,15 @@ class SimulatedMachine:
             gravity = self.rig.robot.scene.gravity
             yield "inertial", InertialUnit(settings.inertial, gravity, period, random["inertial"])
         if settings.line_angles is not None:
-            yield "line_angles", LineAccelerometers(settings.line_angles, period, random["line_angles"])
+            yield "line_angles", LineAccelerometers("line_angles", settings.line_angles, period, random["line_angles"])
         if settings.distance is not None:
             yield "distance", Rangefinder(settings.distance, settings.drum.valve, period, random["distance"])
         if settings.encoders is not None:
-            yield "encoders", EncoderReader(settings.encoders, period, random["encoders"])
+            yield "encoders", EncoderReader("encoders", settings.encoders, period, random["encoders"])
         if settings.climate_sensor is not None:
-            yield "climate", Thermometer(settings.climate_sensor, period, random["climate"])
+            yield "climate", Thermometer("climate_sensor", settings.climate_sensor, period, random["climate"])
         if settings.barrier is not None:
-            yield "barrier", LightBarrier(settings.barrier, period, random["barrier"])
+            yield "barrier", LightBarrier("barrier", settings.barrier, period, random["barrier"])
 
     def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
         """Return *reading* after the faults that are planned for its time; None: lost."""
