@@ -17,9 +17,9 @@ from pydantic import ValidationError
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, open_no_link
 from cablewright.machine.log.mcap_file import HEAD
-from cablewright.machine.log.messages import TOPICS_OF, Signal, decode, encode, encode_frame
+from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
-from cablewright.machine.log.topics import TOPICS
+from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.robot import Robot
 from cablewright.signals import Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
