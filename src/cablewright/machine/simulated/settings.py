@@ -44,7 +44,7 @@ class Tolerances(Description):
 class Drum(Description):
     """The drum that hangs from the platform point B. Depths are below B, along its axis; dampings in N m s/rad.
 
-    Without ``capacity`` it holds no powder: material comes through a hose and never ends. ``flow``: kg/s.
+    Without ``capacity`` it holds no powder: material comes through a hose, without end. ``flow``: kg/s.
     """
 
     empty_mass: Positive[Mass]
@@ -151,9 +151,9 @@ class RoomSettings(Description):
 
 
 class Link(Description):
-    """Delays of readings: ``latency`` plus an exponentially distributed ``jitter`` of that mean; ``loss``: lost share.
+    """Delay of readings, s: ``latency`` plus an exponentially distributed one of mean ``jitter``; ``loss``: lost share.
 
-    ``gaps``: start and end of times without connection; readings sent then arrive at the end.
+    ``gaps``: start and end, s, of times without connection; readings sent then arrive at the end.
     """
 
     latency: NonNegative[Duration] = 0.0
@@ -280,7 +280,7 @@ class FaultPlan(Description):
 
 
 class MachineSettings(Description):
-    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it."""
+    """All settings. ``period``: s, time of one step of the machine; ``substep``: s, of the dynamic plant within it."""
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -334,9 +334,9 @@ def machine_text(name: str) -> str:
 
 
 def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
-    """Return the settings of a machine that lays *bead* where it goes at *speed* (m/s) with the valve open.
+    """Return the settings of a machine that extrudes *bead* at *speed* (m/s) with the valve open.
 
-    One that pours powder stays as it is.
+    Those of a machine that pours powder are returned unchanged.
     """
     if settings.extrusion is None:
         return settings

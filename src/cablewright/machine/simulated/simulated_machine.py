@@ -67,7 +67,7 @@ class SimulatedMachine:
         """Build a machine as *robot* describes it within tolerances, by *seed*, at rest at *start* (3,), m.
 
         Raises `InputError` for what cannot be simulated (a rate that does not fit, an unknown plant, a robot without
-        what a winch needs), `AnswerError` where the drum cannot hang at *start*.
+        the data of a winch), `AnswerError` where the drum has no equilibrium at *start*.
         """
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
@@ -191,9 +191,9 @@ class SimulatedMachine:
         """Return the speeds of a valid command, else raise `InputError`."""
         speeds, m = np.array(command.winch_speeds, dtype=np.float64), self.rig.robot.m
         if speeds.shape != (m,) or not np.isfinite(speeds).all():
-            raise InputError(f"command.winch_speeds: {m} finite numbers are wanted, rad/s; got {speeds.tolist()}")
+            raise InputError(f"command.winch_speeds: {m} finite numbers are expected, rad/s; got {speeds.tolist()}")
         if not 0.0 <= command.valve <= 1.0:
-            raise InputError(f"command.valve = {command.valve:g}: 0 (shut) to 1 (open) is wanted")
+            raise InputError(f"command.valve = {command.valve:g}: must be from 0 (shut) to 1 (open)")
         if not command.time >= self._last_command_time:
             raise InputError(
                 f"command.time = {command.time:g} s: the clock jumped back, from {self._last_command_time:g} s"
