@@ -18,9 +18,9 @@ from cablewright.estimation.lidar.localisation import (
     WallPose,
     WallSettings,
     WallState,
+    drift_of,
     extract,
     start,
-    steady_drift,
     step,
 )
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
@@ -477,7 +477,8 @@ def test_a_turn_on_the_way_is_straightened() -> None:
         r[k] = cast(ROOM, centre, np.array([math.atan2(ray[1], ray[0])]))[0] / math.hypot(ray[0], ray[1])
     r += rng.normal(0, 2e-3, 720)
     only = WallSettings(KNOWN, (lidar,))
-    drift = steady_drift(times, velocity, rate, end[2])
+    since = times - times[-1]
+    drift = drift_of(np.outer(since, velocity), rate * since, end[2])
     _, found = step(only, start(), LidarTurn(a, r, tilt=tilt, drift=drift))
     assert [*found.position, found.yaw] == pytest.approx(end, abs=2e-3)
     assert max(math.sqrt(found.lines[found.constraints[i].line].line.variance) for i in found.used) < 3e-3

@@ -77,10 +77,8 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         dt = math.inf
     state.time = frame.time
     before = state.tracker.pose
-    for reading in frame.of(Encoders):
-        assert isinstance(reading, Encoders)
-        if state.monitor.accept(reading, frame.time) is not None:
-            _update_lengths(settings, state, reading)
+    for reading in state.monitor.accepted(frame.of(Encoders), frame.time):
+        _update_lengths(settings, state, reading)
     paid = state.start_lengths if state.lengths is None else state.lengths
     status = state.tracker.step(paid)
     if status is Status.OK:

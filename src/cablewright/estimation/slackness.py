@@ -82,6 +82,11 @@ def start(settings: SlacknessSettings) -> SlacknessState:
     return SlacknessState(nothing, nothing, np.full(m, -np.inf), nothing, zeros, zeros, -math.inf)
 
 
+def restarted(state: SlacknessState) -> SlacknessState:
+    """Return *state* after a reset of the clock, whose earlier times no longer count."""
+    return state._replace(time=-math.inf, last_times=np.full_like(state.last_times, -np.inf))
+
+
 def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, taut: Taut) -> SlacknessState:
     """Return the state after one reading at a place where the straight lines are *taut*."""
     dt = reading.time - state.time

@@ -20,13 +20,12 @@ from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, 
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallState
+from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallState, drift_of
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
     ReadingChecks,
     accept_imu,
-    accept_scan,
     drum_rotation,
     queue_scan,
     report_line_sensors,
@@ -85,10 +84,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     state.time = frame.time
     line_angles: LineAngles | None = None
-    for reading in frame.readings:
-        source = state.monitor.accept(reading, frame.time)
-        if source is None:
-            continue
+    for reading in state.monitor.accepted(frame.readings, frame.time):
         if isinstance(reading, LineAngles):
             line_angles = reading
         else:
@@ -105,8 +101,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         state.taut = taut_at(settings.model, state.tracker.pose)
         if line_angles is not None:
             state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, state.taut)
-            slack = state.slackness
-            report_line_sensors(state.monitor, settings.model.robot.lines, np.isnan(slack.excess), slack.stuck)
+            report_line_sensors(state.monitor, settings.model.robot.lines, state.slackness)
     elif line_angles is not None and np.isfinite(state.position_offset).all():
         there = taut_at(settings.model, state.position_offset + state.odometry)
         state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, there)
@@ -124,14 +119,13 @@ def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _restart_clock(state: ObserverState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: readings are ordered anew")
     state.position_history.clear()
     state.attitude_history.clear()
     state.pending_scans.clear()
     state.gathered_sources.clear()
     state.tilt = state.tilt._replace(time=-math.inf)
-    slack = state.slackness
-    state.slackness = slack._replace(time=-math.inf, last_times=np.full_like(slack.last_times, -np.inf))
+    state.slackness = slackness.restarted(state.slackness)
     state.wall_state = WallState(yaw=state.wall_state.yaw, position=state.wall_state.position)
     state.last_turn_times.clear()
     state.extracted_turn = None
@@ -143,15 +137,17 @@ def _restart_clock(state: ObserverState, now: float) -> None:
 
 def _process(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
     """Process any reading but line angles."""
-    sources = (*settings.lidars, "vertical")
     if isinstance(reading, Inertial):
         _predict_attitude(settings, state, reading)
     elif isinstance(reading, Encoders):
         _predict_lengths(settings, state, reading)
     elif isinstance(reading, Distance):
         state.last_distance = reading
-    elif isinstance(reading, Scan) and accept_scan(state.checks, reading) and reading.source in sources:
-        queue_scan(state.pending_scans, reading, settings.walls.kept_turns)
+    elif (
+        isinstance(reading, Scan)
+        and reading.source in (*settings.lidars, "vertical")
+        and queue_scan(state.checks, state.pending_scans, reading, settings.walls.kept_turns)
+    ):
         state.gather_start = min(state.gather_start, state.time)
 
 
@@ -220,7 +216,8 @@ def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> No
         return
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
-    drift = _drift(state, positions, attitudes) if settings.deskew else None
+    offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
+    drift = drift_of(positions[:, :2] - end[:2], attitudes[:, 0], offset + yaw) if settings.deskew else None
     moved = (0.0, 0.0, 0.0)
     if state.last_turn_end is not None:
         last, last_yaw = state.last_turn_end
@@ -259,15 +256,6 @@ def _drop_stale_turns(settings: ObserverSettings, state: ObserverState, scan: Sc
     if any(turn.lidar in stale for turn in state.wall_state.turns):
         kept = tuple(turn for turn in state.wall_state.turns if turn.lidar not in stale)
         state.wall_state = replace(state.wall_state, turns=kept)
-
-
-def _drift(state: ObserverState, positions: Array, attitudes: Array) -> Array:
-    """Pose (n, 3), m and rad, of the drum at each ray, relative to the last one, along its level axes there."""
-    offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
-    yaw = offset + float(attitudes[-1, 0])
-    c, s = math.cos(yaw), math.sin(yaw)
-    back = positions[:, :2] - positions[-1, :2]
-    return np.column_stack([back @ np.array([[c, -s], [s, c]]), attitudes[:, 0] - attitudes[-1, 0]])
 
 
 def _update_position(
@@ -369,28 +357,25 @@ def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array
 
 
 def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
-    """Return the state as an estimate."""
-    m = settings.model.m
+    """Return the state as an estimate; lengths are NaN until the first position is known."""
     yaw = state.odometry_yaw + (state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0)
-    rotation = frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y))
-    clearance = float(state.odometry[2]) + state.clearance_offset
-    if state.tracker is None or state.lengths is None or state.taut is None:
-        position, unknown = frozen(state.position_offset + state.odometry), frozen(np.full(m, np.nan))
-        rest, slack, radii = frozen(np.zeros(3)), np.zeros(m, dtype=np.bool_), frozen(state.radius.radii)
-        now, faults = state.time, state.monitor.faults
-        return Estimate(now, position, rest, rotation, unknown, unknown, slack, radii, None, faults, False, clearance)
-    current = state.time - state.last_position_time <= settings.position_timeout
-    excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, state.lengths)
+    position, velocity, valid = state.position_offset + state.odometry, np.zeros(3), False
+    paid_out = excess = np.full(settings.model.m, np.nan)
+    if state.tracker is not None and state.lengths is not None and state.taut is not None:
+        position, velocity, paid_out = state.tracker.pose, state.velocity, state.lengths
+        excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, paid_out)
+        current = state.time - state.last_position_time <= settings.position_timeout
+        valid = current and not state.monitor.is_active("encoders", "lost")
     return Estimate(
         state.time,
-        frozen(state.tracker.pose),
-        frozen(state.velocity),
-        rotation,
-        frozen(state.lengths),
+        frozen(position),
+        frozen(velocity),
+        frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y)),
+        frozen(paid_out),
         frozen(excess),
         excess > settings.slackness.threshold,
         frozen(state.radius.radii),
         faults=state.monitor.faults,
-        valid=current and not state.monitor.is_active("encoders", "lost"),
-        clearance=clearance,
+        valid=valid,
+        clearance=float(state.odometry[2]) + state.clearance_offset,
     )

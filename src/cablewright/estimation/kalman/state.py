@@ -102,6 +102,16 @@ class Layout(NamedTuple):
         p, v, a, lengths, radii, gyro, accelerometer, ranges = map(slice, [0, *ends[:-1]], ends)
         return cls(p, v, a, lengths, radii, gyro, accelerometer, ranges, ends[-1], ends[-1] + 1)
 
+    @property
+    def tilt(self) -> slice:
+        """The first two of the attitude."""
+        return slice(self.attitude.start, self.attitude.start + 2)
+
+    @property
+    def yaw(self) -> int:
+        """The last of the attitude."""
+        return int(self.attitude.stop) - 1
+
 
 class MotionSince(NamedTuple):
     """Motion from k times until now."""
@@ -160,7 +170,6 @@ class FilterState:
     last_wall_times: dict[str, float] = field(default_factory=dict)  # s: of the last update, by kind of wall
     clearance_offset: float = math.nan  # m: fictive height less z of B
     coasting: bool = False  # predicting without encoders
-    nis: list[tuple[str, float, int]] | None = None  # if recorded: what, square, degrees of freedom
 
     @property
     def monitor(self) -> FaultMonitor:
@@ -203,10 +212,21 @@ def kalman_update(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Arra
 
 
 def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
-    """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square."""
+    """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
     S = H @ P @ H.T + R
     nis = float(innovation[0] ** 2 / S[0, 0] if len(H) == 1 else innovation @ np.linalg.solve(S, innovation))
     return nis <= _CHI2[len(innovation)], nis
+
+
+def update_state(state: FilterState, H: Array, innovation: Array, R: Array) -> None:
+    """Update the state and its covariance by one measurement, as `kalman_update`."""
+    correction, state.P = kalman_update(state.P, H, innovation, R)
+    inject_correction(state, correction)
+
+
+def diagonal(P: Array) -> Array:
+    """Return the diagonal (n,) of *P* (n, n), to be changed in place."""
+    return P.reshape(-1)[:: len(P) + 1]
 
 
 def inject_correction(state: FilterState, correction: Array) -> None:

@@ -96,7 +96,7 @@ class LidarTurn(NamedTuple):
     """One turn of one lidar.
 
     ``tilt``: rad, rotation vector (x, y) of the platform's tilt, at the end or at each ray. ``drift``: pose of the
-    platform at each ray, as in `level_points`; `steady_drift` makes one. ``moved``: (dx, dy, dyaw) m and rad in the
+    platform at each ray, as in `level_points`; `drift_of` computes it. ``moved``: (dx, dy, dyaw) m and rad in the
     reference frame, motion since the last turn of any lidar by other sensors; older turns are shifted by it.
     """
 
@@ -108,16 +108,14 @@ class LidarTurn(NamedTuple):
     moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: float, yaw: float) -> Array:
-    """Pose (n, 3), m and rad, of the platform at each ray relative to the end, at constant velocity.
+def drift_of(displacement: Array, yaws: Array, yaw: float) -> Array:
+    """Pose (n, 3), m and rad, of the platform at each ray relative to the end of the turn, along its level axes there.
 
-    ``times``: (n,) s, of the rays. ``velocity``: m/s, reference frame; ``yaw``: rad, at the end.
+    ``displacement``: (n, 2) m, from the end, reference frame. ``yaws``: (n,) rad, from any direction; ``yaw``: rad, of
+    the platform at the end, reference frame.
     """
-    before = np.asarray(times, dtype=np.float64)
-    before = before - before[-1:]
     c, s = math.cos(yaw), math.sin(yaw)
-    ahead, left = c * velocity[0] + s * velocity[1], c * velocity[1] - s * velocity[0]
-    return np.outer(before, [ahead, left, yaw_rate])
+    return np.column_stack([displacement @ np.array([[c, -s], [s, c]]), yaws - yaws[-1]])
 
 
 class TurnFeatures(NamedTuple):
