@@ -296,7 +296,7 @@ def test_one_direction_only_is_said() -> None:
     assert found.status == "parallel"
     assert np.isnan(found.position).all()
     assert found.yaw == pytest.approx(0.1, abs=1e-3)
-    assert "place along them is not known" in found.note
+    assert "position along them is not known" in found.note
 
 
 def test_east_taken_for_west_is_caught() -> None:

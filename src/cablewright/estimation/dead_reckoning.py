@@ -42,7 +42,7 @@ class ReckoningSettings:
     def __post_init__(self) -> None:
         """Refuse platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
-            raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are wanted")
+            raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
 
 
 @dataclass(eq=False)

@@ -54,7 +54,7 @@ class SlacknessSettings:
             raise InputError("slackness: lines without weight have no shape that an angle could tell; use catenary")
         for name in ("threshold", "smoothing_time", "gate", "visible_angle", "timeout"):
             if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is expected")
 
 
 class SlacknessState(NamedTuple):

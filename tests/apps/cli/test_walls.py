@@ -140,7 +140,7 @@ def test_picture(cli, tmp_path: Path) -> None:
         ([FILE, "--laser", "north=1"], "--laser = 'north=1': there is no --room"),
         ([FILE, "--room", FILE], "not JSON"),
         ([FILE, "--plot", "x.svg"], "a name that ends in .png"),
-        ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are wanted"),
+        ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are expected"),
     ],
 )
 def test_refusals(cli, arguments: list, says: str) -> None:

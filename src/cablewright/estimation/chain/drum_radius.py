@@ -39,10 +39,10 @@ class RadiusSettings:
         """Refuse bounds that do not rise and nominal radii outside them."""
         if not 0.0 < self.min_radius < self.max_radius < math.inf:
             bounds = f"min_radius = {self.min_radius:g} m and max_radius = {self.max_radius:g} m"
-            raise InputError(f"{bounds}: 0 < min_radius < max_radius is wanted")
+            raise InputError(f"{bounds}: 0 < min_radius < max_radius is expected")
         if not self.nominal or not all(self.min_radius <= radius <= self.max_radius for radius in self.nominal):
             bounds = f"{self.min_radius:g} to {self.max_radius:g} m"
-            raise InputError(f"nominal = {self.nominal}: radii from {bounds} are wanted")
+            raise InputError(f"nominal = {self.nominal}: radii from {bounds} are expected")
 
 
 class RadiusState(NamedTuple):

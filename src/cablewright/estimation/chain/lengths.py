@@ -76,15 +76,15 @@ def move_to(
     for _ in range(_MAX_ITERATIONS):
         away = target - tracker.pose
         toward = taut_at(settings.model, tracker.pose).toward
-        wanted = np.minimum(lengths + toward @ away, max_lengths)
+        trial = np.minimum(lengths + toward @ away, max_lengths)
         if slackest is not None:
-            wanted[slackest[0]] = there.lengths[slackest[0]] + slackest[1]
-        if not (wanted > 0.0).all():  # NaN where a line has no tangent
+            trial[slackest[0]] = there.lengths[slackest[0]] + slackest[1]
+        if not (trial > 0.0).all():  # NaN where a line has no tangent
             return lengths, Status.INSIDE_SHEAVE
-        status = tracker.step(wanted)
+        status = tracker.step(trial)
         if status is not Status.OK:
             return lengths, status
-        lengths = wanted
+        lengths = trial
         if float(np.abs(target - tracker.pose).max()) < _TOLERANCE:
             break
     return lengths, Status.OK

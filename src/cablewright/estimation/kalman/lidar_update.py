@@ -222,8 +222,7 @@ def _report(state: FilterState, source: str, used: float, rejected: float) -> No
     if used:
         unseen = [kind for kind, last in state.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
         if unseen:
-            sentence = "all walls in sight are parallel: the position along them is not known"
-            monitor.report(source, "walls", sentence)
+            monitor.report(source, "walls", localisation.SENTENCES["parallel"])
         else:
             monitor.clear(source, "walls")
         state.last_position_time = state.time

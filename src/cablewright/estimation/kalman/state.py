@@ -78,7 +78,7 @@ class FilterSettings:
         """Refuse numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if name != "chain" and not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
 
 class Layout(NamedTuple):

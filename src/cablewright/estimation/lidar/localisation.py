@@ -37,10 +37,10 @@ _MAX_SCORED: Final = 240  # points of a turn that score candidates: evenly chose
 _LASER_GATE: Final = 3.0  # sigmas
 _MIN_SIGMA: Final = 1e-6  # m, of what is given as exact
 
-_SENTENCES: Final[dict[str, str]] = {
+SENTENCES: Final[dict[str, str]] = {
     "ok": "position and yaw are found",
-    "ambiguous": "two places explain the scan about as well; a distance measured to a wall would tell",
-    "parallel": "all walls in sight bound the same direction: the place along them is not known",
+    "ambiguous": "two positions explain the scan about equally well; a measured distance to a wall decides",
+    "parallel": "all walls in sight bound the same direction: the position along them is not known",
     "no-wall": "no wall is in sight",
 }
 
@@ -82,7 +82,7 @@ class WallSettings:
             low, high = (f"{end:g}" for end in self.yaw_range)
             raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
         if self.kept_turns < 1 or not self.lidars:
-            raise InputError("one lidar and one turn to keep at least are wanted")
+            raise InputError("one lidar and one turn to keep at least are expected")
 
     @cached_property
     def visible(self) -> Mask:
@@ -305,7 +305,7 @@ def _pose(
     )  # fmt: skip
     if not constraints:
         why = f"{len(lines)} straight lines, none at a yaw that is allowed" if lines else "no straight line long enough"
-        return replace(unknown, note=f"{_SENTENCES['no-wall']}: {why}")
+        return replace(unknown, note=f"{SENTENCES['no-wall']}: {why}")
     if not candidates:
         return _partial_pose(unknown)
     best, excess = candidates[0], _excess_displacement(found, settings, expected)
@@ -313,13 +313,13 @@ def _pose(
     current = latest[np.array([one.line for one in constraints])[found.constraints]].all(axis=1)
     rivals = found.explained[_plausible(found, excess) & _distinct(found, settings, current)].tolist()
     status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
-    note = _SENTENCES[status]
+    note = SENTENCES[status]
     if best.laser_misfit > _LASER_GATE:
         note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
         status = "ambiguous"
     elif best.explained < settings.min_explained:
-        wanted = f"{100 * settings.min_explained:.0f} % is wanted"
-        note = f"the best place explains {100 * best.explained:.0f} % of the points, {wanted}"
+        expected_share = f"{100 * settings.min_explained:.0f} % is expected"
+        note = f"the best position explains {100 * best.explained:.0f} % of the points, {expected_share}"
         status = "ambiguous"
     elif excess[0]:
         far = excess[0] + settings.max_displacement
@@ -346,7 +346,7 @@ def _partial_pose(unknown: WallPose) -> WallPose:
     covariance = unknown.covariance.copy()
     covariance[2, 2] = best.yaw_sigma**2
     note = (
-        _SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
+        SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
     )
     return replace(unknown, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 

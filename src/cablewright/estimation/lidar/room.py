@@ -54,7 +54,7 @@ class RoomMap:
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.walls) <= MAX_WALLS:
-            raise InputError(f"room: {len(self.walls)} walls; 1 to {MAX_WALLS} are wanted")
+            raise InputError(f"room: {len(self.walls)} walls; 1 to {MAX_WALLS} are expected")
         names = [wall.name for wall in self.walls]
         for wall in self.walls:
             if names.count(wall.name) > 1:
@@ -62,7 +62,7 @@ class RoomMap:
             size = math.hypot(*wall.normal)
             if not (abs(size - 1.0) < 1e-6 and math.isfinite(wall.distance)):
                 raise InputError(
-                    f"room: wall {wall.name!r}: a unit normal and a finite distance are wanted, not a normal "
+                    f"room: wall {wall.name!r}: a unit normal and a finite distance are expected, not a normal "
                     f"of length {size:g} and {wall.distance:g} m"
                 )
 

@@ -40,7 +40,7 @@ class LidarModel:
     def __post_init__(self) -> None:
         if not (0 <= self.min_range < self.max_range < math.inf and 0 < self.sigma < math.inf):
             raise InputError(
-                f"lidar {self.name!r}: 0 <= min_range < max_range and sigma over 0 are wanted, "
+                f"lidar {self.name!r}: 0 <= min_range < max_range and sigma over 0 are expected, "
                 f"not {self.min_range:g}, {self.max_range:g} and {self.sigma:g}"
             )
 
@@ -75,12 +75,12 @@ def level_points(
     """
     a, r = np.asarray(angles, dtype=np.float64), np.asarray(ranges, dtype=np.float64)
     if a.ndim != 1 or a.shape != r.shape:
-        raise InputError(f"scan: as many angles as ranges are wanted, not shapes {a.shape} and {r.shape}")
+        raise InputError(f"scan: as many angles as ranges are expected, not shapes {a.shape} and {r.shape}")
     tilts = np.asarray(tilt, dtype=np.float64)
     moved = None if drift is None else np.asarray(drift, dtype=np.float64)
     if tilts.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
         shapes = f"{tilts.shape} and {None if moved is None else moved.shape}"
-        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are wanted, not {shapes}")
+        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are expected, not {shapes}")
     good = np.isfinite(a) & (r >= lidar.min_range) & (r <= lidar.max_range)
     for each in (tilts, moved):
         if each is not None and each.ndim == 2 and not np.isfinite(each).all():
