@@ -287,7 +287,7 @@ def test_the_operators_laser_picks() -> None:
         assert found.candidates[0].laser_misfit < 3
     _, found = run(by_variance, pose, np.random.default_rng(5), lasers=(Laser("north", 1.0),))
     assert found.status == "ambiguous"
-    assert "no place agrees with the laser" in found.note
+    assert "no position agrees with the laser" in found.note
 
 
 def test_one_direction_only_is_said() -> None:
@@ -366,7 +366,7 @@ def test_where_it_was_decides() -> None:
     assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
     _, jumped = step(wide, replace(state, position=(-1.0, 1.5)), turn)
     assert jumped.status == "ambiguous"
-    assert "the place jumps" in jumped.note
+    assert "the position jumps" in jumped.note
 
 
 def test_what_is_lost_is_found_again() -> None:

@@ -94,7 +94,7 @@ class FaultMonitor:
             last = self._last_times.get(source, self._start_time)
             if now - last > timeout:
                 if (source, "quiet") not in self._active:
-                    self._active[source, "quiet"] = Fault(source, last, f"nothing heard for over {timeout:g} s")
+                    self._active[source, "quiet"] = Fault(source, last, f"no reading for over {timeout:g} s")
                     self._faults = None
             else:
                 self.clear(source, "quiet")

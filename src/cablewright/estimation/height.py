@@ -35,11 +35,11 @@ class HeightSettings:
 
     ``mount``: (3,) m and ``axes``: x and y of its plane, in the drum's frame. ``cone``: rad, half angle about the
     drum's axis in which the structure, and in the paper the floor, is measured. ``lowest_points``: how many points the
-    floor's line goes through. ``outlier_distance``: m by which a point that is rejected differs from both neighbours.
+    floor's line goes through. ``outlier_distance``: m; a point that differs by more from both neighbours is rejected.
     ``sigma``: m, of one range: corrects the bias of taking the lowest of noisy points; 0, as the paper: no correction.
     ``max_slope``: of the line through the lowest points, beyond which they are no floor. ``floor_cone``: rad, half
-    angle in which the floor is looked for instead, as the lowest level with many points, because the cone may hold
-    structure alone; None, as the paper: in the cone. ``floor``: m, world, its height.
+    angle in which the floor is searched instead, as the lowest level with many points, because the cone may contain
+    only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor.
     """
 
     mount: tuple[float, float, float]
@@ -55,7 +55,7 @@ class HeightSettings:
     def __post_init__(self) -> None:
         """Refuse a line through one point."""
         if self.lowest_points < 2:
-            raise InputError(f"lowest_points = {self.lowest_points}: 2 points at least make a line")
+            raise InputError(f"lowest_points = {self.lowest_points}: at least 2 points are expected")
 
 
 class HeightEstimate(NamedTuple):
@@ -73,9 +73,8 @@ def estimate_height(
 ) -> HeightEstimate:
     """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as in `estimation.tilt`, at each ray.
 
-    *expected*: m, B's height. Points more than *reach*, m, above the floor expected from it are not taken for floor; a
-    quarter of that where less than half of the points are level. Points below it always are. Both are ignored where the
-    floor is looked for in the cone.
+    *expected*: m, B's height. *reach*: m, by which a floor may be above the expected one; a quarter of that where less
+    than half of the points belong to it. It may be lower by any amount. Both are ignored if ``floor_cone`` is None.
     """
     cone = _cone(settings, scan, tilt)
     if isinstance(cone, HeightEstimate):
@@ -91,7 +90,7 @@ def estimate_height(
         low = float(points[floor, 2].mean()) if count else math.nan
         tolerance = reach if count >= FLOOR_MAJORITY * len(points) else _MINORITY_REACH * reach
         if count < _MIN_POINTS or settings.floor - low < expected - tolerance:
-            return HeightEstimate(math.nan, fictive, math.nan, len(depth), "no floor in sight where it should be")
+            return HeightEstimate(math.nan, fictive, math.nan, len(depth), "no floor in sight near the expected height")
         return HeightEstimate(settings.floor - low, fictive, math.nan, len(depth), "")
     order = np.argpartition(-depth, settings.lowest_points)[: settings.lowest_points]
     below = float(tilted(np.array([settings.mount]), last)[0, :2] @ _heading(settings))
@@ -122,7 +121,7 @@ def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> HeightEstima
     kept = np.append(near, False) | np.append(False, near)
     depth, along = depth[kept], along[kept]
     if len(depth) < 2 * settings.lowest_points:
-        note = "no floor in sight: its points do not hang together"
+        note = "no floor in sight: its points are isolated"
         return HeightEstimate(math.nan, math.nan, math.nan, len(depth), note)
     return depth, along, tilts[-1:]
 

@@ -36,8 +36,8 @@ class SlacknessSettings:
 
     ``from_platform``: m along the line before B. ``threshold``: m of excess from which a line counts as slack.
     ``smoothing_time``: s, time constant of the angles' low-pass filter, against vibration. ``gate``: rad by which a
-    reading may differ from the smoothed angle. ``visible_angle``: rad of difference from which the angle tells the
-    excess. ``timeout``: s without a reading after which a line's excess is unknown.
+    reading may differ from the smoothed angle. ``visible_angle``: rad of difference from which the angle
+    determines the excess. ``timeout``: s without a reading after which a line's excess is unknown.
     """
 
     model: Model
@@ -51,7 +51,9 @@ class SlacknessSettings:
     def __post_init__(self) -> None:
         """Refuse lines without weight, which do not sag, and numbers that are not positive and finite."""
         if self.model.massless:
-            raise InputError("slackness: lines without weight have no shape that an angle could tell; use catenary")
+            raise InputError(
+                "slackness: lines without weight do not sag, so that their angles do not show slack; use catenary"
+            )
         for name in ("threshold", "smoothing_time", "gate", "visible_angle", "timeout"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is expected")

@@ -20,7 +20,7 @@ _TOLERANCE: Final = 1e-4  # m, of the drum's position
 
 
 def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
-    """Lines (m,) whose excess the angle tells: they have a reading, and sag enough for it."""
+    """Lines (m,) whose angle determines the excess: they have a reading, and sag enough for it."""
     return np.isfinite(state.excess) & (state.differences > settings.visible_angle)
 
 
@@ -47,7 +47,7 @@ def _max_excess(settings: SlacknessSettings, state: SlacknessState, taut: Taut) 
 def hang_at(
     settings: SlacknessSettings, state: SlacknessState, target: Array, follow: TrackerSettings
 ) -> tuple[Tracker, Array] | str:
-    """Return a tracker with the drum at *target* (3,), m, and its lengths (m,), m; or a sentence why it cannot hang."""
+    """Return a tracker with the drum at *target* (3,), m, and its lengths (m,), m; or a sentence why there is none."""
     model, slackest = settings.model, _slackest(settings, state, taut_at(settings.model, target))
     held: Equilibrium | None = None
     if slackest is not None:
@@ -55,11 +55,11 @@ def hang_at(
     if held is None or not held.ok:
         held = solve_inverse(model, target)
     if not held.ok:
-        return f"the drum cannot hang where the lidars put it: {held.sentence()}"
+        return f"no equilibrium at the lidars' position: {held.sentence()}"
     try:
         return Tracker(model, held.lengths, follow), held.lengths.copy()
     except AnswerError as reason:
-        return f"the drum cannot hang where the lidars put it: {reason}"
+        return f"no equilibrium at the lidars' position: {reason}"
 
 
 def move_to(

@@ -50,14 +50,14 @@ _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 _SQUARE_ROOM: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
 _STALE_TURNS: Final = 2.5  # turns without a scan after which a lidar's older turns are dropped
-_SAME_PLACE: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
+_SAME_POSITION: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
 _FLOOR_TOLERANCE: Final = 0.02  # m above the expected floor, of floor points, ...
 _FLOOR_DRIFT: Final = 0.02  # ... and how much more for each metre that B moved without seeing the floor
 _MAX_ENCODER_GAP: Final = 0.1  # s without counts
 
 
 def start(settings: ObserverSettings) -> ObserverState:
-    """Return the state before the first frame. Loads the kernels by using them, so that no step is late."""
+    """Return the state before the first frame. Runs the kernels once, so that no step waits for their compilation."""
     scene = settings.model.robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     no_reading = slackness.start(settings.slackness)
@@ -192,7 +192,7 @@ def _predict_position(settings: ObserverSettings, state: ObserverState, dt: floa
     before = tracker.pose
     status = tracker.step(paid_out) if (paid_out > 0.0).all() else Status.NOT_CONVERGED
     if status is not Status.OK:
-        state.monitor.report("encoders", "lost", f"the drum could not be followed: {status.value}")
+        state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
         return
     state.monitor.clear("encoders", "lost")
     moved = tracker.pose - before
@@ -273,11 +273,11 @@ def _update_position(
     elif not (pose.status == "ok" or (pose.status == "ambiguous" and known)):
         return
     error = float(np.hypot(*(offset - state.position_offset[:2]))) if known else 0.0
-    if pose.status == "ambiguous" and error > _SAME_PLACE:
-        return  # probably the other one of two places; the fault has been reported
+    if pose.status == "ambiguous" and error > _SAME_POSITION:
+        return  # probably the other one of two positions; the fault has been reported
     if error > settings.gate and state.rejections < settings.max_rejections:
         state.rejections += 1
-        sentence = f"its walls put the drum {error:.2f} m from where it should be: not used"
+        sentence = f"its walls place the drum {error:.2f} m from the expected position: not used"
         state.monitor.report(scan.source, "gate", sentence)
         return
     state.rejections = 0
@@ -331,7 +331,7 @@ def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
     else:
         state.lengths, status = lengths.move_to(angular, state.slackness, state.tracker, state.lengths, target)
         if status is not Status.OK:
-            sentence = f"the drum cannot be brought to where the lidars put it: {status.value}"
+            sentence = f"the drum cannot be moved to the lidars' position: {status.value}"
             state.monitor.report("walls", "hang", sentence)
             return
     state.monitor.clear("walls", "hang")

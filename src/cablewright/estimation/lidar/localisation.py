@@ -82,7 +82,7 @@ class WallSettings:
             low, high = (f"{end:g}" for end in self.yaw_range)
             raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
         if self.kept_turns < 1 or not self.lidars:
-            raise InputError("one lidar and one turn to keep at least are expected")
+            raise InputError("at least one lidar and one kept turn are expected")
 
     @cached_property
     def visible(self) -> Mask:
@@ -315,7 +315,7 @@ def _pose(
     status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
     note = SENTENCES[status]
     if best.laser_misfit > _LASER_GATE:
-        note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
+        note = f"no position agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
         status = "ambiguous"
     elif best.explained < settings.min_explained:
         expected_share = f"{100 * settings.min_explained:.0f} % is expected"
@@ -323,7 +323,7 @@ def _pose(
         status = "ambiguous"
     elif excess[0]:
         far = excess[0] + settings.max_displacement
-        note = f"the place jumps: the nearest that fits is {far:.2f} m from where it should be"
+        note = f"the position jumps: the nearest that fits is {far:.2f} m from the expected one"
         status = "ambiguous"
     return replace(
         unknown, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
@@ -346,7 +346,7 @@ def _partial_pose(unknown: WallPose) -> WallPose:
     covariance = unknown.covariance.copy()
     covariance[2, 2] = best.yaw_sigma**2
     note = (
-        SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
+        SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they place the platform outside"
     )
     return replace(unknown, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 

@@ -48,7 +48,7 @@ class Laser:
 
 @dataclass(frozen=True)
 class RoomMap:
-    """The upright walls of a room. Raises `InputError` for none, too many, equal names, or a normal that is no unit."""
+    """The upright walls of a room. Raises `InputError` for none, too many, equal names, or normals not of length 1."""
 
     walls: tuple[RoomWall, ...]
 
@@ -74,27 +74,27 @@ class RoomMap:
 
     @cached_property
     def normals(self) -> Array:
-        """(w, 2)."""
+        """Unit normals (w, 2), out of the room."""
         return np.array([wall.normal for wall in self.walls])
 
     @cached_property
     def distances(self) -> Array:
-        """(w,) m."""
+        """Distances (w,), m, along the normals."""
         return np.array([wall.distance for wall in self.walls])
 
     @cached_property
     def azimuths(self) -> Array:
-        """(w,) rad."""
+        """Azimuths (w,) of the normals, rad."""
         return np.array([wall.azimuth for wall in self.walls])
 
     @cached_property
     def angle_sigmas(self) -> Array:
-        """(w,) rad."""
+        """Standard deviations (w,) of the azimuths, rad."""
         return np.array([wall.angle_sigma for wall in self.walls])
 
     @cached_property
     def distance_sigmas(self) -> Array:
-        """(w,) m."""
+        """Standard deviations (w,) of the distances, m."""
         return np.array([wall.distance_sigma for wall in self.walls])
 
     def index(self, name: str) -> int:

@@ -51,7 +51,7 @@ class Points(NamedTuple):
     xy: Array  # (n, 2) m
     ray: Array  # (n, 2) unit, from the lidar to the point
     distance: Array  # (n,) m
-    bearing_step: Array  # (n,) rad, to the next point's bearing; from the last to the first, a turn on
+    bearing_step: Array  # (n,) rad, to the next point's bearing; of the last point: to the first one's, a turn later
 
     def __len__(self) -> int:
         return len(self.xy)
@@ -126,8 +126,7 @@ def _deskewed(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, la
         c_, s_ = np.cos(drift[:, 2]), np.sin(drift[:, 2])
         x, y = level.T
         level = _columns(c_ * x - s_ * y, s_ * x + c_ * y) + drift[:, :2]
-    there: Array = (level - level_mount(lidar, last)) @ turn
-    return there
+    return np.asarray((level - level_mount(lidar, last)) @ turn)
 
 
 def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> float:
@@ -145,8 +144,7 @@ def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> flo
 def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:
     """Horizontal position (2,), m, of the lidar's centre from the platform point, in the level platform frame."""
     tilts = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
-    there: Array = _tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0]
-    return there
+    return np.asarray(_tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0])
 
 
 def _tilted(xy: Array, z: float, tilt: Array) -> Array:

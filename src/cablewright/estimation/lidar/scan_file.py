@@ -113,12 +113,10 @@ def _length_size(path: Path, far: Array, size: float | None, guesses: list[str])
     if size is None:
         size = 1.0 if typical <= LARGEST_IN_M else 1e-3
         guesses.append(
-            f"lengths taken as {'m' if size == 1 else 'mm'}: half of the ranges are over {typical:.4g}; else give --unit"
+            f"lengths taken as {'m' if size == 1 else 'mm'}: their median is {typical:.4g}; else give --unit"
         )
     if not typical * size <= _MAX_MEDIAN:
-        raise InputError(
-            f"{path}: half of the ranges are over {typical * size:.4g} m, more than a room's; check the unit"
-        )
+        raise InputError(f"{path}: the median range is {typical * size:.4g} m, too large for a room; check the unit")
     return size
 
 

@@ -14,9 +14,11 @@ from cablewright.signals import Distance
 class Rangefinder(TimedSensor[DistanceSensor]):
     """One distance sensor; its reading is NaN where nothing comes back."""
 
-    def __init__(self, settings: DistanceSensor, valve: float, period: float, random: np.random.Generator) -> None:
+    def __init__(
+        self, key: str, settings: DistanceSensor, period: float, random: np.random.Generator, valve: float
+    ) -> None:
         """Place it *valve* (m) below B; the rest as `TimedSensor`."""
-        super().__init__("distance", settings, period, random)
+        super().__init__(key, settings, period, random)
         self._valve = valve
 
     def _measure(self, state: RigState) -> Distance:

@@ -19,9 +19,11 @@ _RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
 class InertialUnit(TimedSensor[InertialSensor]):
     """One unit; its biases are drawn once."""
 
-    def __init__(self, settings: InertialSensor, gravity: float, period: float, random: np.random.Generator) -> None:
+    def __init__(
+        self, key: str, settings: InertialSensor, period: float, random: np.random.Generator, gravity: float
+    ) -> None:
         """*gravity*: m/s^2; the rest as `TimedSensor`."""
-        super().__init__("inertial", settings, period, random)
+        super().__init__(key, settings, period, random)
         self._gravity, self._place = gravity, np.array(settings.place)
         size = np.repeat([settings.acceleration_bias, settings.rate_bias], 3)
         self.bias = size * random.standard_normal(6)

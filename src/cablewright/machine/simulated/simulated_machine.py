@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Final, Literal, Protocol, Self
 
 import numpy as np
@@ -42,14 +42,25 @@ from cablewright.signals import (
 PlantName = Literal["dynamic", "quasi-static"]
 PLANTS: Final = ("dynamic", "quasi-static")
 
-_WIRED: Final = ("encoders", "climate")
-_LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
-
-class _SensorSlot(Protocol):
+class _Sensor(Protocol):
     def read(self, state: RigState) -> Reading | None: ...
 
     def archive_state(self, archive: Archive) -> None: ...
+
+
+_WIRED: Final = ("encoders", "climate")
+_TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
+    "inertial": ("inertial", InertialUnit),
+    "line_angles": ("line_angles", LineAccelerometers),
+    "distance": ("distance", Rangefinder),
+    "encoders": ("encoders", EncoderReader),
+    "climate": ("climate_sensor", Thermometer),
+    "barrier": ("barrier", LightBarrier),
+}
+"""Key of the settings and class, by source."""
+
+_LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
 
 class SimulatedMachine:
@@ -201,26 +212,18 @@ class SimulatedMachine:
         self._last_command_time = command.time
         return speeds
 
-    def _mount(self, seed: int) -> Iterator[tuple[str, _SensorSlot]]:
+    def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
         """Yield all sensors by source, each with its own random generator, so that leaving one out changes no other."""
         settings, period = self.settings, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
         walls, ceiling = walls_of(settings.room), settings.room.ceiling
         for source, lidar in settings.lidars.items():
             yield source, SimulatedLidar(source, lidar, walls, ceiling, period, random[source])
-        if settings.inertial is not None:
-            gravity = self.rig.robot.scene.gravity
-            yield "inertial", InertialUnit(settings.inertial, gravity, period, random["inertial"])
-        if settings.line_angles is not None:
-            yield "line_angles", LineAccelerometers("line_angles", settings.line_angles, period, random["line_angles"])
-        if settings.distance is not None:
-            yield "distance", Rangefinder(settings.distance, settings.drum.valve, period, random["distance"])
-        if settings.encoders is not None:
-            yield "encoders", EncoderReader("encoders", settings.encoders, period, random["encoders"])
-        if settings.climate_sensor is not None:
-            yield "climate", Thermometer("climate_sensor", settings.climate_sensor, period, random["climate"])
-        if settings.barrier is not None:
-            yield "barrier", LightBarrier("barrier", settings.barrier, period, random["barrier"])
+        extra = {"inertial": (self.rig.robot.scene.gravity,), "distance": (settings.drum.valve,)}
+        for name, (key, kind) in _TIMED_SENSORS.items():
+            own = getattr(settings, key)
+            if own is not None:
+                yield name, kind(key, own, period, random[name], *extra.get(name, ()))
 
     def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
         """Return *reading* after the faults that are planned for its time; None: lost."""
