@@ -252,7 +252,8 @@ def test_constraints_are_the_papers() -> None:
     kinds = set()
     for i in found.used:
         one = found.constraints[i]
-        a, b, c = one.coefficients
+        lead = one.normal[1] if one.kind == "C" else one.normal[0]
+        a, b, c = one.normal[0] / lead, one.normal[1] / lead, -one.offset / lead
         assert (b if one.kind == "C" else a) == 1.0
         assert abs(a if one.kind == "C" else b) < 1e-9
         assert a * pose[0] + b * pose[1] + c == pytest.approx(0.0, abs=0.01)

@@ -44,11 +44,11 @@ def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial)
     if not settings.is_plausible(reading):
         checks.imu_outliers += 1
         if checks.imu_outliers >= _MAX_BAD:
-            monitor.report("inertial", "astray", "measures motion that a drum on lines cannot have: not used")
+            monitor.report("inertial", "implausible", "measures motion that a drum on lines cannot have: not used")
             return False
         return None
     checks.imu_outliers = 0
-    monitor.clear("inertial", "astray")
+    monitor.clear("inertial", "implausible")
     last, checks.last_imu = checks.last_imu, reading
     same = last is not None and np.array_equal(last.rate, reading.rate)
     same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)

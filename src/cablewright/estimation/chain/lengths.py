@@ -70,15 +70,15 @@ def move_to(
     The slackest line gets the excess of its angle; each other line changes as its straight tangent, with at most the
     excess that its angle allows.
     """
-    there = taut_at(settings.model, target)
-    slackest = _slackest(settings, state, there)
-    max_lengths = there.lengths + _max_excess(settings, state, there)
+    taut = taut_at(settings.model, target)
+    slackest = _slackest(settings, state, taut)
+    max_lengths = taut.lengths + _max_excess(settings, state, taut)
     for _ in range(_MAX_ITERATIONS):
         away = target - tracker.pose
         toward = taut_at(settings.model, tracker.pose).toward
         trial = np.minimum(lengths + toward @ away, max_lengths)
         if slackest is not None:
-            trial[slackest[0]] = there.lengths[slackest[0]] + slackest[1]
+            trial[slackest[0]] = taut.lengths[slackest[0]] + slackest[1]
         if not (trial > 0.0).all():  # NaN where a line has no tangent
             return lengths, Status.INSIDE_SHEAVE
         status = tracker.step(trial)

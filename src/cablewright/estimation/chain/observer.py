@@ -103,8 +103,8 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
             state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, state.taut)
             report_line_sensors(state.monitor, settings.model.robot.lines, state.slackness)
     elif line_angles is not None and np.isfinite(state.position_offset).all():
-        there = taut_at(settings.model, state.position_offset + state.odometry)
-        state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, there)
+        taut = taut_at(settings.model, state.position_offset + state.odometry)
+        state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, taut)
     state.monitor.check_timeouts(state.time)
     return _estimate(settings, state)
 
@@ -119,7 +119,7 @@ def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _restart_clock(state: ObserverState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: readings are ordered anew")
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: earlier readings are dropped")
     state.position_history.clear()
     state.attitude_history.clear()
     state.pending_scans.clear()
@@ -315,7 +315,7 @@ def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
     state.gathered_sources.clear()
     state.gather_start = math.inf
     if math.isnan(state.position_offset[2]) and state.last_distance is not None and settings.valve_depth is not None:
-        height = state.last_distance.distance + settings.valve_depth  # over what lies there
+        height = state.last_distance.distance + settings.valve_depth  # over the ground or material below
         state.position_offset[2] = height - state.odometry[2]
     target = state.position_offset + state.odometry
     if not np.isfinite(target).all():

@@ -177,7 +177,7 @@ def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
 
 
 def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
-    """Find the position anew by the chain; active faults stay."""
+    """Search the position by the chain again; active faults stay."""
     state.chain = observer.start(settings.chain)
     state.chain.checks = state.checks
     state.rejections.clear()
@@ -185,7 +185,7 @@ def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
 
 def _restart_clock(state: FilterState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: readings are ordered anew")
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: earlier readings are dropped")
     state.checks.reset()
     state.motion_history.clear()
     state.attitude_history.clear()

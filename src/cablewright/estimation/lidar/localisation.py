@@ -186,7 +186,7 @@ def step(
     Raises `InputError` for a lidar or wall that does not exist, or arrays that do not fit; never for what a scan holds.
     """
     if not 0 <= turn.lidar < len(settings.lidars):
-        raise InputError(f"scan: lidar {turn.lidar}; there are {len(settings.lidars)}, counted from 0")
+        raise InputError(f"scan: lidar {turn.lidar}: must be from 0 to {len(settings.lidars) - 1}")
     known = all(math.isfinite(value) for value in turn.moved)
     moved = turn.moved if known else (0.0, 0.0, 0.0)
     newest = extract(settings, turn) if features is None else features
@@ -312,19 +312,18 @@ def _pose(
     x, covariance, bias, used = _fit(settings, constraints, lines, best)
     current = latest[np.array([one.line for one in constraints])[found.constraints]].all(axis=1)
     rivals = found.explained[_plausible(found, excess) & _distinct(found, settings, current)].tolist()
-    status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
-    note = SENTENCES[status]
+    status: WallStatus = "ambiguous"
     if best.laser_misfit > _LASER_GATE:
         note = f"no position agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
-        status = "ambiguous"
     elif best.explained < settings.min_explained:
-        expected_share = f"{100 * settings.min_explained:.0f} % is expected"
-        note = f"the best position explains {100 * best.explained:.0f} % of the points, {expected_share}"
-        status = "ambiguous"
+        found_share, min_share = 100.0 * best.explained, 100.0 * settings.min_explained
+        note = f"the best position explains {found_share:.0f} % of the points; {min_share:.0f} % are expected"
     elif excess[0]:
         far = excess[0] + settings.max_displacement
         note = f"the position jumps: the nearest that fits is {far:.2f} m from the expected one"
-        status = "ambiguous"
+    else:
+        status = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
+        note = SENTENCES[status]
     return replace(
         unknown, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
         confidence=best.explained - max(rivals, default=0.0), note=note,

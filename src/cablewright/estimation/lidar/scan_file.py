@@ -44,7 +44,7 @@ class FileScan(NamedTuple):
 
 
 class _Raw(NamedTuple):
-    """Two columns as the file has them, and the size of their units, None where it does not say."""
+    """Two columns as the file has them, and the size of their units in SI, None where it names none."""
 
     kind: str  # "xy" or "polar"
     first: Array  # x, or bearing
@@ -158,7 +158,7 @@ def _of_csv(path: Path, columns: Sequence[str] | None) -> _Raw:
         if len(cells) < len(header):
             raise InputError(f"{path}, line {row}: {len(cells)} cells; {len(header)} are expected")
         if len(values) == 2 * MAX_POINTS:
-            raise InputError(f"{path}, line {row}: more than {MAX_POINTS} points, the most a scan may have")
+            raise InputError(f"{path}, line {row}: more than {MAX_POINTS} points; a scan may have no more")
         values.extend(_cell(cells[each.position], path, row, header[each.position]) for each in chosen)
     first, second = np.array(values).reshape(-1, 2).T
     return _Raw(kind, first, second, (chosen[0].size, chosen[1].size))
@@ -237,7 +237,7 @@ def _numbers(path: Path, values: Any, name: str) -> Array:
     if not isinstance(values, list):
         raise InputError(f"{path}: {name} = {shown(json.dumps(values))}: a list of numbers is expected")
     if len(values) > MAX_POINTS:
-        raise InputError(f"{path}: more than {MAX_POINTS} points, the most a scan may have")
+        raise InputError(f"{path}: more than {MAX_POINTS} points; a scan may have no more")
     for i, value in enumerate(values):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise InputError(f"{path}: {name} {i + 1} = {shown(json.dumps(value))}: a number or null is expected")

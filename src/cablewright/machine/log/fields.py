@@ -59,20 +59,15 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _number_or_nan(value: Any) -> float:
-    return math.nan if value is None else _number(value)
+def _of(kind: type, what: str) -> Callable[[Any], Any]:
+    """Return a reader of values of exactly that type."""
 
+    def read(value: Any) -> Any:
+        if type(value) is not kind:
+            raise ValueError(f"{what} is expected")
+        return value
 
-def _whole_number(value: Any) -> int:
-    if type(value) is not int:
-        raise ValueError("a whole number is expected")
-    return value
-
-
-def _flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError("true or false is expected")
-    return value
+    return read
 
 
 def _text(value: Any) -> str:
@@ -154,9 +149,9 @@ def _vector(names: str) -> Kind:
 
 
 NUMBER: Final = Kind({"type": "number"}, _number)
-NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, _number_or_nan)
-WHOLE_NUMBER: Final = Kind({"type": "integer"}, _whole_number)
-FLAG: Final = Kind({"type": "boolean"}, _flag)
+NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, lambda value: math.nan if value is None else _number(value))
+WHOLE_NUMBER: Final = Kind({"type": "integer"}, _of(int, "a whole number"))
+FLAG: Final = Kind({"type": "boolean"}, _of(bool, "true or false"))
 TEXT: Final = Kind({"type": "string"}, _text)
 STATE: Final = Kind(TEXT.schema, _state)
 NUMBERS: Final = Kind(array_schema(NUMBER.schema), _numbers, _listed)

@@ -124,7 +124,7 @@ class Segments:
                     step, size, last = [], 0, each.logged
             if segment is self.files[-1]:
                 if self.file.cut:
-                    self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to there")
+                    self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to that byte")
                 if step:
                     self.notes.append(f"the step after {1e-9 * last:g} s is not complete: left out")
 

@@ -1,7 +1,7 @@
 """The channels of a log: their signals, and the fields and JSON schemas of their messages.
 
 Scans, inertial readings and encoders have the schemas that Foxglove draws by itself (foxglove.LaserScan, and ROS'
-sensor_msgs/Imu and JointState); what those do not hold stands beside as further keys.
+sensor_msgs/Imu and JointState); further keys hold what those lack.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ _FLAG_CONDITIONS = (
 
 @dataclass(frozen=True, eq=False)
 class RigState:
-    """What sensors measure of a rig at one time; made anew for each time step."""
+    """Quantities of a rig that sensors measure, at one time."""
 
     truth: Truth
     acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum, world

@@ -168,7 +168,8 @@ class Link(Description):
 
 
 class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: blind angles."""
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: angles, rad, at which it
+    sees the drum."""
 
     turn: Positive[Duration]
     rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]

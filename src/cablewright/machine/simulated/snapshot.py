@@ -202,7 +202,7 @@ class _Head(BaseModel):
 def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot]) -> None:
     """Write *snapshots*, by name, to *path*: all or nothing, on the disk on return. Raises `EnvironmentFault`.
 
-    State that belongs together goes into one file, so that it is all of one time.
+    State that belongs together goes into one file, so that it is all from the same time.
     """
     names = {dtype: name for name, dtype in _TYPES.items()}
     parts, data = {}, list[NDArray[np.uint8]]()
