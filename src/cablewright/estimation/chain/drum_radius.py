@@ -1,8 +1,8 @@
 """The radius at which cable leaves each winch drum: change of length over rotation of the drum.
 
 Merlet and Papegay 2023, III.C: from the last two lidar states (``rule = "paper"``). At their speed at most 3 cm are
-paid out in a second, and 2 mm of lidar noise are a tenth of that. So by default (``"filter"``) a Kalman filter for each line
-estimates length and radius from all lidar states.
+paid out in a second, and 2 mm of lidar noise are a tenth of that. So by default (``"filter"``) a Kalman filter for each
+line estimates length and radius from all lidar states.
 """
 
 from __future__ import annotations

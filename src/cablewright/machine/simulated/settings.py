@@ -168,8 +168,7 @@ class Link(Description):
 
 
 class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: angles, rad, at which it
-    sees the drum."""
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad."""
 
     turn: Positive[Duration]
     rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
