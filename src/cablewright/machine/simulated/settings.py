@@ -27,10 +27,10 @@ _Place = tuple[Length, Length]
 _LidarName = Literal["north", "south", "vertical"]
 
 
-def _require_rising(key: str, spans: tuple[tuple[float, float], ...]) -> None:
+def _require_rising(key: str, spans: tuple[tuple[float, float], ...], unit: str = "s") -> None:
     for begin, end in spans:
         if not begin < end:
-            raise refusal(key, f"must each rise; {begin:g} to {end:g} s does not")
+            raise refusal(key, f"must each rise; {begin:g} to {end:g} {unit} does not")
 
 
 class Tolerances(Description):
@@ -191,9 +191,7 @@ class LidarSettings(Description):
             raise refusal("axes", "must be two unit vectors at right angles")
         if not self.least < self.most:
             raise refusal("most", f"must be above least, {self.least:g} m")
-        for begin, end in self.masks:
-            if not begin < end:
-                raise refusal("masks", f"must each rise; {begin:g} to {end:g} rad does not")
+        _require_rising("masks", self.masks, "rad")
         return self
 
 
