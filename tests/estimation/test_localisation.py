@@ -492,7 +492,7 @@ def test_a_turn_on_the_way_is_straightened() -> None:
 
 def test_refusals() -> None:
     a, r = scan(ROOM, (0, 0, 0), np.random.default_rng(0))
-    with pytest.raises(InputError, match="lidar 1; there are 1"):
+    with pytest.raises(InputError, match="lidar 1: must be from 0 to 0"):
         step(WallSettings(KNOWN), start(), LidarTurn(a, r, 1))
     with pytest.raises(InputError, match="as many angles as ranges"):
         step(WallSettings(KNOWN), start(), LidarTurn(a, r[:-1]))
