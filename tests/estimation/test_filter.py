@@ -128,7 +128,7 @@ def test_derivatives_of_walls_are_those_of_differences(whole: Any, later: Filter
     lay, base = later.layout, walls(later, scan)
     parts = [
         *range(2),
-        lay.attitude.stop - 1,
+        lay.yaw,
         *range(lay.radii.start, lay.radii.stop),
         *range(lay.range_bias.start, lay.range_bias.stop),
     ]

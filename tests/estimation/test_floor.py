@@ -36,7 +36,7 @@ def test_a_floor_that_is_hidden_is_not_found_in_what_hides_it(estimator: str) ->
     assert np.abs(off[:, 2]).max() < 0.01
     last, _ = recording[-1]
     assert last.valid
-    assert "no floor in sight where it should be" in {fault.sentence for fault in last.faults}
+    assert "no floor in sight near the expected height" in {fault.sentence for fault in last.faults}
     assert last.clearance < last.position[2] - 0.03
 
 

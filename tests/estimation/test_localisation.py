@@ -18,9 +18,9 @@ from cablewright.estimation.lidar.localisation import (
     WallPose,
     WallSettings,
     WallState,
+    drift_of,
     extract,
     start,
-    steady_drift,
     step,
 )
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
@@ -252,7 +252,8 @@ def test_constraints_are_the_papers() -> None:
     kinds = set()
     for i in found.used:
         one = found.constraints[i]
-        a, b, c = one.coefficients
+        lead = one.normal[1] if one.kind == "C" else one.normal[0]
+        a, b, c = one.normal[0] / lead, one.normal[1] / lead, -one.offset / lead
         assert (b if one.kind == "C" else a) == 1.0
         assert abs(a if one.kind == "C" else b) < 1e-9
         assert a * pose[0] + b * pose[1] + c == pytest.approx(0.0, abs=0.01)
@@ -287,7 +288,7 @@ def test_the_operators_laser_picks() -> None:
         assert found.candidates[0].laser_misfit < 3
     _, found = run(by_variance, pose, np.random.default_rng(5), lasers=(Laser("north", 1.0),))
     assert found.status == "ambiguous"
-    assert "no place agrees with the laser" in found.note
+    assert "no position agrees with the laser" in found.note
 
 
 def test_one_direction_only_is_said() -> None:
@@ -296,7 +297,7 @@ def test_one_direction_only_is_said() -> None:
     assert found.status == "parallel"
     assert np.isnan(found.position).all()
     assert found.yaw == pytest.approx(0.1, abs=1e-3)
-    assert "place along them is not known" in found.note
+    assert "position along them is not known" in found.note
 
 
 def test_east_taken_for_west_is_caught() -> None:
@@ -366,7 +367,7 @@ def test_where_it_was_decides() -> None:
     assert [*found.position, found.yaw] == pytest.approx(pose, abs=2e-3)
     _, jumped = step(wide, replace(state, position=(-1.0, 1.5)), turn)
     assert jumped.status == "ambiguous"
-    assert "the place jumps" in jumped.note
+    assert "the position jumps" in jumped.note
 
 
 def test_what_is_lost_is_found_again() -> None:
@@ -477,7 +478,8 @@ def test_a_turn_on_the_way_is_straightened() -> None:
         r[k] = cast(ROOM, centre, np.array([math.atan2(ray[1], ray[0])]))[0] / math.hypot(ray[0], ray[1])
     r += rng.normal(0, 2e-3, 720)
     only = WallSettings(KNOWN, (lidar,))
-    drift = steady_drift(times, velocity, rate, end[2])
+    since = times - times[-1]
+    drift = drift_of(np.outer(since, velocity), rate * since, end[2])
     _, found = step(only, start(), LidarTurn(a, r, tilt=tilt, drift=drift))
     assert [*found.position, found.yaw] == pytest.approx(end, abs=2e-3)
     assert max(math.sqrt(found.lines[found.constraints[i].line].line.variance) for i in found.used) < 3e-3
@@ -490,7 +492,7 @@ def test_a_turn_on_the_way_is_straightened() -> None:
 
 def test_refusals() -> None:
     a, r = scan(ROOM, (0, 0, 0), np.random.default_rng(0))
-    with pytest.raises(InputError, match="lidar 1; there are 1"):
+    with pytest.raises(InputError, match="lidar 1: must be from 0 to 0"):
         step(WallSettings(KNOWN), start(), LidarTurn(a, r, 1))
     with pytest.raises(InputError, match="as many angles as ranges"):
         step(WallSettings(KNOWN), start(), LidarTurn(a, r[:-1]))

@@ -177,7 +177,7 @@ def test_an_operators_laser_picks_and_a_wrong_one_is_named(whole: Any) -> None:
     assert observe(whole[:300], lasers=right)[-1].valid
     found = observe(whole[:300], lasers=(Laser("east", 3.1 - x),))
     assert not found[-1].valid
-    assert any("no place agrees with the laser" in sentence for _, sentence in named(found))
+    assert any("no position agrees with the laser" in sentence for _, sentence in named(found))
 
 
 def test_turns_do_not_queue_up(whole: Any) -> None:

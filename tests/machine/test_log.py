@@ -176,7 +176,7 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
     ("topic", "data", "says"),
     [
         ("/imu", b"{", "a message of /imu is no JSON"),
-        ("/imu", b"[]", "/imu is no object"),
+        ("/imu", b"[]", "/imu: an object is expected"),
         ("/imu", b"[" * 100_000, "no JSON"),
         ("/imu", b'{"time": 1, "linear_acceleration": {"x": 1, "y": 2}}', "linear_acceleration: z: a finite number"),
         ("/encoders", b'{"time": 1, "counts": [1.5]}', "counts: a list of whole numbers"),
@@ -189,8 +189,8 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
         ("/command", b'{"time": 1, "winch_speeds": [null], "valve": 0}', "winch_speeds: a list of numbers"),
         ("/truth", b'{"time": 1, "position": [1, 2]}', "a message of /truth"),
         ("/frame", b'{"time": 1, "notices": [{"condition": "LOUD"}]}', "unknown condition 'LOUD'"),
-        ("/frame", b'{"time": 1}', "notices: a list is wanted"),
-        ("/barrier", b'{"time": 1, "broken": 0}', "broken: true or false is wanted"),
+        ("/frame", b'{"time": 1}', "notices: a list of notices is expected"),
+        ("/barrier", b'{"time": 1, "broken": 0}', "broken: true or false is expected"),
         ("/progress", b'{"time": 1, "state": "dancing", "target": []}', "unknown state 'dancing'"),
     ],
 )

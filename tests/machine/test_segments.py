@@ -74,7 +74,7 @@ def test_a_gap_between_segments_is_named(tmp_path: Path) -> None:
     steps(tmp_path / "log-001.mcap", 60, 90)
     found, notes = contents(tmp_path)
     assert [k for k, _ in found] == [*range(1, 51), *range(61, 91)]
-    assert notes == ["nothing is told from 0.5 to 0.61 s"]
+    assert notes == ["nothing was logged from 0.5 to 0.61 s"]
 
 
 def test_segments_join_to_one_file_that_others_read(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import LoadingArchive, SavingArchive
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
@@ -35,9 +35,7 @@ def twin(**choices: object) -> MachineTwin:
 class Print:
     """One that can be taken further step by step."""
 
-    def __init__(
-        self, made: MachineTwin, kept: SavingArchive | None = None, machine: SimulatedMachine | None = None
-    ) -> None:
+    def __init__(self, made: MachineTwin, kept: Archive | None = None, machine: SimulatedMachine | None = None) -> None:
         begin = made.path.track.at(0.0).position
         self.machine = machine or SimulatedMachine(
             made.robot, made.settings, begin, seed=made.choices.seed, plant=made.choices.plant
@@ -48,7 +46,7 @@ class Print:
             self.machine,
             lambda place, radii: estimator(made.estimator, made.robot, settings, place, (), radii),
             now=self.machine.time,
-            archive=None if kept is None else LoadingArchive(kept.snapshot),
+            archive=None if kept is None else Archive(kept.snapshot, loading=True),
         )
         self.attendant = Attendant(lambda: self.machine.refill(self.printer.plan.powder), refill_time=10.0)
 
@@ -139,7 +137,7 @@ def test_an_empty_drum_is_refilled_where_it_stands() -> None:
 
 def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
     made = twin(plant="quasi-static")
-    first, notes = Print(made), SavingArchive()
+    first, notes = Print(made), Archive()
     for step in first.steps(40):
         distance = step.progress.distance
     first.printer.archive_state(notes)
@@ -153,7 +151,7 @@ def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
 
 def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> None:
     made = twin(plant="quasi-static")
-    first, notes = Print(made), SavingArchive()
+    first, notes = Print(made), Archive()
     for _ in first.steps(40):
         pass
     first.printer.archive_state(notes)

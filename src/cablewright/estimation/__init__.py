@@ -1,1 +1,1 @@
-"""Where the platform is, from what its sensors say."""
+"""Estimation of a machine's state from its sensors' readings."""

@@ -1,6 +1,6 @@
-"""The state by the encoders alone: lengths paid out since a known position, and the equilibrium that they give.
+"""The state by the encoders alone: lengths paid out since a known position, and their equilibrium.
 
-What most printers do, and the baseline for the other estimators. It assumes that cable is wound regularly.
+Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from cablewright.solvers.taut import taut_at
 
 @dataclass(frozen=True, eq=False)
 class ReckoningSettings:
-    """What the estimator knows of the winches.
+    """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
     ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``: m of excess from which a line
-    counts as slack. ``smoothing_time``: s, of the velocity. ``timeout``: s without counts that is reported as a fault.
+    counts as slack. ``smoothing_time``: s, of the velocity. ``timeout``: s without counts after which that is a fault.
     """
 
     model: Model
@@ -42,7 +42,7 @@ class ReckoningSettings:
     def __post_init__(self) -> None:
         """Refuse platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
-            raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are wanted")
+            raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
 
 
 @dataclass(eq=False)
@@ -61,7 +61,7 @@ class ReckoningState:
 
 
 def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
-    """Return the state with the platform at *place* (3,), m, all lines taut. Raises `AnswerError` if it cannot hang."""
+    """Return the state with the platform at *place* (3,), m, all lines taut. Raises `AnswerError` if it cannot be."""
     held = solve_inverse(settings.model, place).checked()
     outs = zip(settings.coils, held.lengths.tolist(), strict=True)
     wound = [coil.angle(settings.total_length - out) for coil, out in outs]
@@ -77,16 +77,14 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         dt = math.inf
     state.time = frame.time
     before = state.tracker.pose
-    for reading in frame.of(Encoders):
-        assert isinstance(reading, Encoders)
-        if state.monitor.accept(reading, frame.time) is not None:
-            _update_lengths(settings, state, reading)
+    for reading in state.monitor.accepted(frame.of(Encoders), frame.time):
+        _update_lengths(settings, state, reading)
     paid = state.start_lengths if state.lengths is None else state.lengths
     status = state.tracker.step(paid)
     if status is Status.OK:
         state.monitor.clear("encoders", "lost")
     else:
-        state.monitor.report("encoders", "lost", f"the platform could not be followed: {status.value}")
+        state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
     if state.velocity is None or not math.isfinite(dt):
         state.velocity = np.zeros(3)
     else:
@@ -100,19 +98,15 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
     if state.start_counts is None:
         state.start_counts = reading.counts
     rotation = (reading.counts - state.start_counts) / settings.counts_per_radian
-    rows = zip(
-        settings.coils, state.start_lengths.tolist(), state.start_angles.tolist(), rotation.tolist(), strict=True
-    )
-    wound = state.start_angles - rotation
-    if any(
-        not 0.0 <= angle <= 2.0 * math.pi * (len(coil.radii) - 1)
-        for angle, coil in zip(wound, settings.coils, strict=True)
-    ):
-        state.monitor.report("encoders", "jump", "more turns are counted than a winch has: left out")
+    wound = (state.start_angles - rotation).tolist()
+    max_angles = [2.0 * math.pi * (len(coil.radii) - 1) for coil in settings.coils]
+    if not all(0.0 <= angle <= end for angle, end in zip(wound, max_angles, strict=True)):
+        state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
     state.rotation = rotation
-    state.lengths = np.array([length + coil.length(on) - coil.length(on - by) for coil, length, on, by in rows])
+    rows = zip(settings.coils, state.start_lengths.tolist(), state.start_angles.tolist(), wound, strict=True)
+    state.lengths = np.array([out + coil.length(before) - coil.length(now) for coil, out, before, now in rows])
 
 
 def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:

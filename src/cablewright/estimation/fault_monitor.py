@@ -1,8 +1,10 @@
-"""Which sensors deliver readings and which faults are active: the faults that an estimate reports."""
+"""Active faults of an estimate, and which sensors are silent."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
+from typing import TypeVar
 
 from cablewright.signals import (
     Barrier,
@@ -15,6 +17,8 @@ from cablewright.signals import (
     Reading,
     Scan,
 )
+
+_Kind = TypeVar("_Kind", bound=Reading)
 
 _SOURCES: dict[type, str] = {
     Barrier: "barrier",
@@ -32,7 +36,7 @@ class FaultMonitor:
     """Active faults, each from its first report until it is cleared, and the time of each source's last reading."""
 
     def __init__(self, timeouts: dict[str, float]) -> None:
-        """Expect readings from all sources of *timeouts*: s by source, after which a silent source is a fault."""
+        """Expect readings from all sources of *timeouts*: s by source, after which silence is a fault."""
         self._timeouts = timeouts
         self._last_times: dict[str, float] = {}
         self._start_time: float | None = None
@@ -47,17 +51,16 @@ class FaultMonitor:
             self._faults = tuple(self._active.values())
         return self._faults
 
-    def accept(self, reading: Reading, now: float) -> str | None:
-        """Return the source of *reading*; None if its time is ahead of *now* or not after that source's last one."""
-        source = reading.source if isinstance(reading, Scan) else _SOURCES[type(reading)]
-        self._now = now
-        if not reading.time <= now + _CLOCK_TOLERANCE:
-            self.report(source, "clock", f"a reading of {reading.time:g} s came at {now:g} s: left out")
-            return None
-        if not reading.time > self._last_times.get(source, -math.inf):
-            return None
-        self._last_times[source] = reading.time
-        return source
+    def accepted(self, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
+        """Yield the *readings* that are not ahead of *now*, s, and newer than the last one of their source."""
+        for reading in readings:
+            source = reading.source if isinstance(reading, Scan) else _SOURCES[type(reading)]
+            self._now = now
+            if not reading.time <= now + _CLOCK_TOLERANCE:
+                self.report(source, "clock", f"a reading of {reading.time:g} s arrived at {now:g} s: not used")
+            elif reading.time > self._last_times.get(source, -math.inf):
+                self._last_times[source] = reading.time
+                yield reading
 
     def report(self, source: str, kind: str, sentence: str) -> None:
         """Activate a fault; one that is active already keeps its start time and sentence."""
@@ -91,7 +94,7 @@ class FaultMonitor:
             last = self._last_times.get(source, self._start_time)
             if now - last > timeout:
                 if (source, "quiet") not in self._active:
-                    self._active[source, "quiet"] = Fault(source, last, f"nothing heard for over {timeout:g} s")
+                    self._active[source, "quiet"] = Fault(source, last, f"no reading for over {timeout:g} s")
                     self._faults = None
             else:
                 self.clear(source, "quiet")

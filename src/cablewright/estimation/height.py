@@ -35,11 +35,11 @@ class HeightSettings:
 
     ``mount``: (3,) m and ``axes``: x and y of its plane, in the drum's frame. ``cone``: rad, half angle about the
     drum's axis in which the structure, and in the paper the floor, is measured. ``lowest_points``: how many points the
-    floor's line goes through. ``outlier_distance``: m by which a point that is rejected differs from both neighbours.
+    floor's line goes through. ``outlier_distance``: m; a point that differs by more from both neighbours is rejected.
     ``sigma``: m, of one range: corrects the bias of taking the lowest of noisy points; 0, as the paper: no correction.
     ``max_slope``: of the line through the lowest points, beyond which they are no floor. ``floor_cone``: rad, half
-    angle in which the floor is looked for instead, as the lowest level with many points, because the cone may hold
-    structure alone; None, as the paper: in the cone. ``floor``: m, world, its height.
+    angle in which the floor is searched instead, as the lowest level with many points, because the cone may contain
+    only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor.
     """
 
     mount: tuple[float, float, float]
@@ -55,17 +55,17 @@ class HeightSettings:
     def __post_init__(self) -> None:
         """Refuse a line through one point."""
         if self.lowest_points < 2:
-            raise InputError(f"lowest_points = {self.lowest_points}: 2 points at least make a line")
+            raise InputError(f"lowest_points = {self.lowest_points}: at least 2 points are expected")
 
 
 class HeightEstimate(NamedTuple):
     """Height of B by one vertical scan, m; NaN where `note` says why it is not known."""
 
-    over_floor: float  # world: z of B
-    over_structure: float  # mean over the cone: the paper's fictive height
-    slope: float  # of the line through the lowest points; near 0 on a level floor; NaN where none was fitted
-    points: int  # in the cone
-    note: str
+    over_floor: float = math.nan  # world: z of B
+    over_structure: float = math.nan  # mean over the cone: the paper's fictive height
+    slope: float = math.nan  # of the line through the lowest points; near 0 on a level floor; NaN where none was fitted
+    points: int = 0  # in the cone
+    note: str = ""
 
 
 def estimate_height(
@@ -73,9 +73,8 @@ def estimate_height(
 ) -> HeightEstimate:
     """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as in `estimation.tilt`, at each ray.
 
-    *expected*: m, B's height. Points more than *reach*, m, above the floor expected from it are not taken for floor; a
-    quarter of that where less than half of the points are level. Points below it always are. Both are ignored where the
-    floor is looked for in the cone.
+    *expected*: m, B's height. *reach*: m, by which a floor may be above the expected one; a quarter of that where less
+    than half of the points belong to it. It may be lower by any amount. Both are ignored if ``floor_cone`` is None.
     """
     cone = _cone(settings, scan, tilt)
     if isinstance(cone, HeightEstimate):
@@ -91,8 +90,9 @@ def estimate_height(
         low = float(points[floor, 2].mean()) if count else math.nan
         tolerance = reach if count >= FLOOR_MAJORITY * len(points) else _MINORITY_REACH * reach
         if count < _MIN_POINTS or settings.floor - low < expected - tolerance:
-            return HeightEstimate(math.nan, fictive, math.nan, len(depth), "no floor in sight where it should be")
-        return HeightEstimate(settings.floor - low, fictive, math.nan, len(depth), "")
+            note = "no floor in sight near the expected height"
+            return HeightEstimate(over_structure=fictive, points=len(depth), note=note)
+        return HeightEstimate(settings.floor - low, fictive, points=len(depth))
     order = np.argpartition(-depth, settings.lowest_points)[: settings.lowest_points]
     below = float(tilted(np.array([settings.mount]), last)[0, :2] @ _heading(settings))
     slope, height = _line(along[order] - below, depth[order])
@@ -100,7 +100,7 @@ def estimate_height(
     if not abs(slope) <= settings.max_slope:
         note = f"the lowest points slope by {slope:.2f}: no floor"
         return HeightEstimate(math.nan, fictive, slope, len(depth), note)
-    return HeightEstimate(settings.floor + height, fictive, slope, len(depth), "")
+    return HeightEstimate(settings.floor + height, fictive, slope, len(depth))
 
 
 def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
@@ -110,20 +110,19 @@ def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike)
 
 
 def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> HeightEstimate | tuple[Array, Array, Array]:
-    """Depth (k,) below B and place (k,) along the scan of the points in the cone, m, and the last tilt (1, 2), rad.
+    """Depth (k,) below B and position (k,) along the scan of the points in the cone, m, and the last tilt (1, 2), rad.
 
     A `HeightEstimate` with a note where there are too few.
     """
     level, tilts = _within(settings, scan, tilt, settings.cone)
     if len(level) < 2 * settings.lowest_points:
-        return HeightEstimate(math.nan, math.nan, math.nan, len(level), "no floor in sight")
+        return HeightEstimate(points=len(level), note="no floor in sight")
     depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
     near = np.abs(np.diff(depth)) <= settings.outlier_distance
     kept = np.append(near, False) | np.append(False, near)
     depth, along = depth[kept], along[kept]
     if len(depth) < 2 * settings.lowest_points:
-        note = "no floor in sight: its points do not hang together"
-        return HeightEstimate(math.nan, math.nan, math.nan, len(depth), note)
+        return HeightEstimate(points=len(depth), note="no floor in sight: its points are isolated")
     return depth, along, tilts[-1:]
 
 
@@ -143,7 +142,7 @@ def floor_points(
 ) -> Mask:
     """Which *points* (k, 3), m from B, level, in the order of their rays, are floor, by their *heights* (k,), m.
 
-    They are within *band* (k,), m, of the `lowest_level` below *ceiling*, and in runs that are level: the part of a
+    They are within *band* (k,), m, of the `lowest_level` below *ceiling*, m, and in runs that are level: the part of a
     flank that crosses that height is no floor.
     """
     floor = np.zeros(len(heights), dtype=np.bool_)
@@ -159,7 +158,7 @@ def floor_points(
 def lowest_level(values: Array, band: float, share: float, ceiling: float = math.inf) -> float:
     """Mean of the lowest cluster of *values* (k,) that begins below *ceiling*; NaN where there is none.
 
-    A cluster is what lies within *band* of its middle: 8 values, and *share* of the largest cluster's number, at least.
+    A cluster: the values within *band* of its middle; at least 8, and at least *share* of the largest cluster's number.
     """
     ordered = np.sort(values)
     starts = ordered[: np.searchsorted(ordered, ceiling)]

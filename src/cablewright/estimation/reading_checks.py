@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
 from cablewright.signals import Encoders, Inertial, Scan
@@ -43,17 +44,17 @@ def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial)
     if not settings.is_plausible(reading):
         checks.imu_outliers += 1
         if checks.imu_outliers >= _MAX_BAD:
-            monitor.report("inertial", "astray", "tells what no drum on lines does: not used")
+            monitor.report("inertial", "implausible", "measures motion that a drum on lines cannot have: not used")
             return False
         return None
     checks.imu_outliers = 0
-    monitor.clear("inertial", "astray")
+    monitor.clear("inertial", "implausible")
     last, checks.last_imu = checks.last_imu, reading
     same = last is not None and np.array_equal(last.rate, reading.rate)
     same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)
     checks.imu_repeats = checks.imu_repeats + 1 if same else 0
     if checks.imu_repeats >= _MAX_BAD:
-        monitor.report("inertial", "stuck", "tells the same again and again: not used")
+        monitor.report("inertial", "stuck", "repeats the same reading: not used")
         return False
     monitor.clear("inertial", "stuck")
     return True
@@ -76,30 +77,31 @@ def drum_rotation(
     return rotation, dt
 
 
-def accept_scan(checks: ReadingChecks, scan: Scan) -> bool:
-    """Whether to use a *scan*: it has rays and is not identical to the last one of its lidar."""
+def queue_scan(checks: ReadingChecks, pending: list[Scan], scan: Scan, keep: int) -> bool:
+    """Append *scan* to the queue, unless it has no rays or is identical to the last one of its lidar; return whether.
+
+    At most *keep* scans of a lidar wait (after a gap of the link); the oldest is dropped.
+    """
     last = checks.last_ranges.get(scan.source)
     if last is not None and np.array_equal(last, scan.ranges, equal_nan=True):
-        checks.monitor.report(scan.source, "stuck", "tells the same scan again and again: not used")
+        checks.monitor.report(scan.source, "stuck", "repeats the same scan: not used")
         return False
     checks.monitor.clear(scan.source, "stuck")
     checks.last_ranges[scan.source] = scan.ranges
-    return len(scan.ranges) > 0
-
-
-def queue_scan(pending: list[Scan], scan: Scan, keep: int) -> None:
-    """Append *scan* to the queue; the oldest of a lidar's is dropped if it has more than *keep* (after a link gap)."""
+    if not len(scan.ranges):
+        return False
     pending.append(scan)
     own = [each for each in pending if each.source == scan.source]
     if len(own) > keep:
         pending.remove(own[0])
+    return True
 
 
-def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], dead: Mask, stuck: Mask) -> None:
-    """Report or clear the fault of each line's accelerometer: *dead* (m,), or *stuck* (m,)."""
-    for line, none, same in zip(lines, dead, stuck, strict=True):
+def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: SlacknessState) -> None:
+    """Report or clear the fault of each line's accelerometer: no reading, or always the same."""
+    for line, none, same in zip(lines, np.isnan(state.excess), state.stuck, strict=True):
         if same or none:
-            why = "tells the same again and again" if same else "tells nothing"
+            why = "repeats the same reading" if same else "gives no reading"
             monitor.report("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
         else:
             monitor.clear("line_angles", line.name)

@@ -36,8 +36,8 @@ class SlacknessSettings:
 
     ``from_platform``: m along the line before B. ``threshold``: m of excess from which a line counts as slack.
     ``smoothing_time``: s, time constant of the angles' low-pass filter, against vibration. ``gate``: rad by which a
-    reading may differ from the smoothed angle. ``visible_angle``: rad of difference from which the angle tells the
-    excess. ``timeout``: s without a reading after which a line's excess is unknown.
+    reading may differ from the smoothed angle. ``visible_angle``: rad of difference from which the angle
+    determines the excess. ``timeout``: s without a reading after which a line's excess is unknown.
     """
 
     model: Model
@@ -51,10 +51,12 @@ class SlacknessSettings:
     def __post_init__(self) -> None:
         """Refuse lines without weight, which do not sag, and numbers that are not positive and finite."""
         if self.model.massless:
-            raise InputError("slackness: lines without weight have no shape that an angle could tell; use catenary")
+            raise InputError(
+                "slackness: lines without weight do not sag, so that their angles do not show slack; use catenary"
+            )
         for name in ("threshold", "smoothing_time", "gate", "visible_angle", "timeout"):
             if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is expected")
 
 
 class SlacknessState(NamedTuple):
@@ -80,6 +82,11 @@ def start(settings: SlacknessSettings) -> SlacknessState:
     nothing = np.full(m, np.nan)
     zeros = np.zeros(m, dtype=np.int64)
     return SlacknessState(nothing, nothing, np.full(m, -np.inf), nothing, zeros, zeros, -math.inf)
+
+
+def restarted(state: SlacknessState) -> SlacknessState:
+    """Return *state* after a reset of the clock, whose earlier times no longer count."""
+    return state._replace(time=-math.inf, last_times=np.full_like(state.last_times, -np.inf))
 
 
 def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, taut: Taut) -> SlacknessState:

@@ -35,7 +35,7 @@ class TiltSettings:
         """Refuse numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
     def is_plausible(self, reading: Inertial) -> bool:
         """Whether *reading* is finite and possible for a drum that hangs on lines."""

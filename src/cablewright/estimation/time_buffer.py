@@ -41,12 +41,12 @@ class TimeBuffer:
 
     def at(self, times: ArrayLike) -> Array:
         """Interpolated rows (k, width) at *times* (k,), s; zeros while the buffer is empty."""
-        wanted = np.asarray(times, dtype=np.float64)
+        t = np.asarray(times, dtype=np.float64)
         if not self._count:
-            return np.zeros((len(wanted), self._rows.shape[1]))
+            return np.zeros((len(t), self._rows.shape[1]))
         known, rows = self._times[: self._count], self._rows
-        after = np.minimum(known.searchsorted(wanted), self._count - 1)
+        after = np.minimum(known.searchsorted(t), self._count - 1)
         before = np.maximum(after - 1, 0)
-        since, spans = wanted - known[before], known[after] - known[before]
+        since, spans = t - known[before], known[after] - known[before]
         share = np.clip(since / np.where(spans > 0.0, spans, 1.0), 0.0, 1.0)
         return np.asarray(rows[before] + share[:, None] * (rows[after] - rows[before]))

@@ -1,1 +1,1 @@
-"""Machines: what takes a command and answers with what its sensors say. Simulated, or replayed from a log."""
+"""Machines, which take commands and return sensor readings: the interface, the simulated one, and logs."""

@@ -17,6 +17,6 @@ class Machine(Protocol):
     def step(self, command: Command) -> SensorFrame:
         """Apply *command* for one period. Returns the readings that arrived.
 
-        Raises `InputError` for a command that is none: of another number of winches, not finite, older than the last.
+        Raises `InputError` for an invalid command: of another number of winches, not finite, older than the last.
         Raises `StopIteration` when a replayed machine's log is over.
         """

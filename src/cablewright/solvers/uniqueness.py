@@ -43,8 +43,8 @@ def unique_among(equilibrium: Equilibrium) -> str | None:
 def _slackest_dead_spans(equilibrium: Equilibrium) -> tuple[Array, Array]:
     """Length l_0, m, and tension T_0, N, at which a dead span straight below is about to go slack.
 
-    A dead span that is not modelled has its constant length, and 0 N. Theorem 2: l_0 = 2 d / (1 + sqrt(1 + 2 c w d)), T_0 = w l_0; of a rigid
-    dead span l_0 = d.
+    A dead span that is not modelled has its constant length, and 0 N. Theorem 2: T_0 = w l_0, and
+    l_0 = 2 d / (1 + sqrt(1 + 2 c w d)); of a rigid dead span l_0 = d.
     """
     lines = equilibrium.lines
     depth = np.where(lines.has_dead_span, -lines.winch_height, 0.0)

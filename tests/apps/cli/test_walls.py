@@ -68,7 +68,7 @@ def test_with_the_room_the_place_is_found(cli, room: Path) -> None:
     assert lasers.json["place"]["candidates"][0]["laser_misfit"] < 3
     doubt = cli("walls", FILE, "--room", room, "--laser", "north=1")
     assert doubt.code == 1
-    assert "no place agrees with the laser" in doubt.no
+    assert "no position agrees with the laser" in doubt.no
 
 
 def test_nothing_and_one_direction(cli, tmp_path: Path, room: Path) -> None:
@@ -140,7 +140,7 @@ def test_picture(cli, tmp_path: Path) -> None:
         ([FILE, "--laser", "north=1"], "--laser = 'north=1': there is no --room"),
         ([FILE, "--room", FILE], "not JSON"),
         ([FILE, "--plot", "x.svg"], "a name that ends in .png"),
-        ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are wanted"),
+        ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are expected"),
     ],
 )
 def test_refusals(cli, arguments: list, says: str) -> None:

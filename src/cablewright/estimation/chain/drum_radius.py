@@ -1,8 +1,8 @@
 """The radius at which cable leaves each winch drum: change of length over rotation of the drum.
 
-Merlet and Papegay 2023, III.C: from the last two lidar states (``rule = "paper"``). In a second at their speed 3 cm at
-most are paid out, of which 2 mm of lidar noise are a tenth. So by default (``"filter"``) a Kalman filter for each line
-estimates length and radius from all lidar states.
+Merlet and Papegay 2023, III.C: from the last two lidar states (``rule = "paper"``). At their speed at most 3 cm are
+paid out in a second, and 2 mm of lidar noise are a tenth of that. So by default (``"filter"``) a Kalman filter for each
+line estimates length and radius from all lidar states.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class RadiusSettings:
         """Refuse bounds that do not rise and nominal radii outside them."""
         if not 0.0 < self.min_radius < self.max_radius < math.inf:
             bounds = f"min_radius = {self.min_radius:g} m and max_radius = {self.max_radius:g} m"
-            raise InputError(f"{bounds}: 0 < min_radius < max_radius is wanted")
+            raise InputError(f"{bounds}: 0 < min_radius < max_radius is expected")
         if not self.nominal or not all(self.min_radius <= radius <= self.max_radius for radius in self.nominal):
             bounds = f"{self.min_radius:g} to {self.max_radius:g} m"
-            raise InputError(f"nominal = {self.nominal}: radii from {bounds} are wanted")
+            raise InputError(f"nominal = {self.nominal}: radii from {bounds} are expected")
 
 
 class RadiusState(NamedTuple):

@@ -20,7 +20,7 @@ _TOLERANCE: Final = 1e-4  # m, of the drum's position
 
 
 def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
-    """Lines (m,) whose excess the angle tells: they have a reading, and sag enough for it."""
+    """Lines (m,) whose angle determines the excess: they have a reading, and sag enough for it."""
     return np.isfinite(state.excess) & (state.differences > settings.visible_angle)
 
 
@@ -47,7 +47,7 @@ def _max_excess(settings: SlacknessSettings, state: SlacknessState, taut: Taut) 
 def hang_at(
     settings: SlacknessSettings, state: SlacknessState, target: Array, follow: TrackerSettings
 ) -> tuple[Tracker, Array] | str:
-    """Return a tracker with the drum at *target* (3,), m, and its lengths (m,), m; or a sentence why it cannot hang."""
+    """Return a tracker with the drum at *target* (3,), m, and its lengths (m,), m; or a sentence why there is none."""
     model, slackest = settings.model, _slackest(settings, state, taut_at(settings.model, target))
     held: Equilibrium | None = None
     if slackest is not None:
@@ -55,11 +55,11 @@ def hang_at(
     if held is None or not held.ok:
         held = solve_inverse(model, target)
     if not held.ok:
-        return f"the drum cannot hang where the lidars put it: {held.sentence()}"
+        return f"no equilibrium at the lidars' position: {held.sentence()}"
     try:
         return Tracker(model, held.lengths, follow), held.lengths.copy()
     except AnswerError as reason:
-        return f"the drum cannot hang where the lidars put it: {reason}"
+        return f"no equilibrium at the lidars' position: {reason}"
 
 
 def move_to(
@@ -70,21 +70,21 @@ def move_to(
     The slackest line gets the excess of its angle; each other line changes as its straight tangent, with at most the
     excess that its angle allows.
     """
-    there = taut_at(settings.model, target)
-    slackest = _slackest(settings, state, there)
-    max_lengths = there.lengths + _max_excess(settings, state, there)
+    taut = taut_at(settings.model, target)
+    slackest = _slackest(settings, state, taut)
+    max_lengths = taut.lengths + _max_excess(settings, state, taut)
     for _ in range(_MAX_ITERATIONS):
         away = target - tracker.pose
         toward = taut_at(settings.model, tracker.pose).toward
-        wanted = np.minimum(lengths + toward @ away, max_lengths)
+        trial = np.minimum(lengths + toward @ away, max_lengths)
         if slackest is not None:
-            wanted[slackest[0]] = there.lengths[slackest[0]] + slackest[1]
-        if not (wanted > 0.0).all():  # NaN where a line has no tangent
+            trial[slackest[0]] = taut.lengths[slackest[0]] + slackest[1]
+        if not (trial > 0.0).all():  # NaN where a line has no tangent
             return lengths, Status.INSIDE_SHEAVE
-        status = tracker.step(wanted)
+        status = tracker.step(trial)
         if status is not Status.OK:
             return lengths, status
-        lengths = wanted
+        lengths = trial
         if float(np.abs(target - tracker.pose).max()) < _TOLERANCE:
             break
     return lengths, Status.OK

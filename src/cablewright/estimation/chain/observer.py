@@ -20,13 +20,12 @@ from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, 
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallState
+from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallState, drift_of
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
     ReadingChecks,
     accept_imu,
-    accept_scan,
     drum_rotation,
     queue_scan,
     report_line_sensors,
@@ -51,14 +50,14 @@ _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 _SQUARE_ROOM: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
 _STALE_TURNS: Final = 2.5  # turns without a scan after which a lidar's older turns are dropped
-_SAME_PLACE: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
+_SAME_POSITION: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
 _FLOOR_TOLERANCE: Final = 0.02  # m above the expected floor, of floor points, ...
 _FLOOR_DRIFT: Final = 0.02  # ... and how much more for each metre that B moved without seeing the floor
 _MAX_ENCODER_GAP: Final = 0.1  # s without counts
 
 
 def start(settings: ObserverSettings) -> ObserverState:
-    """Return the state before the first frame. Loads the kernels by using them, so that no step is late."""
+    """Return the state before the first frame. Runs the kernels once, so that no step waits for their compilation."""
     scene = settings.model.robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     no_reading = slackness.start(settings.slackness)
@@ -85,10 +84,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     state.time = frame.time
     line_angles: LineAngles | None = None
-    for reading in frame.readings:
-        source = state.monitor.accept(reading, frame.time)
-        if source is None:
-            continue
+    for reading in state.monitor.accepted(frame.readings, frame.time):
         if isinstance(reading, LineAngles):
             line_angles = reading
         else:
@@ -105,11 +101,10 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         state.taut = taut_at(settings.model, state.tracker.pose)
         if line_angles is not None:
             state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, state.taut)
-            slack = state.slackness
-            report_line_sensors(state.monitor, settings.model.robot.lines, np.isnan(slack.excess), slack.stuck)
+            report_line_sensors(state.monitor, settings.model.robot.lines, state.slackness)
     elif line_angles is not None and np.isfinite(state.position_offset).all():
-        there = taut_at(settings.model, state.position_offset + state.odometry)
-        state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, there)
+        taut = taut_at(settings.model, state.position_offset + state.odometry)
+        state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, taut)
     state.monitor.check_timeouts(state.time)
     return _estimate(settings, state)
 
@@ -124,14 +119,13 @@ def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _restart_clock(state: ObserverState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: earlier readings are dropped")
     state.position_history.clear()
     state.attitude_history.clear()
     state.pending_scans.clear()
     state.gathered_sources.clear()
     state.tilt = state.tilt._replace(time=-math.inf)
-    slack = state.slackness
-    state.slackness = slack._replace(time=-math.inf, last_times=np.full_like(slack.last_times, -np.inf))
+    state.slackness = slackness.restarted(state.slackness)
     state.wall_state = WallState(yaw=state.wall_state.yaw, position=state.wall_state.position)
     state.last_turn_times.clear()
     state.extracted_turn = None
@@ -143,15 +137,17 @@ def _restart_clock(state: ObserverState, now: float) -> None:
 
 def _process(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
     """Process any reading but line angles."""
-    sources = (*settings.lidars, "vertical")
     if isinstance(reading, Inertial):
         _predict_attitude(settings, state, reading)
     elif isinstance(reading, Encoders):
         _predict_lengths(settings, state, reading)
     elif isinstance(reading, Distance):
         state.last_distance = reading
-    elif isinstance(reading, Scan) and accept_scan(state.checks, reading) and reading.source in sources:
-        queue_scan(state.pending_scans, reading, settings.walls.kept_turns)
+    elif (
+        isinstance(reading, Scan)
+        and reading.source in (*settings.lidars, "vertical")
+        and queue_scan(state.checks, state.pending_scans, reading, settings.walls.kept_turns)
+    ):
         state.gather_start = min(state.gather_start, state.time)
 
 
@@ -196,7 +192,7 @@ def _predict_position(settings: ObserverSettings, state: ObserverState, dt: floa
     before = tracker.pose
     status = tracker.step(paid_out) if (paid_out > 0.0).all() else Status.NOT_CONVERGED
     if status is not Status.OK:
-        state.monitor.report("encoders", "lost", f"the drum could not be followed: {status.value}")
+        state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
         return
     state.monitor.clear("encoders", "lost")
     moved = tracker.pose - before
@@ -220,7 +216,8 @@ def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> No
         return
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
-    drift = _drift(state, positions, attitudes) if settings.deskew else None
+    offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
+    drift = drift_of(positions[:, :2] - end[:2], attitudes[:, 0], offset + yaw) if settings.deskew else None
     moved = (0.0, 0.0, 0.0)
     if state.last_turn_end is not None:
         last, last_yaw = state.last_turn_end
@@ -261,15 +258,6 @@ def _drop_stale_turns(settings: ObserverSettings, state: ObserverState, scan: Sc
         state.wall_state = replace(state.wall_state, turns=kept)
 
 
-def _drift(state: ObserverState, positions: Array, attitudes: Array) -> Array:
-    """Pose (n, 3), m and rad, of the drum at each ray, relative to the last one, along its level axes there."""
-    offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
-    yaw = offset + float(attitudes[-1, 0])
-    c, s = math.cos(yaw), math.sin(yaw)
-    back = positions[:, :2] - positions[-1, :2]
-    return np.column_stack([back @ np.array([[c, -s], [s, c]]), attitudes[:, 0] - attitudes[-1, 0]])
-
-
 def _update_position(
     settings: ObserverSettings, state: ObserverState, scan: Scan, pose: WallPose, end: Array, yaw: float
 ) -> None:
@@ -285,11 +273,11 @@ def _update_position(
     elif not (pose.status == "ok" or (pose.status == "ambiguous" and known)):
         return
     error = float(np.hypot(*(offset - state.position_offset[:2]))) if known else 0.0
-    if pose.status == "ambiguous" and error > _SAME_PLACE:
-        return  # probably the other one of two places; the fault has been reported
+    if pose.status == "ambiguous" and error > _SAME_POSITION:
+        return  # probably the other one of two positions; the fault has been reported
     if error > settings.gate and state.rejections < settings.max_rejections:
         state.rejections += 1
-        sentence = f"its walls put the drum {error:.2f} m from where it should be: not used"
+        sentence = f"its walls place the drum {error:.2f} m from the expected position: not used"
         state.monitor.report(scan.source, "gate", sentence)
         return
     state.rejections = 0
@@ -327,7 +315,7 @@ def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
     state.gathered_sources.clear()
     state.gather_start = math.inf
     if math.isnan(state.position_offset[2]) and state.last_distance is not None and settings.valve_depth is not None:
-        height = state.last_distance.distance + settings.valve_depth  # over what lies there
+        height = state.last_distance.distance + settings.valve_depth  # over the ground or material below
         state.position_offset[2] = height - state.odometry[2]
     target = state.position_offset + state.odometry
     if not np.isfinite(target).all():
@@ -343,7 +331,7 @@ def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
     else:
         state.lengths, status = lengths.move_to(angular, state.slackness, state.tracker, state.lengths, target)
         if status is not Status.OK:
-            sentence = f"the drum cannot be brought to where the lidars put it: {status.value}"
+            sentence = f"the drum cannot be moved to the lidars' position: {status.value}"
             state.monitor.report("walls", "hang", sentence)
             return
     state.monitor.clear("walls", "hang")
@@ -369,28 +357,25 @@ def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array
 
 
 def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
-    """Return the state as an estimate."""
-    m = settings.model.m
+    """Return the state as an estimate; lengths are NaN until the first position is known."""
     yaw = state.odometry_yaw + (state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0)
-    rotation = frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y))
-    clearance = float(state.odometry[2]) + state.clearance_offset
-    if state.tracker is None or state.lengths is None or state.taut is None:
-        position, unknown = frozen(state.position_offset + state.odometry), frozen(np.full(m, np.nan))
-        rest, slack, radii = frozen(np.zeros(3)), np.zeros(m, dtype=np.bool_), frozen(state.radius.radii)
-        now, faults = state.time, state.monitor.faults
-        return Estimate(now, position, rest, rotation, unknown, unknown, slack, radii, None, faults, False, clearance)
-    current = state.time - state.last_position_time <= settings.position_timeout
-    excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, state.lengths)
+    position, velocity, valid = state.position_offset + state.odometry, np.zeros(3), False
+    paid_out = excess = np.full(settings.model.m, np.nan)
+    if state.tracker is not None and state.lengths is not None and state.taut is not None:
+        position, velocity, paid_out = state.tracker.pose, state.velocity, state.lengths
+        excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, paid_out)
+        current = state.time - state.last_position_time <= settings.position_timeout
+        valid = current and not state.monitor.is_active("encoders", "lost")
     return Estimate(
         state.time,
-        frozen(state.tracker.pose),
-        frozen(state.velocity),
-        rotation,
-        frozen(state.lengths),
+        frozen(position),
+        frozen(velocity),
+        frozen(tilt.rotation_vector(yaw, state.tilt.x, state.tilt.y)),
+        frozen(paid_out),
         frozen(excess),
         excess > settings.slackness.threshold,
         frozen(state.radius.radii),
         faults=state.monitor.faults,
-        valid=current and not state.monitor.is_active("encoders", "lost"),
-        clearance=clearance,
+        valid=valid,
+        clearance=float(state.odometry[2]) + state.clearance_offset,
     )

@@ -65,7 +65,7 @@ class ObserverSettings:
         if self.model.n != 3:
             raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
         if not self.counts_per_radian > 0.0:
-            raise InputError(f"counts_per_radian = {self.counts_per_radian:g}: over 0 is wanted")
+            raise InputError(f"counts_per_radian = {self.counts_per_radian:g}: over 0 is expected")
 
 
 class ExtractedTurn(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction, kalman_update
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, update_state
 from cablewright.signals import Inertial
 
 _READINGS: Final = 10  # of the accelerometer, for one update
@@ -32,18 +32,17 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     att, own = lay.attitude, P[lay.attitude]
     P[att] = own + [[turn], [-turn], [0.0]] * own[[1, 0, 2]] - dt * P[lay.gyro_bias]
     P[:, att] += P[:, att][:, [1, 0, 2]] * [turn, -turn, 0.0] - dt * P[:, lay.gyro_bias]
-    diagonal = P.reshape(-1)[:: len(P) + 1]
-    diagonal[att] += settings.gyro_noise**2 * dt
+    diagonal(P)[att] += settings.gyro_noise**2 * dt
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.chain.tilt.gravity
     state.measured_tilts.append((fy / g, -fx / g))
     if len(state.measured_tilts) >= _READINGS:
-        _update(settings, state)
+        _update_by_gravity(settings, state)
 
 
-def _update(settings: FilterSettings, state: FilterState) -> None:
-    """Update by two measurements: gravity gives tilt plus accelerometer bias; the suspension, a tilt of zero."""
+def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
+    """Update by two measurements: gravity shows tilt plus accelerometer bias; the suspension, a tilt of zero."""
     lay = state.layout
     measured = np.mean(state.measured_tilts, axis=0)
     state.measured_tilts.clear()
@@ -52,15 +51,12 @@ def _update(settings: FilterSettings, state: FilterState) -> None:
     state.level_velocity, state.level_acceleration = velocity, acceleration
     # an accelerated drum tilts, and its accelerometer does not show that
     unseen = float(acceleration @ acceleration) / settings.chain.tilt.gravity**2
-    tilt = slice(lay.attitude.start, lay.attitude.start + 2)
     H = np.zeros((4, lay.size))
-    H[:2, tilt] = H[2:, tilt] = H[:2, lay.accelerometer_bias] = np.eye(2)
+    H[:2, lay.tilt] = H[2:, lay.tilt] = H[:2, lay.accelerometer_bias] = np.eye(2)
     innovation = np.concatenate([measured - state.tilt - state.accelerometer_bias, -state.tilt])
     upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
     gravity = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
-    R = np.diag([gravity] * 2 + [upright] * 2)
-    correction, state.P = kalman_update(state.P, H, innovation, R)
-    inject_correction(state, correction)
+    update_state(state, H, innovation, np.diag([gravity] * 2 + [upright] * 2))
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:
@@ -72,11 +68,9 @@ def predict_without_imu(settings: FilterSettings, state: FilterState, time: floa
     lay, P = state.layout, state.P
     state.last_imu_time = state.imu_gap_end = time
     state.measured_tilts.clear()
-    diagonal = P.reshape(-1)[:: len(P) + 1]
-    tilt = slice(lay.attitude.start, lay.attitude.start + 2)
-    P[tilt] = 0.0
-    P[:, tilt] = 0.0
-    diagonal[tilt] = settings.swing_sigma**2
-    diagonal[lay.attitude.stop - 1] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
+    P[lay.tilt] = 0.0
+    P[:, lay.tilt] = 0.0
+    diagonal(P)[lay.tilt] = settings.swing_sigma**2
+    P[lay.yaw, lay.yaw] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
     state.tilt, state.angular_rate = np.zeros(2), np.zeros(3)
     state.attitude_history.add(time, (state.gyro_yaw, 0.0, 0.0))

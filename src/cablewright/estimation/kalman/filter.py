@@ -23,7 +23,6 @@ from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
     accept_imu,
-    accept_scan,
     drum_rotation,
     queue_scan,
     report_line_sensors,
@@ -81,13 +80,18 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     if state.chain is not None:
         estimate = observer.step(settings.chain, state.chain, frame)
         if not _initialise(settings, state, state.chain, frame.time):
-            return _as_invalid(estimate)
+            return replace(estimate, valid=False)
         return _estimate(settings, state)
     if not frame.time > state.time:
         _restart_clock(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     _advance_clock(settings, state, frame.time, dt)
-    line_angles = _process_readings(settings, state, frame)
+    line_angles: LineAngles | None = None
+    for reading in state.monitor.accepted(frame.readings, frame.time):
+        if isinstance(reading, LineAngles):
+            line_angles = reading
+        else:
+            _process(settings, state, reading)
     if state.time - state.last_encoder_time > state.max_gap:
         _start_coasting(state)
     if state.coasting:
@@ -98,13 +102,12 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         _process_scan(settings, state)
     if line_angles is not None and state.taut is not None:
         state.slackness = slackness.step(settings.chain.slackness, state.slackness, line_angles, state.taut)
-        slack = state.slackness
-        report_line_sensors(state.monitor, settings.chain.model.robot.lines, np.isnan(slack.excess), slack.stuck)
+        report_line_sensors(state.monitor, settings.chain.model.robot.lines, state.slackness)
         line_update.update(settings, state)
     state.monitor.check_timeouts(state.time)
     if _is_lost(settings, state):
         _reinitialise(settings, state)
-        return _as_invalid(_estimate(settings, state))
+        return replace(_estimate(settings, state), valid=False)
     return _estimate(settings, state)
 
 
@@ -114,21 +117,8 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float, dt:
     if now - state.slackness.time > settings.chain.slackness.timeout:
         state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
     if state.has_long_steps:  # the gyro, read once a step, does not measure the rotation
-        yaw = state.layout.attitude.stop - 1
+        yaw = state.layout.yaw
         state.P[yaw, yaw] += (settings.turn_rate_sigma * dt) ** 2
-
-
-def _process_readings(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> LineAngles | None:
-    """Process all readings but line angles; return the last of these."""
-    line_angles: LineAngles | None = None
-    for reading in frame.readings:
-        if state.monitor.accept(reading, frame.time) is None:
-            continue
-        if isinstance(reading, LineAngles):
-            line_angles = reading
-        else:
-            _process(settings, state, reading)
-    return line_angles
 
 
 def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverState, now: float) -> bool:
@@ -179,11 +169,6 @@ def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array) ->
     return P
 
 
-def _as_invalid(estimate: Estimate) -> Estimate:
-    """Return *estimate* marked as invalid."""
-    return replace(estimate, valid=False)
-
-
 def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
     """Whether a lidar's turns have been rejected too often in a row: the position may be wrong."""
     turns = max((state.rejections.get(source, 0) for source in settings.chain.lidars), default=0)
@@ -192,7 +177,7 @@ def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
 
 
 def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
-    """Find the position anew by the chain; active faults stay."""
+    """Search the position by the chain again; active faults stay."""
     state.chain = observer.start(settings.chain)
     state.chain.checks = state.checks
     state.rejections.clear()
@@ -200,14 +185,13 @@ def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
 
 def _restart_clock(state: FilterState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: began to count anew")
+    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: earlier readings are dropped")
     state.checks.reset()
     state.motion_history.clear()
     state.attitude_history.clear()
     state.pending_scans.clear()
     state.measured_tilts.clear()
-    slack = state.slackness
-    state.slackness = slack._replace(time=-math.inf, last_times=np.full_like(slack.last_times, -np.inf))
+    state.slackness = slackness.restarted(state.slackness)
     state.extracted_turn = None
     state.taut_time = state.last_angle_time = -math.inf
     state.time = -math.inf
@@ -215,7 +199,7 @@ def _restart_clock(state: FilterState, now: float) -> None:
     state.last_position_time = state.settling_start = now
     state.last_wall_times = dict.fromkeys(state.last_wall_times, now)
     inflate_position(state, _COASTING_SPEED)  # moved for an unknown time
-    yaw = state.layout.attitude.stop - 1
+    yaw = state.layout.yaw
     state.P[yaw, yaw] += _JUMP_YAW**2
 
 
@@ -229,8 +213,8 @@ def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> 
         _predict_from_encoders(settings, state, reading)
     elif isinstance(reading, Distance):
         _update_ground(settings, state, reading)
-    elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical") and accept_scan(checks, reading):
-        queue_scan(state.pending_scans, reading, own.walls.kept_turns)
+    elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical"):
+        queue_scan(checks, state.pending_scans, reading, own.walls.kept_turns)
 
 
 def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading: Encoders) -> None:
@@ -334,7 +318,7 @@ def _process_scan(settings: FilterSettings, state: FilterState) -> None:
             state.last_motion_time = max(state.last_motion_time, state.time - state.max_gap)
         if rejections >= _DOUBTFUL_TURNS:
             inflate_position(state, _POSITION_SIGMA)
-            yaw = state.layout.attitude.stop - 1
+            yaw = state.layout.yaw
             state.P[yaw, yaw] += _YAW_SIGMA**2
         return
     if not state.pending_scans:
@@ -352,7 +336,7 @@ def _report_stuck_encoders(state: FilterState) -> None:
     """Report that the counts are constant while the lidars see B move."""
     variance = float(np.trace(state.P[state.layout.velocity, state.layout.velocity]))
     if state.coasting and state.time - state.last_encoder_time < state.max_gap and _is_moving(state.velocity, variance):
-        state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but the drum goes on: not used")
+        state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but the drum moves: not used")
 
 
 def _is_moving(velocity: Array, variance: float) -> bool:

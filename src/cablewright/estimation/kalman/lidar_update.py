@@ -17,13 +17,12 @@ from cablewright.estimation.chain.state import ExtractedTurn
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
-    inject_correction,
-    kalman_update,
     passes_gate,
+    update_state,
 )
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.constraints import ObservedLine, wrap_angle
-from cablewright.estimation.lidar.localisation import LidarTurn
+from cablewright.estimation.lidar.localisation import LidarTurn, drift_of
 from cablewright.signals import Scan
 
 _SETTLING_TIME: Final = 4.0  # s from the start in which ...
@@ -52,10 +51,7 @@ def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     times = scan.times
     attitudes, motion = state.attitude_history.at(times), state.motion_since(times)
     moved = motion.displacement[-1] - motion.displacement  # (n, 3) m, world
-    yaw = state.yaw - state.gyro_yaw + float(attitudes[-1, 0])
-    c, s = math.cos(yaw), math.sin(yaw)
-    level = moved[:, :2] @ np.array([[c, -s], [s, c]])
-    drift = np.column_stack([level, attitudes[:, 0] - attitudes[-1, 0]])
+    drift = drift_of(moved[:, :2], attitudes[:, 0], state.yaw - state.gyro_yaw + float(attitudes[-1, 0]))
     lidar = settings.chain.lidars.index(scan.source)
     turn = LidarTurn(scan.angles, scan.ranges, lidar, attitudes[:, 1:], drift)
     features = localisation.extract(settings.chain.walls, turn)
@@ -63,7 +59,7 @@ def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update by the lines of the extracted turn, the one that matches a wall most surely first."""
+    """Update by the lines of the extracted turn, one after another; the most certain match comes first."""
     extracted, state.extracted_turn = state.extracted_turn, None
     assert extracted is not None
     source, lines = extracted.scan.source, extracted.features.lines
@@ -84,18 +80,10 @@ def update(settings: FilterSettings, state: FilterState) -> None:
             rejected = sum(lines[i].line.length for i in {each.line for each in found})
             break
         left.discard(best.line)
-        _update_wall(state, best)
+        update_state(state, best.H, best.innovation, best.R)
         state.last_wall_times[walls[best.wall].kind] = state.time
         used += lines[best.line].line.length
     _report(state, source, used, rejected)
-
-
-def _update_wall(state: FilterState, observed: WallObservation) -> None:
-    """Update by one line."""
-    if state.nis is not None:
-        state.nis.append((f"wall {observed.wall}", observed.nis, 2))
-    correction, state.P = kalman_update(state.P, observed.H, observed.innovation, observed.R)
-    inject_correction(state, correction)
 
 
 class Sweep(NamedTuple):
@@ -142,7 +130,7 @@ def wall_observations(
     """Match each *chosen* line with each wall that its lidar can see and that has about the line's direction."""
     room, lidar = settings.chain.walls.room, settings.chain.walls.lidars[extracted.turn.lidar]
     yaw = state.yaw - state.gyro_yaw + extracted.end_yaw
-    sigma = math.sqrt(float(state.P[state.layout.attitude.stop - 1, state.layout.attitude.stop - 1]))
+    sigma = math.sqrt(float(state.P[state.layout.yaw, state.layout.yaw]))
     gate = 5.0 * sigma + math.radians(3.0)
     found = []
     for i in sorted(chosen):
@@ -172,7 +160,7 @@ def _wall_observation(
     slope, along, coasting_time = sweep.time_slope, sweep.middle_offset, float(sweep.change[1, m + 3])
     toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
-    H[0, lay.attitude.stop - 1] = 1.0
+    H[0, lay.yaw] = 1.0
     H[1, lay.position][:2] = n
     if state.coasting:
         H[0, lay.velocity][:2] = slope * n
@@ -229,21 +217,20 @@ def _lever_covariance(arm: float) -> Array:
 
 
 def _report(state: FilterState, source: str, used: float, rejected: float) -> None:
-    """Report the faults of a turn with lines of *used* metres that match a wall and of *rejected* that match none."""
+    """Report the faults of a turn. *used*, *rejected*: m, length of the lines that match a wall, and of the others."""
     monitor = state.monitor
     if used:
         unseen = [kind for kind, last in state.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
         if unseen:
-            sentence = "all walls in sight bound the same direction: the place along them is not known"
-            monitor.report(source, "walls", sentence)
+            monitor.report(source, "walls", localisation.SENTENCES["parallel"])
         else:
             monitor.clear(source, "walls")
         state.last_position_time = state.time
     elif not rejected:
-        monitor.report(source, "walls", "no wall is in sight at a yaw that is allowed")
+        monitor.report(source, "walls", "no line in sight can be a wall at the estimated yaw")
     if rejected > used:
         state.rejections[source] = state.rejections.get(source, 0) + 1
-        monitor.report(source, "gate", "its walls put the drum elsewhere than it can be: not used")
+        monitor.report(source, "gate", "its walls contradict the estimated position: not used")
     else:
         state.rejections[source] = 0
         monitor.clear(source, "gate")
@@ -257,17 +244,13 @@ def noise_factor(state: FilterState) -> float:
 def gated_update(
     state: FilterState, what: str, H: Array, innovation: Array, R: Array, fault: tuple[str, str], sentence: str
 ) -> bool:
-    """Update by one measurement if it passes the gate, else count the rejection and report it; return whether."""
-    passes, nis = passes_gate(state.P, H, innovation, R)
-    if state.nis is not None:
-        state.nis.append((what, nis, len(innovation)))
-    if not passes:
+    """Update by one measurement if it passes the gate, else count and report the rejection; return whether it did."""
+    if not passes_gate(state.P, H, innovation, R)[0]:
         state.rejections[what] = state.rejections.get(what, 0) + 1
         if sentence and state.rejections[what] >= _REPORTED:
             state.monitor.report(*fault, sentence)
         return False
     state.rejections[what] = 0
     state.monitor.clear(*fault)
-    correction, state.P = kalman_update(state.P, H, innovation, R)
-    inject_correction(state, correction)
+    update_state(state, H, innovation, R)
     return True

@@ -17,9 +17,9 @@ from cablewright.estimation.chain.lengths import visibly_slack
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
-    inject_correction,
-    kalman_update,
+    diagonal,
     passes_gate,
+    update_state,
 )
 from cablewright.estimation.slackness import parabolic_excess
 from cablewright.solvers.taut import taut_at
@@ -39,7 +39,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     model = settings.chain.model
     taut = taut_at(model, state.position)
     if not np.isfinite(taut.toward).all():
-        state.monitor.report("encoders", "lost", "a line has no tangent where the drum is believed to be")
+        state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
     state.monitor.clear("encoders", "lost")
     state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
@@ -94,15 +94,15 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     unknown = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack
     travel_noise = _UNKNOWN_SLACK_NOISE if unknown else settings.travel_noise
     variance = travel_noise**2 * distance + settings.drift_noise**2 * dt
-    diagonal = P.reshape(-1)[:: len(P) + 1]
-    diagonal[lay.position] += variance
-    diagonal[lay.lengths] += variance
-    diagonal[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
-    diagonal[lay.ground] += settings.ground_noise**2 * distance
+    variances = diagonal(P)
+    variances[lay.position] += variance
+    variances[lay.lengths] += variance
+    variances[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
+    variances[lay.ground] += settings.ground_noise**2 * distance
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update by the excess of each line with a measured angle, once in a while."""
+    """Update by the excess of each line with a measured angle, every 0.2 s."""
     if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None:
         return
     state.last_angle_time = state.time
@@ -114,13 +114,11 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     innovation = measured - excess(state)
     for i in np.flatnonzero(known):
         R = np.array([[sigmas[i] ** 2]])
-        passes, nis = passes_gate(state.P, H[i : i + 1], innovation[i : i + 1], R)
-        if state.nis is not None:
-            state.nis.append(("line", nis, 1))
-        if not passes:  # the position is measured, so the length must be wrong
+        if not passes_gate(state.P, H[i : i + 1], innovation[i : i + 1], R)[
+            0
+        ]:  # the position is measured, so the length must be wrong
             state.P[lay.lengths, lay.lengths][i, i] += float(innovation[i]) ** 2
-        correction, state.P = kalman_update(state.P, H[i : i + 1], innovation[i : i + 1], R)
-        inject_correction(state, correction)
+        update_state(state, H[i : i + 1], innovation[i : i + 1], R)
         innovation = measured - excess(state)
 
 

@@ -27,7 +27,7 @@ _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1}  # by degrees of freedom, exceeded by
 class FilterSettings:
     """Standard deviations and random walks, beside the settings of the paper's chain.
 
-    ``chain``: finds the first position. docs/estimation.md says where each number comes from.
+    ``chain``: finds the first position. docs/estimation.md gives the source of each number.
 
     Process noise, as random walks: ``travel_noise`` m per root metre that B moves, of B and of lengths, for errors of
     anchors and moduli; ``drift_noise`` m per root second, likewise; ``radius_noise`` of each radius, a share per root
@@ -78,7 +78,7 @@ class FilterSettings:
         """Refuse numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if name != "chain" and not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
 
 class Layout(NamedTuple):
@@ -102,6 +102,16 @@ class Layout(NamedTuple):
         p, v, a, lengths, radii, gyro, accelerometer, ranges = map(slice, [0, *ends[:-1]], ends)
         return cls(p, v, a, lengths, radii, gyro, accelerometer, ranges, ends[-1], ends[-1] + 1)
 
+    @property
+    def tilt(self) -> slice:
+        """The first two of the attitude."""
+        return slice(self.attitude.start, self.attitude.start + 2)
+
+    @property
+    def yaw(self) -> int:
+        """The last of the attitude."""
+        return int(self.attitude.stop) - 1
+
 
 class MotionSince(NamedTuple):
     """Motion from k times until now."""
@@ -113,7 +123,7 @@ class MotionSince(NamedTuple):
 
 @dataclass(eq=False)
 class FilterState:
-    """Changed in place by `step`."""
+    """Changed in place by `step`. Position, velocity, tilt and so on are what `Layout` names."""
 
     checks: ReadingChecks
     layout: Layout
@@ -134,7 +144,7 @@ class FilterState:
     ground_height: float = 0.0  # m, under the valve
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
-    coasted: Array = field(default_factory=lambda: np.zeros(4))  # displacement (m, 3) and time (s) without encoders
+    coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): displacement, m, and time, s, without encoders
     motion_history: TimeBuffer = field(default_factory=lambda: TimeBuffer(1, 1))  # `drum_angles` and `coasted`
     attitude_history: TimeBuffer = field(default_factory=lambda: TimeBuffer(3, 1))  # `gyro_yaw` and `tilt`
     angular_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw
@@ -155,12 +165,11 @@ class FilterState:
     measured_tilts: list[tuple[float, float]] = field(default_factory=list)  # rad, by the accelerometer, not used yet
     last_angle_time: float = -math.inf  # s: of the last update by line angles
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
-    settling_start: float = -math.inf  # s: when the chain, or the encoders after a gap, took over
+    settling_start: float = -math.inf  # s: when the chain's result, or encoders after a gap, were first used
     last_position_time: float = -math.inf  # s: of the last update by a wall
     last_wall_times: dict[str, float] = field(default_factory=dict)  # s: of the last update, by kind of wall
     clearance_offset: float = math.nan  # m: fictive height less z of B
     coasting: bool = False  # predicting without encoders
-    nis: list[tuple[str, float, int]] | None = None  # if recorded: what, square, degrees of freedom
 
     @property
     def monitor(self) -> FaultMonitor:
@@ -203,10 +212,21 @@ def kalman_update(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Arra
 
 
 def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
-    """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square."""
+    """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
     S = H @ P @ H.T + R
     nis = float(innovation[0] ** 2 / S[0, 0] if len(H) == 1 else innovation @ np.linalg.solve(S, innovation))
     return nis <= _CHI2[len(innovation)], nis
+
+
+def update_state(state: FilterState, H: Array, innovation: Array, R: Array) -> None:
+    """Update the state and its covariance by one measurement, as `kalman_update`."""
+    correction, state.P = kalman_update(state.P, H, innovation, R)
+    inject_correction(state, correction)
+
+
+def diagonal(P: Array) -> Array:
+    """Return the diagonal (n,) of *P* (n, n), to be changed in place."""
+    return P.reshape(-1)[:: len(P) + 1]
 
 
 def inject_correction(state: FilterState, correction: Array) -> None:

@@ -17,7 +17,10 @@ from cablewright.estimation.kalman.lidar_update import gated_update, noise_facto
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, inflate_position
 from cablewright.signals import Scan
 
-_RINGS: Final = ((35.0, 70.0), (0.0, 35.0))  # degrees from the axis: two parts of the floor, the freer one first
+_RINGS: Final = (
+    (35.0, 70.0),
+    (0.0, 35.0),
+)  # degrees from the axis: two parts of the floor, the one more often free first
 _WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls
 _WALL_HEIGHT: Final = 0.1  # m over the floor, from which points are taken for a wall's
 _MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
@@ -98,7 +101,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         if count < 2 * _MIN_POINTS:
             continue
         over = float(heights[good].mean())
-        if over < -band:  # nothing is below a floor, so it is believed however low it is
+        if over < -band:  # nothing is below a floor, so a lower one is accepted
             inflate_position(state, [0.0, 0.0, over])
         x, y, _ = turn.points[good].mean(axis=0).tolist()
         steep = turn.rays[good, 2]
@@ -116,12 +119,12 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
-        seen, sentence = True, "its floor is not where it should be: not used"
+        seen, sentence = True, "its floor is not at the expected height: not used"
         gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
     if seen:
         state.monitor.clear("vertical", "floor")
     else:
-        state.monitor.report("vertical", "floor", "no floor in sight where it should be")
+        state.monitor.report("vertical", "floor", "no floor in sight near the expected height")
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
@@ -161,5 +164,5 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
 
 
 def _coasting_variance(settings: FilterSettings, coasting_time: float) -> float:
-    """Variance, m^2, of B's position after so long a prediction without encoders, s."""
+    """Variance, m^2, of B's position after a prediction without encoders over *coasting_time*, s."""
     return settings.velocity_noise**2 * coasting_time**3

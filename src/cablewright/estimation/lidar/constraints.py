@@ -46,12 +46,6 @@ class Constraint(NamedTuple):
     yaw_sigma: float  # rad
     variance: float  # m^2, of the points' distances from the line: the paper's quality
 
-    @property
-    def coefficients(self) -> tuple[float, float, float]:
-        """(a, b, c) of a x + b y + c = 0, with b = 1 for C and a = 1 for D, as the paper writes it."""
-        lead = self.normal[1] if self.kind == "C" else self.normal[0]
-        return self.normal[0] / lead, self.normal[1] / lead, -self.offset / lead
-
 
 class Candidate(NamedTuple):
     """A pose of the platform by one C-type and one D-type constraint."""

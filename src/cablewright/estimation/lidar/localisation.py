@@ -37,10 +37,10 @@ _MAX_SCORED: Final = 240  # points of a turn that score candidates: evenly chose
 _LASER_GATE: Final = 3.0  # sigmas
 _MIN_SIGMA: Final = 1e-6  # m, of what is given as exact
 
-_SENTENCES: Final[dict[str, str]] = {
+SENTENCES: Final[dict[str, str]] = {
     "ok": "position and yaw are found",
-    "ambiguous": "two places explain the scan about as well; a distance measured to a wall would tell",
-    "parallel": "all walls in sight bound the same direction: the place along them is not known",
+    "ambiguous": "two positions explain the scan about equally well; a measured distance to a wall decides",
+    "parallel": "all walls in sight bound the same direction: the position along them is not known",
     "no-wall": "no wall is in sight",
 }
 
@@ -82,7 +82,7 @@ class WallSettings:
             low, high = (f"{end:g}" for end in self.yaw_range)
             raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
         if self.kept_turns < 1 or not self.lidars:
-            raise InputError("one lidar and one turn to keep at least are wanted")
+            raise InputError("at least one lidar and one kept turn are expected")
 
     @cached_property
     def visible(self) -> Mask:
@@ -96,7 +96,7 @@ class LidarTurn(NamedTuple):
     """One turn of one lidar.
 
     ``tilt``: rad, rotation vector (x, y) of the platform's tilt, at the end or at each ray. ``drift``: pose of the
-    platform at each ray, as in `level_points`; `steady_drift` makes one. ``moved``: (dx, dy, dyaw) m and rad in the
+    platform at each ray, as in `level_points`; `drift_of` computes it. ``moved``: (dx, dy, dyaw) m and rad in the
     reference frame, motion since the last turn of any lidar by other sensors; older turns are shifted by it.
     """
 
@@ -108,16 +108,14 @@ class LidarTurn(NamedTuple):
     moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def steady_drift(times: ArrayLike, velocity: tuple[float, float], yaw_rate: float, yaw: float) -> Array:
-    """Pose (n, 3), m and rad, of the platform at each ray relative to the end, at constant velocity.
+def drift_of(displacement: Array, yaws: Array, yaw: float) -> Array:
+    """Pose (n, 3), m and rad, of the platform at each ray relative to the end of the turn, along its level axes there.
 
-    ``times``: (n,) s, of the rays. ``velocity``: m/s, reference frame; ``yaw``: rad, at the end.
+    ``displacement``: (n, 2) m, from the end, reference frame. ``yaws``: (n,) rad, from any direction; ``yaw``: rad, of
+    the platform at the end, reference frame.
     """
-    before = np.asarray(times, dtype=np.float64)
-    before = before - before[-1:]
     c, s = math.cos(yaw), math.sin(yaw)
-    ahead, left = c * velocity[0] + s * velocity[1], c * velocity[1] - s * velocity[0]
-    return np.outer(before, [ahead, left, yaw_rate])
+    return np.column_stack([displacement @ np.array([[c, -s], [s, c]]), yaws - yaws[-1]])
 
 
 class TurnFeatures(NamedTuple):
@@ -188,7 +186,7 @@ def step(
     Raises `InputError` for a lidar or wall that does not exist, or arrays that do not fit; never for what a scan holds.
     """
     if not 0 <= turn.lidar < len(settings.lidars):
-        raise InputError(f"scan: lidar {turn.lidar}; there are {len(settings.lidars)}, counted from 0")
+        raise InputError(f"scan: lidar {turn.lidar}: must be from 0 to {len(settings.lidars) - 1}")
     known = all(math.isfinite(value) for value in turn.moved)
     moved = turn.moved if known else (0.0, 0.0, 0.0)
     newest = extract(settings, turn) if features is None else features
@@ -307,26 +305,25 @@ def _pose(
     )  # fmt: skip
     if not constraints:
         why = f"{len(lines)} straight lines, none at a yaw that is allowed" if lines else "no straight line long enough"
-        return replace(unknown, note=f"{_SENTENCES['no-wall']}: {why}")
+        return replace(unknown, note=f"{SENTENCES['no-wall']}: {why}")
     if not candidates:
         return _partial_pose(unknown)
     best, excess = candidates[0], _excess_displacement(found, settings, expected)
     x, covariance, bias, used = _fit(settings, constraints, lines, best)
     current = latest[np.array([one.line for one in constraints])[found.constraints]].all(axis=1)
     rivals = found.explained[_plausible(found, excess) & _distinct(found, settings, current)].tolist()
-    status: WallStatus = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
-    note = _SENTENCES[status]
+    status: WallStatus = "ambiguous"
     if best.laser_misfit > _LASER_GATE:
-        note = f"no place agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
-        status = "ambiguous"
+        note = f"no position agrees with the laser's distances; the nearest is {best.laser_misfit:.1f} sigma off"
     elif best.explained < settings.min_explained:
-        wanted = f"{100 * settings.min_explained:.0f} % is wanted"
-        note = f"the best place explains {100 * best.explained:.0f} % of the points, {wanted}"
-        status = "ambiguous"
+        found_share, min_share = 100.0 * best.explained, 100.0 * settings.min_explained
+        note = f"the best position explains {found_share:.0f} % of the points; {min_share:.0f} % are expected"
     elif excess[0]:
         far = excess[0] + settings.max_displacement
-        note = f"the place jumps: the nearest that fits is {far:.2f} m from where it should be"
-        status = "ambiguous"
+        note = f"the position jumps: the nearest that fits is {far:.2f} m from the expected one"
+    else:
+        status = "ambiguous" if max(rivals, default=-1.0) > settings.ambiguity * best.explained else "ok"
+        note = SENTENCES[status]
     return replace(
         unknown, status=status, position=x[:2], yaw=float(x[2]), covariance=covariance, used=used, bias=bias,
         confidence=best.explained - max(rivals, default=0.0), note=note,
@@ -348,7 +345,7 @@ def _partial_pose(unknown: WallPose) -> WallPose:
     covariance = unknown.covariance.copy()
     covariance[2, 2] = best.yaw_sigma**2
     note = (
-        _SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they put the platform outside"
+        SENTENCES["parallel"] if one_way else "no two walls that cross agree in yaw, or they place the platform outside"
     )
     return replace(unknown, status="parallel", yaw=best.yaw if one_way else math.nan, covariance=covariance, note=note)
 

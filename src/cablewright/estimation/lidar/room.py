@@ -48,13 +48,13 @@ class Laser:
 
 @dataclass(frozen=True)
 class RoomMap:
-    """The upright walls of a room. Raises `InputError` for none, too many, equal names, or a normal that is no unit."""
+    """The upright walls of a room. Raises `InputError` for none, too many, equal names, or normals not of length 1."""
 
     walls: tuple[RoomWall, ...]
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.walls) <= MAX_WALLS:
-            raise InputError(f"room: {len(self.walls)} walls; 1 to {MAX_WALLS} are wanted")
+            raise InputError(f"room: {len(self.walls)} walls; 1 to {MAX_WALLS} are expected")
         names = [wall.name for wall in self.walls]
         for wall in self.walls:
             if names.count(wall.name) > 1:
@@ -62,7 +62,7 @@ class RoomMap:
             size = math.hypot(*wall.normal)
             if not (abs(size - 1.0) < 1e-6 and math.isfinite(wall.distance)):
                 raise InputError(
-                    f"room: wall {wall.name!r}: a unit normal and a finite distance are wanted, not a normal "
+                    f"room: wall {wall.name!r}: a unit normal and a finite distance are expected, not a normal "
                     f"of length {size:g} and {wall.distance:g} m"
                 )
 
@@ -74,27 +74,27 @@ class RoomMap:
 
     @cached_property
     def normals(self) -> Array:
-        """(w, 2)."""
+        """Unit normals (w, 2), out of the room."""
         return np.array([wall.normal for wall in self.walls])
 
     @cached_property
     def distances(self) -> Array:
-        """(w,) m."""
+        """Distances (w,), m, along the normals."""
         return np.array([wall.distance for wall in self.walls])
 
     @cached_property
     def azimuths(self) -> Array:
-        """(w,) rad."""
+        """Azimuths (w,) of the normals, rad."""
         return np.array([wall.azimuth for wall in self.walls])
 
     @cached_property
     def angle_sigmas(self) -> Array:
-        """(w,) rad."""
+        """Standard deviations (w,) of the azimuths, rad."""
         return np.array([wall.angle_sigma for wall in self.walls])
 
     @cached_property
     def distance_sigmas(self) -> Array:
-        """(w,) m."""
+        """Standard deviations (w,) of the distances, m."""
         return np.array([wall.distance_sigma for wall in self.walls])
 
     def index(self, name: str) -> int:

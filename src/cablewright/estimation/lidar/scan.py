@@ -40,7 +40,7 @@ class LidarModel:
     def __post_init__(self) -> None:
         if not (0 <= self.min_range < self.max_range < math.inf and 0 < self.sigma < math.inf):
             raise InputError(
-                f"lidar {self.name!r}: 0 <= min_range < max_range and sigma over 0 are wanted, "
+                f"lidar {self.name!r}: 0 <= min_range < max_range and sigma over 0 are expected, "
                 f"not {self.min_range:g}, {self.max_range:g} and {self.sigma:g}"
             )
 
@@ -51,7 +51,7 @@ class Points(NamedTuple):
     xy: Array  # (n, 2) m
     ray: Array  # (n, 2) unit, from the lidar to the point
     distance: Array  # (n,) m
-    bearing_step: Array  # (n,) rad, to the next point's bearing; from the last to the first, a turn on
+    bearing_step: Array  # (n,) rad, to the next point's bearing; of the last point: to the first one's, a turn later
 
     def __len__(self) -> int:
         return len(self.xy)
@@ -75,12 +75,12 @@ def level_points(
     """
     a, r = np.asarray(angles, dtype=np.float64), np.asarray(ranges, dtype=np.float64)
     if a.ndim != 1 or a.shape != r.shape:
-        raise InputError(f"scan: as many angles as ranges are wanted, not shapes {a.shape} and {r.shape}")
+        raise InputError(f"scan: as many angles as ranges are expected, not shapes {a.shape} and {r.shape}")
     tilts = np.asarray(tilt, dtype=np.float64)
     moved = None if drift is None else np.asarray(drift, dtype=np.float64)
     if tilts.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
         shapes = f"{tilts.shape} and {None if moved is None else moved.shape}"
-        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are wanted, not {shapes}")
+        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are expected, not {shapes}")
     good = np.isfinite(a) & (r >= lidar.min_range) & (r <= lidar.max_range)
     for each in (tilts, moved):
         if each is not None and each.ndim == 2 and not np.isfinite(each).all():
@@ -126,8 +126,7 @@ def _deskewed(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, la
         c_, s_ = np.cos(drift[:, 2]), np.sin(drift[:, 2])
         x, y = level.T
         level = _columns(c_ * x - s_ * y, s_ * x + c_ * y) + drift[:, :2]
-    there: Array = (level - level_mount(lidar, last)) @ turn
-    return there
+    return np.asarray((level - level_mount(lidar, last)) @ turn)
 
 
 def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> float:
@@ -145,8 +144,7 @@ def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> flo
 def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:
     """Horizontal position (2,), m, of the lidar's centre from the platform point, in the level platform frame."""
     tilts = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
-    there: Array = _tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0]
-    return there
+    return np.asarray(_tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0])
 
 
 def _tilted(xy: Array, z: float, tilt: Array) -> Array:

@@ -9,6 +9,7 @@ import json
 import math
 from array import array
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -29,7 +30,7 @@ _MAX_MEDIAN: Final = 1000.0  # m, of a room's ranges
 _DISTANCE: Final = ("distance", "range", "ranges", "distances", "dist", "r")
 _ANGLE: Final = ("angle", "bearing", "angles", "theta")
 _NAMES: Final = {"x": ("x",), "y": ("y",), "angle": _ANGLE, "distance": _DISTANCE}
-_WANTED: Final = "columns x,y or angle,distance"
+_EXPECTED: Final = "columns x,y or angle,distance"
 
 
 class FileScan(NamedTuple):
@@ -43,7 +44,7 @@ class FileScan(NamedTuple):
 
 
 class _Raw(NamedTuple):
-    """Two columns as the file has them, and the size of their units, None where it does not say."""
+    """Two columns as the file has them, and the size of their units in SI, None where it names none."""
 
     kind: str  # "xy" or "polar"
     first: Array  # x, or bearing
@@ -58,19 +59,19 @@ def read_scan(
     clockwise: bool = False,
     columns: Sequence[str] | None = None,
 ) -> FileScan:
-    """Read a scan. ``unit`` (m, mm, ..) and ``angle_unit`` (rad, deg, ..) say what the file does not.
+    """Read a scan. ``unit`` (m, mm, ..) and ``angle_unit`` (rad, deg, ..): where the file does not name them.
 
-    CSV: a header with columns ``x, y`` or ``angle, distance``, or none and ``columns``; cells apart by comma,
+    CSV: a header with columns ``x, y`` or ``angle, distance``, or none and ``columns``; cells separated by comma,
     semicolon, tab or blanks. JSON: a list of pairs x, y; of objects with these names; an object of such lists; or the
-    laser scan of ROS (``angle_min, angle_increment, ranges``) or Foxglove (``start_angle, end_angle, ranges``). What
-    did not come back is 0, NaN, inf, null or an empty cell.
+    laser scan of ROS (``angle_min, angle_increment, ranges``) or Foxglove (``start_angle, end_angle, ranges``). A
+    range without an echo is 0, NaN, inf, null or an empty cell.
 
     Raises `InputError` where the file cannot be read, is over `MAX_BYTES` or `MAX_POINTS`, or holds no such points.
     """
     path = Path(path)
     raw = _of_json(path) if path.suffix.lower() == ".json" else _of_csv(path, columns)
     if not len(raw.first):
-        raise InputError(f"{path}: no points; {_WANTED} are wanted")
+        raise InputError(f"{path}: no points; {_EXPECTED} are expected")
     given = _size(unit, LENGTH.units, "--unit"), _size(angle_unit, ANGLE.units, "--angle-unit")
     return _in_si(path, raw, given, clockwise)
 
@@ -84,7 +85,7 @@ def _size(unit: str | None, units: Mapping[str, Any], option: str) -> float | No
 
 
 def _in_si(path: Path, raw: _Raw, given: tuple[float | None, float | None], clockwise: bool) -> FileScan:
-    """Turn columns into bearings and ranges, with guesses where nobody says the unit."""
+    """Turn columns into bearings and ranges; units that are neither named nor given are guessed."""
     length, angle = given
     guesses: list[str] = []
     if raw.kind == "xy":
@@ -112,12 +113,10 @@ def _length_size(path: Path, far: Array, size: float | None, guesses: list[str])
     if size is None:
         size = 1.0 if typical <= LARGEST_IN_M else 1e-3
         guesses.append(
-            f"lengths taken as {'m' if size == 1 else 'mm'}: half of the ranges are over {typical:.4g}; --unit says it"
+            f"lengths taken as {'m' if size == 1 else 'mm'}: their median is {typical:.4g}; else give --unit"
         )
     if not typical * size <= _MAX_MEDIAN:
-        raise InputError(
-            f"{path}: half of the ranges are over {typical * size:.4g} m, more than a room's; check the unit"
-        )
+        raise InputError(f"{path}: the median range is {typical * size:.4g} m, too large for a room; check the unit")
     return size
 
 
@@ -127,7 +126,7 @@ def _angle_size(angles: Array, size: float | None, guesses: list[str]) -> float:
     finite = angles[np.isfinite(angles)]
     largest = float(np.abs(finite).max()) if len(finite) else 0.0
     unit = "rad" if largest <= math.tau + 0.1 else "deg"
-    guesses.append(f"angles taken as {unit}: the largest is {largest:.4g}; --angle-unit says it")
+    guesses.append(f"angles taken as {unit}: the largest is {largest:.4g}; else give --angle-unit")
     return float(ANGLE.units[unit])
 
 
@@ -135,47 +134,34 @@ def _name(size: float, units: Mapping[str, Any]) -> str:
     return next(unit for unit, own in units.items() if float(own) == size)
 
 
-# CSV
-
-
 def _of_csv(path: Path, columns: Sequence[str] | None) -> _Raw:
     lines = text_lines(path, MAX_BYTES, "scan")
     number, text = next(lines, (0, ""))
     if not number:
-        raise InputError(f"{path}: empty; {_WANTED} are wanted")
+        raise InputError(f"{path}: empty; {_EXPECTED} are expected")
     blanks = not any(mark in text for mark in ",;\t")
     separator = separator_of(text)
 
     def split(row: str) -> list[str]:
         return (row.split() or [""]) if blanks else cells_of(row, separator)
 
-    cells, place = split(text), f"{path}, line {number}"
-    rows: list[tuple[int, list[str]]] = []
-    if columns is not None:
-        header = list(columns)
-        if _is_number(cells[0]):
-            rows.append((number, cells))
-    else:
-        header = cells
-        if _is_number(cells[0]):
-            raise InputError(f"{place}: no header; say what the columns are, as in --columns angle,distance")
+    header, place = split(text), f"{path}, line {number}"
+    if _is_number(header[0]):
+        if columns is None:
+            raise InputError(f"{place}: no header; name the columns, as in --columns angle,distance")
+        lines = chain([(number, text)], lines)
+    header = header if columns is None else list(columns)
     kind, chosen = _chosen(header, place)
-    first, second = array("d"), array("d")
-
-    def take(row: int, found: list[str]) -> None:
-        if len(found) < len(header):
-            raise InputError(f"{path}, line {row}: {len(found)} cells; {len(header)} are wanted")
-        if len(first) == MAX_POINTS:
-            raise InputError(f"{path}, line {row}: more than {MAX_POINTS} points, the most a scan may have")
-        first.append(_cell(found[chosen[0].position], path, row, header[chosen[0].position]))
-        second.append(_cell(found[chosen[1].position], path, row, header[chosen[1].position]))
-
-    for row, found in rows:
-        take(row, found)
+    values = array("d")
     for row, text in lines:
-        take(row, split(text))
-    sizes = chosen[0].size, chosen[1].size
-    return _Raw(kind, np.array(first), np.array(second), sizes)
+        cells = split(text)
+        if len(cells) < len(header):
+            raise InputError(f"{path}, line {row}: {len(cells)} cells; {len(header)} are expected")
+        if len(values) == 2 * MAX_POINTS:
+            raise InputError(f"{path}, line {row}: more than {MAX_POINTS} points; a scan may have no more")
+        values.extend(_cell(cells[each.position], path, row, header[each.position]) for each in chosen)
+    first, second = np.array(values).reshape(-1, 2).T
+    return _Raw(kind, first, second, (chosen[0].size, chosen[1].size))
 
 
 def _chosen(header: Sequence[str], place: str) -> tuple[str, tuple[Column, Column]]:
@@ -187,7 +173,7 @@ def _chosen(header: Sequence[str], place: str) -> tuple[str, tuple[Column, Colum
         if a is not None and b is not None:
             return kind, (a, b)
     raise InputError(
-        f"{place}: {_WANTED} are wanted (a unit may follow, as in 'x (mm)'), not {shown(', '.join(header))}"
+        f"{place}: {_EXPECTED} are expected (a unit may follow, as in 'x (mm)'), not {shown(', '.join(header))}"
     )
 
 
@@ -200,7 +186,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _cell(cell: str, path: Path, row: int, name: str) -> float:
-    """Return a number, NaN for none."""
+    """Return a number, NaN for an empty cell."""
     if not cell:
         return math.nan
     if len(cell) <= 40 and _is_number(cell):
@@ -208,10 +194,8 @@ def _cell(cell: str, path: Path, row: int, name: str) -> float:
     raise InputError(f"{path}, line {row}: {name[:40]} = {shown(cell)}: must be a number; nan or nothing for no echo")
 
 
-# JSON
-
-
 def _of_json(path: Path) -> _Raw:
+    """Read lists of numbers, or a laser scan as ROS or Foxglove write it; these are SI by their own schemas."""
     data = read_bytes(path, MAX_BYTES, "scan")
     try:
         found = json.loads(data)
@@ -220,26 +204,9 @@ def _of_json(path: Path) -> _Raw:
         raise InputError(f"{path}: not JSON: {why}") from None
     if isinstance(found, dict) and "points" in found:
         found = found["points"]
-    if isinstance(found, dict):
-        return _of_object(path, found)
-    if not isinstance(found, list):
-        raise InputError(f"{path}: a list of points or an object with lists is wanted; {_WANTED}")
-    if found and all(isinstance(one, dict) for one in found):
-        named = found[0]
-        header = [key for key in named if key.casefold() in sum(_NAMES.values(), ())]
-        kind, chosen = _chosen(header, str(path))
-        keys = [header[column.position] for column in chosen]
-        first, second = ([one.get(key) for one in found] for key in keys)
-        return _Raw(kind, _numbers(path, first, keys[0]), _numbers(path, second, keys[1]), (None, None))
-    if any(not isinstance(one, list) or len(one) < 2 for one in found):
-        wrong = next(i for i, one in enumerate(found) if not isinstance(one, list) or len(one) < 2)
-        raise InputError(f"{path}: point {wrong + 1} = {shown(json.dumps(found[wrong]))}: a pair of numbers is wanted")
-    x, y = _numbers(path, [one[0] for one in found], "x"), _numbers(path, [one[1] for one in found], "y")
-    return _Raw("xy", x, y, (None, None))
-
-
-def _of_object(path: Path, found: dict[str, Any]) -> _Raw:
-    """Read an object of lists, or a laser scan as ROS or Foxglove write it; these are SI by their own schemas."""
+    found = _lists_by_name(path, found) if isinstance(found, list) else found
+    if not isinstance(found, dict):
+        raise InputError(f"{path}: a list of points or an object with lists is expected; {_EXPECTED}")
     for begin, end, per_step in (("angle_min", "angle_increment", True), ("start_angle", "end_angle", False)):
         if begin in found and end in found and "ranges" in found:
             ranges = _numbers(path, found["ranges"], "ranges")
@@ -255,16 +222,26 @@ def _of_object(path: Path, found: dict[str, Any]) -> _Raw:
     return _Raw(kind, first, second, (chosen[0].size, chosen[1].size))
 
 
+def _lists_by_name(path: Path, points: list[Any]) -> dict[str, list[Any]]:
+    """Turn a list of objects, or of pairs x, y, into lists of numbers by name."""
+    if points and all(isinstance(one, dict) for one in points):
+        return {key: [one.get(key) for one in points] for key in points[0]}
+    for i, one in enumerate(points):
+        if not isinstance(one, list) or len(one) < 2:
+            raise InputError(f"{path}: point {i + 1} = {shown(json.dumps(one))}: a pair of numbers is expected")
+    return {"x": [one[0] for one in points], "y": [one[1] for one in points]}
+
+
 def _numbers(path: Path, values: Any, name: str) -> Array:
     """Return a list of numbers, NaN for null."""
     if not isinstance(values, list):
-        raise InputError(f"{path}: {name} = {shown(json.dumps(values))}: a list of numbers is wanted")
+        raise InputError(f"{path}: {name} = {shown(json.dumps(values))}: a list of numbers is expected")
     if len(values) > MAX_POINTS:
-        raise InputError(f"{path}: more than {MAX_POINTS} points, the most a scan may have")
+        raise InputError(f"{path}: more than {MAX_POINTS} points; a scan may have no more")
     for i, value in enumerate(values):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
-            raise InputError(f"{path}: {name} {i + 1} = {shown(json.dumps(value))}: a number or null is wanted")
+            raise InputError(f"{path}: {name} {i + 1} = {shown(json.dumps(value))}: a number or null is expected")
     try:
         return np.array([math.nan if value is None else float(value) for value in values], dtype=np.float64)
     except OverflowError:
-        raise InputError(f"{path}: {name}: a whole number of hundreds of digits; ranges are wanted") from None
+        raise InputError(f"{path}: {name}: a whole number of hundreds of digits; ranges are expected") from None

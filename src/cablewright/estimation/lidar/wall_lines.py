@@ -1,6 +1,6 @@
 """Straight lines through clusters: clusters on one line are merged, outliers rejected, each line has a covariance.
 
-Weighted total least squares: a range's noise counts by the angle at which its ray meets the line.
+Weighted total least squares: a range's noise is weighted by the angle between its ray and the line.
 """
 
 from __future__ import annotations

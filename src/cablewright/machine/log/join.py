@@ -9,16 +9,17 @@ from cablewright.file_output import cannot_write, whole_file
 from cablewright.machine.log.log import begin_log
 from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 
-_CHUNKS: Final = 1 << 20, 32 << 20  # bytes, least and most
-_SHARE: Final = 1000  # of the log's bytes: the index of all chunks is held in memory, so that there must not be many
+_MIN_CHUNK: Final = 1 << 20  # bytes
+_MAX_CHUNK: Final = 32 << 20  # bytes
+_MAX_CHUNKS: Final = 1000  # of a log up to 32 GB: the index of all chunks is held in memory
 
 
 def join_log(folder: Path) -> Path:
-    """Make one indexed file, ``log.mcap``, of the segments of the log in *folder*; return where it is.
+    """Make one indexed file, ``log.mcap``, of the segments of the log in *folder*; return its path.
 
-    It appears whole; only then are the segments removed, first to last, so that a join which is interrupted anywhere
-    leaves a log that reads the same. What was taken back is left out. Raises `InputError` where there is no log,
-    `EnvironmentFault` where it cannot be written.
+    Only once it is complete are the segments removed, first to last, so that a join interrupted anywhere leaves a log
+    that reads the same. Superseded steps are left out. Raises `InputError` where there is no log, `EnvironmentFault`
+    where it cannot be written.
     """
     path, files = folder / JOINED_NAME, log_files(folder)
     if files == [path]:
@@ -26,7 +27,7 @@ def join_log(folder: Path) -> Path:
     segments = Segments(files)
     try:
         with whole_file(path) as file:
-            chunk = min(max(_CHUNKS[0], segments.size // _SHARE), _CHUNKS[1])
+            chunk = min(max(_MIN_CHUNK, segments.size // _MAX_CHUNKS), _MAX_CHUNK)
             writer, channels = begin_log(file, segments.files[0].head, chunk)
             for step in segments.steps():
                 for message in step:

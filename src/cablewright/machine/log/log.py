@@ -9,17 +9,17 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Final, Self, TypeVar
+from typing import IO, Annotated, Any, Final, Self, TypeVar
 
 from mcap.writer import CompressionType, IndexType, Writer
-from pydantic import ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, open_no_link
 from cablewright.machine.log.mcap_file import HEAD
-from cablewright.machine.log.messages import TOPICS_OF, Signal, decode, encode, encode_frame
+from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
-from cablewright.machine.log.topics import TOPICS
+from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.robot import Robot
 from cablewright.signals import Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
@@ -36,9 +36,12 @@ class LogHead:
 
     robot: Robot
     settings: MachineSettings
-    period: float  # s
-    plant: str
-    seed: int
+    period: Annotated[float, Field(gt=0.0, lt=1e6)]  # s
+    plant: Annotated[str, Field(max_length=60)]
+    seed: Annotated[int, Field(strict=True)]
+
+
+_HEAD: Final = TypeAdapter(LogHead)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +71,8 @@ class LogWriter:
     ) -> None:
         """Begin a log in *file*, open for writing.
 
-        With *flush_every* (s) the system has each step after at most that time, on *clock* or else the machine's own:
-        a program that is killed then loses no more. Without, a chunk of 256 KiB at a time.
+        With *flush_every* (s), by *clock* or else the machine's own, each step is handed to the operating system within
+        that time, so that a killed program loses no more. Without it, a chunk of 256 KiB is written at a time.
         """
         self.head = head
         self._lines = tuple(line.name for line in head.robot.lines)
@@ -148,12 +151,12 @@ def write_log(
         with LogWriter(file, head, flush_every=flush_every, clock=clock) as log:
             yield log
     finally:
-        with suppress(OSError):  # the writer has said so already
+        with suppress(OSError):  # the writer has reported it already
             file.close()
 
 
 def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Writer, dict[str, int]]:
-    """Begin an MCAP file with all topics and the *head*; return its writer, and the number of each topic's channel."""
+    """Begin an MCAP file with all topics and the *head*; return its writer, and the channel number of each topic."""
     writer = Writer(
         file, chunk_size=chunk, compression=CompressionType.ZSTD, index_types=IndexType.ALL, enable_crcs=True
     )
@@ -168,10 +171,10 @@ def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Wri
 
 
 class Log:
-    """A log open for reading. ``notes`` grows while frames are read: faults of the file, a sentence each."""
+    """A log open for reading; a context manager that closes the file."""
 
     def __init__(self, path: Path) -> None:
-        """Read the head of the log in the file or run folder *path*. Raises `InputError` for what is no log."""
+        """Read the head of the log in the file or run folder *path*. Raises `InputError` where there is none."""
         self.path = path
         self._segments = Segments(log_files(path))
         first = self._segments.files[0]
@@ -191,7 +194,7 @@ class Log:
 
     @property
     def notes(self) -> list[str]:
-        """Faults of the file, as far as it has been read."""
+        """Faults of the file as far as it has been read, a sentence each."""
         return self._segments.notes
 
     @property
@@ -207,9 +210,9 @@ class Log:
     def entries(self, without: Collection[type[Signal] | str] = ()) -> Iterator[Entry]:
         """Yield the steps in order, once. A cut or damaged file is read as far as possible, with a note.
 
-        Kinds of signals, or topics, *without* are left out, which is faster: ``entries(without={Scan, "/command"})``. A
-        frame whose clock is not past the one before is left out, with a notice in the next good one. Raises
-        `InputError` for a message that is whole but wrong.
+        *without*: types of signals, or topics, to leave out, which is faster: ``entries(without={Scan, "/command"})``.
+        A frame that is not later than the one before is left out, with a notice in the next good one. Raises
+        `InputError` for a complete message with invalid content.
         """
         topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
         topics.discard(CLOSING_TOPIC)
@@ -222,7 +225,7 @@ class Log:
                 if self._segments.file is not file:
                     file = self._segments.file
                     if frame.time > last + 1.5 * self.head.period:
-                        self.notes.append(f"nothing is told from {last:g} to {frame.time:g} s")
+                        self.notes.append(f"nothing was logged from {last:g} to {frame.time:g} s")
                 notices = frame.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
                 last, skipped = frame.time, 0
                 yield _entry(frame.time, notices, signals)
@@ -246,21 +249,14 @@ def _last(signals: Sequence[object], kind: type[_Kind]) -> _Kind | None:
 def read_log(path: str | Path) -> Log:
     """Open the log in the file or run folder at *path*; use it in a ``with``. Raises `InputError` where there is none.
 
-    Of a folder the segments are read that interrupted runs left: see `cablewright.machine.log.segments`.
+    A folder may hold several segments of interrupted runs: see `cablewright.machine.log.segments`.
     """
     return Log(Path(path))
 
 
 def _metadata(head: LogHead) -> dict[str, str]:
     """The log's own metadata."""
-    about = {
-        "schema": NEWEST_SCHEMA,
-        "robot": head.robot.model_dump(mode="json"),
-        "settings": head.settings.model_dump(mode="json"),
-        "period": head.period,
-        "plant": head.plant,
-        "seed": head.seed,
-    }
+    about = {"schema": NEWEST_SCHEMA, **_HEAD.dump_python(head, mode="json")}
     return {key: json.dumps(value) for key, value in about.items()}
 
 
@@ -274,13 +270,7 @@ def _head(texts: Mapping[str, str], origin: str) -> LogHead:
     if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
         raise InputError(f"{origin}: schema {schema!r} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")
     try:
-        robot = Robot.model_validate(values.get("robot"))
-        settings = MachineSettings.model_validate(values.get("settings"))
+        return _HEAD.validate_python(values)
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
-        where = ".".join(map(str, first["loc"]))
-        raise InputError(f"{origin}: the head's {where or 'robot'}: {first['msg']}") from None
-    period, seed = values.get("period"), values.get("seed")
-    if not isinstance(period, float) or not 0.0 < period < 1e6 or type(seed) is not int:
-        raise InputError(f"{origin}: the head has no period and seed")
-    return LogHead(robot, settings, period, str(values.get("plant"))[:60], seed)
+        raise InputError(f"{origin}: the head's {'.'.join(map(str, first['loc']))}: {first['msg']}") from None

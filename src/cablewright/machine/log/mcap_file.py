@@ -41,7 +41,7 @@ class LogFile:
     """An MCAP file open for reading, as far as it is intact. ``cut``: the byte before which it is cut or damaged."""
 
     def __init__(self, path: Path) -> None:
-        """Open it and read its head. Raises `InputError` for a file that is no log of a machine."""
+        """Open the file and read the log's metadata. Raises `InputError` for a file that is no log of a machine."""
         self.path, self.cut = path, 0
         self._topics: dict[int, str] = {}
         self._excluded: Collection[str] = ()
@@ -69,7 +69,7 @@ class LogFile:
         self._file.close()
 
     def messages(self, without: Collection[str] = ()) -> Iterator[RawMessage]:
-        """Yield the messages in order, once, but those of the topics *without*."""
+        """Yield the messages in order, once, leaving out the topics *without*."""
         self._excluded = without
         for each in self._records:
             if isinstance(each, RawMessage):
@@ -81,7 +81,7 @@ class LogFile:
                 break
             if each.name == HEAD:
                 return each.metadata
-        why = f"cut or damaged before byte {self.cut}" if self.cut else "it does not begin as one"
+        why = f"cut or damaged before byte {self.cut}" if self.cut else "it has no metadata of one at its beginning"
         raise InputError(f"{self.path}: no log of a machine: {why}")
 
     def _read(self) -> Iterator[RawMessage | Metadata]:

@@ -1,4 +1,4 @@
-"""The files of one log in order. A run that was killed and resumed leaves several; each replaces the end of the last.
+"""The files of one log in order. A run that was killed and resumed leaves several; each supersedes the end of the last.
 
 In a run folder they are ``log.mcap``, if segments were joined before, then ``log-000.mcap``, ``log-001.mcap``, ...
 Steps of a file at or after the first step of a later one are superseded by the later one.
@@ -50,7 +50,7 @@ def log_files(path: Path) -> list[Path]:
 
 
 def next_segment(folder: Path) -> Path:
-    """Return where the next segment of the log in *folder* belongs."""
+    """Return the path for the next segment of the log in *folder*."""
     return folder / f"log-{max((number for number, _ in _numbered(folder)), default=-1) + 1:03}.mcap"
 
 
@@ -60,10 +60,10 @@ def _numbered(folder: Path) -> list[tuple[int, str]]:
 
 
 class Segments:
-    """The files of one log, read one after another. ``notes`` grows: their faults, a sentence each."""
+    """The files of one log, read one after another. ``notes``: their faults so far, a sentence each."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        """Find where each file ends. Raises `InputError` where there is no log, or for files of different machines."""
+        """Read the files' heads. Raises `InputError` where there is no log, or for files of different machines."""
         self.notes: list[str] = []
         found: list[Segment] = []
         until = math.inf
@@ -102,9 +102,9 @@ class Segments:
         self.file.close()
 
     def steps(self, without: Collection[str] = ()) -> Iterator[list[RawMessage]]:
-        """Yield the messages of each whole step in order, once, but those of the topics *without*.
+        """Yield the messages of each complete step in order, once, leaving out the topics *without*.
 
-        Raises `InputError` for a step of more than is read.
+        Raises `InputError` for a step of over `MAX_RECORD` bytes.
         """
         for number, segment in enumerate(self.files):
             if number:
@@ -124,13 +124,13 @@ class Segments:
                     step, size, last = [], 0, each.logged
             if segment is self.files[-1]:
                 if self.file.cut:
-                    self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to there")
+                    self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to that byte")
                 if step:
-                    self.notes.append(f"the step after {1e-9 * last:g} s is not whole: left out")
+                    self.notes.append(f"the step after {1e-9 * last:g} s is not complete: left out")
 
 
 def _begin(path: Path, *, alone: bool) -> tuple[Mapping[str, str], float]:
-    """Return the head of a file and the end of its first step, ns; infinite if it is *alone*. Raises `InputError`."""
+    """Return the head of a file and the time of its first step, ns; infinite if it is *alone*. Raises `InputError`."""
     file = LogFile(path)
     try:
         if alone:

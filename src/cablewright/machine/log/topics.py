@@ -1,124 +1,170 @@
-"""The channels of a log and the JSON schemas of their messages.
+"""The channels of a log: their signals, and the fields and JSON schemas of their messages.
 
 Scans, inertial readings and encoders have the schemas that Foxglove draws by itself (foxglove.LaserScan, and ROS'
-sensor_msgs/Imu and JointState); what those do not hold stands beside as further keys.
+sensor_msgs/Imu and JointState); further keys hold what those lack.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-_Values = dict[str, Any]
+from cablewright.machine.log.fields import (
+    COUNTS,
+    COVARIANCE,
+    FAULTS,
+    FLAG,
+    FLAGS,
+    NOTICES,
+    NUMBER,
+    NUMBER_OR_NAN,
+    NUMBERS,
+    NUMBERS_OR_NAN,
+    PLACE,
+    STATE,
+    TEXT,
+    WHOLE_NUMBER,
+    XYZ,
+    XYZW,
+    Kind,
+    array_schema,
+    object_schema,
+)
+from cablewright.signals import (
+    Barrier,
+    Climate,
+    Command,
+    Distance,
+    Encoders,
+    Estimate,
+    Inertial,
+    LineAngles,
+    Progress,
+    Reading,
+    Scan,
+    SensorFrame,
+    Truth,
+)
 
-LIDARS: Final = ("north", "south", "vertical")
-
-_NUMBER: Final = {"type": "number"}
-_TEXT: Final = {"type": "string"}
+Signal = Reading | Command | Truth | Estimate | Progress
+"""Types with a message of their own."""
 
 
 class Topic(NamedTuple):
-    """One channel of a log: its name, its schema's name and the schema."""
+    """One channel of a log. ``kinds``: of the signal's values in a message, by key; each is the attribute's name."""
 
     topic: str
-    schema: str
-    content: _Values
+    schema: str  # name
+    content: dict[str, Any]  # JSON schema
+    signal: type[Signal | SensorFrame]
+    kinds: Mapping[str, Kind]
+    renamed: Mapping[str, str] = {}  # attributes whose name differs from the key
 
 
-def _object(**properties: Any) -> _Values:
-    return {"type": "object", "properties": properties}
+def _plain(topic: str, signal: type[Signal], kinds: Mapping[str, Kind]) -> Topic:
+    """Return the topic of a signal whose message holds its attributes alone, and its time."""
+    kinds = {"time": NUMBER, **kinds}
+    content = object_schema(**{key: kind.schema for key, kind in kinds.items()})
+    return Topic(topic, f"cablewright.{signal.__name__}", content, signal, kinds)
 
 
-def _array(of: Any) -> _Values:
-    return {"type": "array", "items": of}
-
-
-def _vector(*names: str) -> _Values:
-    return _object(**dict.fromkeys(names, _NUMBER))
-
-
-_XYZ = _vector("x", "y", "z")
-_XYZW = _vector("x", "y", "z", "w")
-_NUMBERS = _array(_NUMBER)
-_HEADER = _object(stamp=_object(sec={"type": "integer"}, nanosec={"type": "integer"}), frame_id=_TEXT)
-_SCAN = _object(
-    timestamp=_object(sec={"type": "integer"}, nsec={"type": "integer"}),
-    frame_id=_TEXT,
-    pose=_object(position=_XYZ, orientation=_XYZW),
-    start_angle=_NUMBER,
-    end_angle=_NUMBER,
-    ranges=_NUMBERS,
-    intensities=_NUMBERS,
-    time=_NUMBER,
-    ray_period=_NUMBER,
-    angle_step=_NUMBER,
+_STAMP: Final = object_schema(sec=WHOLE_NUMBER.schema, nanosec=WHOLE_NUMBER.schema)
+_HEADER: Final = object_schema(stamp=_STAMP, frame_id=TEXT.schema)
+_SCAN: Final = object_schema(
+    timestamp=object_schema(sec=WHOLE_NUMBER.schema, nsec=WHOLE_NUMBER.schema),
+    frame_id=TEXT.schema,
+    pose=object_schema(position=XYZ.schema, orientation=XYZW.schema),
+    start_angle=NUMBER.schema,
+    end_angle=NUMBER.schema,
+    ranges=NUMBERS.schema,
+    intensities=NUMBERS.schema,
+    time=NUMBER.schema,
+    ray_period=NUMBER.schema,
+    angle_step=NUMBER.schema,
 )
-_IMU = _object(
+_IMU: Final = object_schema(
     header=_HEADER,
-    orientation=_XYZW,
-    orientation_covariance=_NUMBERS,
-    angular_velocity=_XYZ,
-    angular_velocity_covariance=_NUMBERS,
-    linear_acceleration=_XYZ,
-    linear_acceleration_covariance=_NUMBERS,
-    time=_NUMBER,
+    orientation=XYZW.schema,
+    orientation_covariance=NUMBERS.schema,
+    angular_velocity=XYZ.schema,
+    angular_velocity_covariance=NUMBERS.schema,
+    linear_acceleration=XYZ.schema,
+    linear_acceleration_covariance=NUMBERS.schema,
+    time=NUMBER.schema,
 )
-_JOINTS = _object(
+_JOINTS: Final = object_schema(
     header=_HEADER,
-    name=_array(_TEXT),
-    position=_NUMBERS,
-    velocity=_NUMBERS,
-    effort=_NUMBERS,
-    counts=_array({"type": "integer"}),
-    time=_NUMBER,
+    name=array_schema(TEXT.schema),
+    position=NUMBERS.schema,
+    velocity=NUMBERS.schema,
+    effort=NUMBERS.schema,
+    counts=COUNTS.schema,
+    time=NUMBER.schema,
 )
-_NUMBER_OR_NULL: Final = {"type": ["number", "null"]}
-TRUTH_FIELDS: Final = ("position", "velocity", "rotation", "rate", "lengths", "tensions", "excess", "radii")
-ESTIMATE_FIELDS: Final = ("position", "velocity", "rotation", "lengths", "excess", "radii")
+_SCAN_KINDS: Final = {"ranges": NUMBERS, **dict.fromkeys(("time", "ray_period", "start_angle", "angle_step"), NUMBER)}
+_SCAN_NAMES: Final = {"time": "begin", "ray_period": "period", "start_angle": "first_angle"}
 
 TOPICS: Final = (
-    *(Topic(f"/scan/{name}", "foxglove.LaserScan", _SCAN) for name in LIDARS),
-    Topic("/imu", "sensor_msgs/Imu", _IMU),
-    Topic("/encoders", "sensor_msgs/JointState", _JOINTS),
-    Topic("/line_angles", "cablewright.LineAngles", _object(time=_NUMBER, angles=_array(_NUMBER_OR_NULL))),
-    Topic("/distance", "cablewright.Distance", _object(time=_NUMBER, distance=_NUMBER_OR_NULL)),
-    Topic("/climate", "cablewright.Climate", _object(time=_NUMBER, temperature=_NUMBER, humidity=_NUMBER)),
-    Topic("/barrier", "cablewright.Barrier", _object(time=_NUMBER, broken={"type": "boolean"})),
-    Topic("/command", "cablewright.Command", _object(time=_NUMBER, winch_speeds=_NUMBERS, valve=_NUMBER)),
+    *(
+        Topic(f"/scan/{name}", "foxglove.LaserScan", _SCAN, Scan, _SCAN_KINDS, _SCAN_NAMES)
+        for name in ("north", "south", "vertical")
+    ),
     Topic(
+        "/imu",
+        "sensor_msgs/Imu",
+        _IMU,
+        Inertial,
+        {"time": NUMBER, "linear_acceleration": XYZ, "angular_velocity": XYZ},
+        {"linear_acceleration": "acceleration", "angular_velocity": "rate"},
+    ),
+    Topic("/encoders", "sensor_msgs/JointState", _JOINTS, Encoders, {"time": NUMBER, "counts": COUNTS}),
+    _plain("/line_angles", LineAngles, {"angles": NUMBERS_OR_NAN}),
+    _plain("/distance", Distance, {"distance": NUMBER_OR_NAN}),
+    _plain("/climate", Climate, {"temperature": NUMBER, "humidity": NUMBER}),
+    _plain("/barrier", Barrier, {"broken": FLAG}),
+    _plain("/command", Command, {"winch_speeds": NUMBERS, "valve": NUMBER}),
+    _plain(
         "/truth",
-        "cablewright.Truth",
-        _object(time=_NUMBER, powder=_NUMBER, **dict.fromkeys(TRUTH_FIELDS, _NUMBERS)),
+        Truth,
+        {
+            "powder": NUMBER,
+            **dict.fromkeys(("position", "velocity", "rotation", "rate"), PLACE),
+            **dict.fromkeys(("lengths", "tensions", "excess", "radii"), NUMBERS),
+        },
     ),
-    Topic(
+    _plain(
         "/estimate",
-        "cablewright.Estimate",
-        _object(
-            time=_NUMBER,
-            **dict.fromkeys(ESTIMATE_FIELDS, _array(_NUMBER_OR_NULL)),
-            slack=_array({"type": "boolean"}),
-            covariance=_array(_NUMBER),
-            faults=_array(_object(source=_TEXT, since=_NUMBER, sentence=_TEXT)),
-            valid={"type": "boolean"},
-            clearance=_NUMBER_OR_NULL,
-        ),
+        Estimate,
+        {
+            **dict.fromkeys(("position", "velocity", "rotation", "lengths", "excess", "radii"), NUMBERS_OR_NAN),
+            "slack": FLAGS,
+            "covariance": COVARIANCE,
+            "faults": FAULTS,
+            "valid": FLAG,
+            "clearance": NUMBER_OR_NAN,
+        },
     ),
-    Topic(
+    _plain(
         "/progress",
-        "cablewright.Progress",
-        _object(
-            time=_NUMBER,
-            state=_TEXT,
-            layer={"type": "integer"},
-            distance=_NUMBER,
-            target=_NUMBERS,
-            error=_NUMBER_OR_NULL,
-            reason=_TEXT,
-        ),
+        Progress,
+        {
+            "state": STATE,
+            "layer": WHOLE_NUMBER,
+            "distance": NUMBER,
+            "target": PLACE,
+            "error": NUMBER_OR_NAN,
+            "reason": TEXT,
+        },
     ),
     Topic(
         "/frame",
         "cablewright.Frame",
-        _object(time=_NUMBER, readings={"type": "integer"}, notices=_array(_object(condition=_TEXT, whose=_TEXT))),
+        object_schema(time=NUMBER.schema, readings=WHOLE_NUMBER.schema, notices=NOTICES.schema),
+        SensorFrame,
+        {"time": NUMBER, "notices": NOTICES},
     ),
 )
 """Every channel a log has. The message on /frame comes last in each step and closes it."""
+
+TOPICS_OF: Final = {each.signal: tuple(one.topic for one in TOPICS if one.signal is each.signal) for each in TOPICS}
+"""Names of the topics of each type of signal."""

@@ -1,4 +1,4 @@
-"""The machine that was really built: its description, off by the tolerances."""
+"""A robot as built: its description with random deviations within the tolerances."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from cablewright.robot.parameter_values import with_exit_point
 
 
 def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
-    """Return a robot that *robot* may be the description of: the same seed gives the same one.
+    """Return a robot that *robot* may be the description of; equal seeds give equal robots.
 
-    Each coordinate of an anchor (exit point; a winch exit stays on its vertical) and each sheave's radius is off by a
-    normal law, each modulus by a uniform one. Raises `InputError` where a tolerance asks for an impossible robot.
+    Each coordinate of an anchor (exit point; a winch exit stays on its vertical) and each sheave's radius has a normal
+    error, each modulus a uniform one. Raises `InputError` where a robot with these errors is impossible.
     """
     if seed < 0:
-        raise InputError(f"seed = {seed}: a whole number from 0 on is wanted")
+        raise InputError(f"seed = {seed}: must be a whole number from 0 on")
     random = np.random.default_rng([seed, 0])
-    lines = tuple(_off(line, tolerances, random) for line in robot.lines)
+    lines = tuple(_deviating(line, tolerances, random) for line in robot.lines)
     return robot.model_copy(update={"lines": lines})
 
 
-def _off(line: Line, tolerances: Tolerances, random: np.random.Generator) -> Line:
-    # one draw of each number whatever the tolerances are, so that changing one leaves the others as they were
+def _deviating(line: Line, tolerances: Tolerances, random: np.random.Generator) -> Line:
+    # every number is drawn whatever the tolerances are, so that changing one leaves the other errors as they are
     moved, radius, modulus = random.standard_normal(4), random.standard_normal(), random.uniform(-1.0, 1.0)
     x, y, z, rise = (tolerances.anchor * moved).tolist()
     a, b, c = line.exit_point

@@ -7,27 +7,21 @@ import numpy as np
 from cablewright.kernels.plant.lidar_rays import ray_to_floor
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import DistanceSensor
-from cablewright.machine.simulated.snapshot import Archive
-from cablewright.machine.simulated.ticks import steps_per_interval
+from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Distance
 
 
-class Rangefinder:
-    """One distance sensor."""
+class Rangefinder(TimedSensor[DistanceSensor]):
+    """One distance sensor; its reading is NaN where nothing comes back."""
 
-    def __init__(self, settings: DistanceSensor, valve: float, period: float, random: np.random.Generator) -> None:
-        """Place it *valve* (m) below B. Raises `InputError` for a rate that does not fit the *period*, s."""
-        self.settings, self._valve, self._random = settings, valve, random
-        self._interval, self._step = (
-            steps_per_interval(period, 1.0 / settings.rate, f"distance.rate = {settings.rate:g} Hz"),
-            0,
-        )
+    def __init__(
+        self, key: str, settings: DistanceSensor, period: float, random: np.random.Generator, valve: float
+    ) -> None:
+        """Place it *valve* (m) below B; the rest as `TimedSensor`."""
+        super().__init__(key, settings, period, random)
+        self._valve = valve
 
-    def read(self, state: RigState) -> Distance | None:
-        """Return a reading when one is due; NaN where nothing comes back."""
-        self._step += 1
-        if self._step % self._interval:
-            return None
+    def _measure(self, state: RigState) -> Distance:
         settings, ground = self.settings, state.ground
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()
         down = -state.rotation[:, 2]
@@ -41,8 +35,3 @@ class Rangefinder:
         elif chance > 1.0 - settings.outliers:
             measured = settings.least + anywhere * (settings.most - settings.least)
         return Distance(state.truth.time, float(measured))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        self._step = archive.count("step", self._step)
-        archive.random("random", self._random)

@@ -6,36 +6,30 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import InertialSensor
-from cablewright.machine.simulated.snapshot import Archive
-from cablewright.machine.simulated.ticks import steps_per_interval
+from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Inertial
 
 _RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
 """Largest outliers: 4 g and 500 degrees per second, the range of such a unit."""
 
 
-class InertialUnit:
+class InertialUnit(TimedSensor[InertialSensor]):
     """One unit; its biases are drawn once."""
 
-    def __init__(self, settings: InertialSensor, gravity: float, period: float, random: np.random.Generator) -> None:
-        """Raises `InputError` for a rate that does not fit the machine's *period*, s."""
-        self.settings, self._random, self._gravity = settings, random, gravity
-        self._interval, self._step = (
-            steps_per_interval(period, 1.0 / settings.rate, f"inertial.rate = {settings.rate:g} Hz"),
-            0,
-        )
-        self._place = np.array(settings.place)
+    def __init__(
+        self, key: str, settings: InertialSensor, period: float, random: np.random.Generator, gravity: float
+    ) -> None:
+        """*gravity*: m/s^2; the rest as `TimedSensor`."""
+        super().__init__(key, settings, period, random)
+        self._gravity, self._place = gravity, np.array(settings.place)
         size = np.repeat([settings.acceleration_bias, settings.rate_bias], 3)
         self.bias = size * random.standard_normal(6)
         self._deviation = np.repeat([settings.acceleration_deviation, settings.rate_deviation], 3)
 
-    def read(self, state: RigState) -> Inertial | None:
-        """Return a reading when one is due and not lost."""
-        self._step += 1
-        if self._step % self._interval:
-            return None
+    def _measure(self, state: RigState) -> Inertial | None:
         noise, chance = self._random.standard_normal(6), self._random.random()
         anywhere = self._random.uniform(-1.0, 1.0, 6)
         if chance < self.settings.dropout:
@@ -50,13 +44,8 @@ class InertialUnit:
         measured.flags.writeable = False
         return Inertial(state.truth.time, measured[:3], measured[3:])
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        self._step = archive.count("step", self._step)
-        archive.random("random", self._random)
 
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _cross(a: Array, b: Array) -> Array:
     """Cross product of two vectors; NumPy's own takes ten times as long."""
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()

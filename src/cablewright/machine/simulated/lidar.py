@@ -11,7 +11,7 @@ from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.machine.simulated.snapshot import Archive
-from cablewright.machine.simulated.ticks import steps_per_interval
+from cablewright.machine.simulated.timed_sensor import steps_per_interval
 from cablewright.signals import Scan
 
 

@@ -44,8 +44,6 @@ class Channel:
     def archive_state(self, archive: Archive) -> None:
         """Save or load the readings in transit."""
         self._sent = deque(archive.readings("sent", tuple(self._sent)))
-        self._next_arrival, self.last_arrival_time = (
-            archive.number("last", self._next_arrival),
-            archive.number("heard", self.last_arrival_time),
-        )
+        self._next_arrival = archive.number("last", self._next_arrival)
+        self.last_arrival_time = archive.number("heard", self.last_arrival_time)
         archive.random("random", self._random)

@@ -36,7 +36,7 @@ _FLAG_CONDITIONS = (
 
 @dataclass(frozen=True, eq=False)
 class RigState:
-    """What sensors measure of a rig at one time; made anew for each time step."""
+    """Quantities of a rig that sensors measure, at one time."""
 
     truth: Truth
     acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum, world
@@ -54,7 +54,8 @@ class Rig:
     def __init__(self, robot: Robot, settings: MachineSettings, start: ArrayLike, seed: int) -> None:
         """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw.
 
-        Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` where it cannot hang.
+        Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` if there is no
+        equilibrium at *start*.
         """
         self.settings, self.seed, self.powder = settings, seed, settings.drum.powder
         _check(robot)
@@ -199,7 +200,7 @@ class Rig:
 
 
 def drum_parameters(settings: MachineSettings, powder: float) -> Array:
-    """Return the kernel's parameters (DRUM,) of the drum with so much *powder*, kg."""
+    """Return the kernel's parameters (DRUM,) of the drum with *powder*, kg, in it."""
     drum, numbers = settings.drum, np.zeros(dynamics.DRUM)
     fill = powder / (drum.powder_density * math.pi * drum.radius**2)  # m, height of a cylinder
     depth = drum.powder_bottom - 0.5 * fill
@@ -225,7 +226,7 @@ def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
 
 
 def _check(robot: Robot) -> None:
-    """Raise `InputError` for a robot that no plant can move."""
+    """Raise `InputError` for a robot that no plant can simulate."""
     if robot.n != 3:
         raise InputError(f"robot {robot.name!r}: only a point platform, from which a drum hangs, can be simulated")
     for line in robot.lines:

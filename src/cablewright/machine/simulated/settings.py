@@ -27,10 +27,10 @@ _Place = tuple[Length, Length]
 _LidarName = Literal["north", "south", "vertical"]
 
 
-def _require_rising(key: str, spans: tuple[tuple[float, float], ...]) -> None:
+def _require_rising(key: str, spans: tuple[tuple[float, float], ...], unit: str = "s") -> None:
     for begin, end in spans:
         if not begin < end:
-            raise refusal(key, f"must each rise; {begin:g} to {end:g} s does not")
+            raise refusal(key, f"must each rise; {begin:g} to {end:g} {unit} does not")
 
 
 class Tolerances(Description):
@@ -44,7 +44,7 @@ class Tolerances(Description):
 class Drum(Description):
     """The drum that hangs from the platform point B. Depths are below B, along its axis; dampings in N m s/rad.
 
-    Without ``capacity`` it holds no powder: material comes through a hose and never ends. ``flow``: kg/s.
+    Without ``capacity`` it holds no powder: material comes through a hose, without end. ``flow``: kg/s.
     """
 
     empty_mass: Positive[Mass]
@@ -151,9 +151,9 @@ class RoomSettings(Description):
 
 
 class Link(Description):
-    """Delays of readings: ``latency`` plus an exponentially distributed ``jitter`` of that mean; ``loss``: lost share.
+    """Delay of readings, s: ``latency`` plus an exponentially distributed one of mean ``jitter``; ``loss``: lost share.
 
-    ``gaps``: start and end of times without connection; readings sent then arrive at the end.
+    ``gaps``: start and end, s, of times without connection; readings sent then arrive at the end.
     """
 
     latency: NonNegative[Duration] = 0.0
@@ -168,7 +168,7 @@ class Link(Description):
 
 
 class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: blind angles."""
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad."""
 
     turn: Positive[Duration]
     rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
@@ -191,9 +191,7 @@ class LidarSettings(Description):
             raise refusal("axes", "must be two unit vectors at right angles")
         if not self.least < self.most:
             raise refusal("most", f"must be above least, {self.least:g} m")
-        for begin, end in self.masks:
-            if not begin < end:
-                raise refusal("masks", f"must each rise; {begin:g} to {end:g} rad does not")
+        _require_rising("masks", self.masks, "rad")
         return self
 
 
@@ -255,6 +253,10 @@ class BarrierSensor(_TimedSensor):
         return self
 
 
+TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor
+"""Settings of the sensors that are read at a rate."""
+
+
 class FaultPlan(Description):
     """A planned fault: a source, or one line's accelerometer, is silent or stuck from ``begin`` to ``end``."""
 
@@ -276,7 +278,7 @@ class FaultPlan(Description):
 
 
 class MachineSettings(Description):
-    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it."""
+    """All settings. ``period``: s, time of one step of the machine; ``substep``: s, of the dynamic plant within it."""
 
     schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -330,9 +332,9 @@ def machine_text(name: str) -> str:
 
 
 def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
-    """Return the settings of a machine that lays *bead* where it goes at *speed* (m/s) with the valve open.
+    """Return the settings of a machine that extrudes *bead* at *speed* (m/s) with the valve open.
 
-    One that pours powder stays as it is.
+    Those of a machine that pours powder are returned unchanged.
     """
     if settings.extrusion is None:
         return settings

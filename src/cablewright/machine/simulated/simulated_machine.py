@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Final, Protocol, Self, get_args
 
 import numpy as np
@@ -25,7 +25,7 @@ from cablewright.machine.simulated.link import Channel
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState
 from cablewright.machine.simulated.settings import FaultPlan, MachineSettings, check_faults
-from cablewright.machine.simulated.snapshot import Archive, LoadingArchive, SavingArchive, Snapshot
+from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.machine.simulated.surroundings import walls_of
 from cablewright.robot import Robot
 from cablewright.signals import (
@@ -42,14 +42,25 @@ from cablewright.signals import (
 
 PLANTS: Final = get_args(PlantName)
 
-_WIRED: Final = ("encoders", "climate")
-_LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
-
-class _SensorSlot(Protocol):
+class _Sensor(Protocol):
     def read(self, state: RigState) -> Reading | None: ...
 
     def archive_state(self, archive: Archive) -> None: ...
+
+
+_WIRED: Final = ("encoders", "climate")
+_TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
+    "inertial": ("inertial", InertialUnit),
+    "line_angles": ("line_angles", LineAccelerometers),
+    "distance": ("distance", Rangefinder),
+    "encoders": ("encoders", EncoderReader),
+    "climate": ("climate_sensor", Thermometer),
+    "barrier": ("barrier", LightBarrier),
+}
+"""Key of the settings and class, by source."""
+
+_LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
 
 class SimulatedMachine:
@@ -67,7 +78,7 @@ class SimulatedMachine:
         """Build a machine as *robot* describes it within tolerances, by *seed*, at rest at *start* (3,), m.
 
         Raises `InputError` for what cannot be simulated (a rate that does not fit, an unknown plant, a robot without
-        what a winch needs), `AnswerError` where the drum cannot hang at *start*.
+        the data of a winch), `AnswerError` where the drum has no equilibrium at *start*.
         """
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
@@ -142,9 +153,10 @@ class SimulatedMachine:
 
     def snapshot(self) -> Snapshot:
         """The complete state, from which `resumed` continues."""
-        archive = SavingArchive()
+        archive = Archive()
         self._archive_state(archive)
-        return Snapshot({**archive.snapshot.values, "machine": self._identity}, archive.snapshot.arrays)
+        archive.snapshot.values["machine"] = self._identity
+        return archive.snapshot
 
     @classmethod
     def resumed(
@@ -162,20 +174,18 @@ class SimulatedMachine:
         """
         if snapshot.values.get("machine") != _identity_of(robot, settings, seed, plant):
             raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
-        start = np.zeros(3)
-        LoadingArchive(snapshot).array("start", start)
+        archive, start = Archive(snapshot, loading=True), np.zeros(3)
+        archive.array("start", start)
         machine = cls(robot, settings, start, seed=seed, plant=plant)
-        machine._archive_state(LoadingArchive(snapshot))
+        machine._archive_state(archive)
         machine._rig_state = machine.rig.observe(machine.time)
         return machine
 
     def _archive_state(self, archive: Archive) -> None:
         """Save or load everything that changes."""
         archive.array("start", self._start)
-        self._steps, self._last_command_time = (
-            archive.count("steps", self._steps),
-            archive.number("last_command_time", self._last_command_time),
-        )
+        self._steps = archive.count("steps", self._steps)
+        self._last_command_time = archive.number("last_command_time", self._last_command_time)
         self.rig.archive_state(archive.section("rig"))
         self._plant.archive_state(archive.section("plant"))
         for source, sensor in self._sensors.items():
@@ -192,9 +202,9 @@ class SimulatedMachine:
         """Return the speeds of a valid command, else raise `InputError`."""
         speeds, m = np.array(command.winch_speeds, dtype=np.float64), self.rig.robot.m
         if speeds.shape != (m,) or not np.isfinite(speeds).all():
-            raise InputError(f"command.winch_speeds: {m} finite numbers are wanted, rad/s; got {speeds.tolist()}")
+            raise InputError(f"command.winch_speeds: {m} finite numbers are expected, rad/s; got {speeds.tolist()}")
         if not 0.0 <= command.valve <= 1.0:
-            raise InputError(f"command.valve = {command.valve:g}: 0 (shut) to 1 (open) is wanted")
+            raise InputError(f"command.valve = {command.valve:g}: must be from 0 (shut) to 1 (open)")
         if not command.time >= self._last_command_time:
             raise InputError(
                 f"command.time = {command.time:g} s: the clock jumped back, from {self._last_command_time:g} s"
@@ -202,26 +212,18 @@ class SimulatedMachine:
         self._last_command_time = command.time
         return speeds
 
-    def _mount(self, seed: int) -> Iterator[tuple[str, _SensorSlot]]:
+    def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
         """Yield all sensors by source, each with its own random generator, so that leaving one out changes no other."""
         settings, period = self.settings, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
         walls, ceiling = walls_of(settings.room), settings.room.ceiling
         for source, lidar in settings.lidars.items():
             yield source, SimulatedLidar(source, lidar, walls, ceiling, period, random[source])
-        if settings.inertial is not None:
-            gravity = self.rig.robot.scene.gravity
-            yield "inertial", InertialUnit(settings.inertial, gravity, period, random["inertial"])
-        if settings.line_angles is not None:
-            yield "line_angles", LineAccelerometers(settings.line_angles, period, random["line_angles"])
-        if settings.distance is not None:
-            yield "distance", Rangefinder(settings.distance, settings.drum.valve, period, random["distance"])
-        if settings.encoders is not None:
-            yield "encoders", EncoderReader(settings.encoders, period, random["encoders"])
-        if settings.climate_sensor is not None:
-            yield "climate", Thermometer(settings.climate_sensor, period, random["climate"])
-        if settings.barrier is not None:
-            yield "barrier", LightBarrier(settings.barrier, period, random["barrier"])
+        extra = {"inertial": (self.rig.robot.scene.gravity,), "distance": (settings.drum.valve,)}
+        for name, (key, kind) in _TIMED_SENSORS.items():
+            own = getattr(settings, key)
+            if own is not None:
+                yield name, kind(key, own, period, random[name], *extra.get(name, ()))
 
     def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
         """Return *reading* after the faults that are planned for its time; None: lost."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from threading import Condition, Thread
 from types import TracebackType
 from typing import Self
 
-from cablewright.errors import EnvironmentFault
 from cablewright.machine.simulated.snapshot import Snapshot, write_snapshots
 
 
@@ -19,36 +18,15 @@ class SnapshotWriter:
     """
 
     def __init__(self, path: Path) -> None:
-        """Start the thread."""
-        self._path = path
-        self._next: Mapping[str, Snapshot] | None = None
-        self._fault: EnvironmentFault | None = None
-        self._over = False
-        self._changed = Condition()
-        self._thread = Thread(target=self._work, name="snapshots", daemon=True)
-        self._thread.start()
+        self._path, self._last = path, Future[None]()
+        self._last.set_result(None)
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="snapshots")
 
     def put(self, snapshots: Mapping[str, Snapshot]) -> None:
-        """Write *snapshots* soon, in place of any that wait. Raises the `EnvironmentFault` of earlier ones."""
-        with self._changed:
-            if self._fault is not None:
-                raise self._fault
-            self._next = snapshots
-            self._changed.notify()
-
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._next is not None or self._over)
-                snapshots, self._next = self._next, None
-            if snapshots is None:
-                return
-            try:
-                write_snapshots(self._path, snapshots)
-            except EnvironmentFault as fault:
-                with self._changed:
-                    self._fault = fault
-                return
+        """Write *snapshots* soon, in place of any that wait. Raises the `EnvironmentFault` of the last write."""
+        if not self._last.cancel() and self._last.done():
+            self._last.result()
+        self._last = self._thread.submit(write_snapshots, self._path, snapshots)
 
     def __enter__(self) -> Self:
         return self
@@ -57,9 +35,6 @@ class SnapshotWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Wait for the last. Raises `EnvironmentFault` if it could not be written and the block raised nothing."""
-        with self._changed:
-            self._over = True
-            self._changed.notify()
-        self._thread.join()
-        if self._fault is not None and error is None:
-            raise self._fault
+        self._thread.shutdown()
+        if error is None:
+            self._last.result()

@@ -24,7 +24,7 @@ class Ground:
     """
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
-        """Begin with an empty floor."""
+        """Start with an empty floor."""
         low, high = robot.scene.frame_min, robot.scene.frame_max
         self.field = HeightField.flat(low[:2], high[:2], settings.room.cell)
         self.outside_mass = 0.0  # kg

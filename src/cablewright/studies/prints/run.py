@@ -25,7 +25,7 @@ from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import LoadingArchive, SavingArchive, read_snapshots
+from cablewright.machine.simulated.snapshot import Archive, read_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
 from cablewright.signals import PrintState
@@ -176,7 +176,7 @@ def _go_on(run: PrintRun, log: LogWriter, writer: SnapshotWriter, real_time: boo
 
 
 def _save(run: PrintRun, writer: SnapshotWriter) -> None:
-    archive = SavingArchive()
+    archive = Archive()
     run.printer.archive_state(archive)
     writer.put({"machine": run.machine.snapshot(), "print": archive.snapshot})
 
@@ -197,7 +197,7 @@ def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> 
     def make(place: Array, radii: Array) -> Estimator:
         return estimator(twin.estimator, twin.robot, machine.settings, place, choices.lasers, radii)
 
-    archive = None if found is None else LoadingArchive(found["print"])
+    archive = None if found is None else Archive(found["print"], loading=True)
     return machine, Printer(plan, machine, make, now=machine.time, archive=archive)
 
 

@@ -1,0 +1,179 @@
+"""Kinds of values in a log's messages: the JSON schema of each, and its conversions from a signal's value and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array
+from cablewright.signals import Condition, Fault, Notice, PrintState, frozen
+
+_MAX_NUMBERS: Final = 100_000  # in one array of a message
+_MAX_TEXT: Final = 300  # letters
+_COVARIANCE: Final = 9  # rows of an estimate's covariance
+
+
+def object_schema(**properties: Any) -> dict[str, Any]:
+    """Return the JSON schema of an object."""
+    return {"type": "object", "properties": properties}
+
+
+def array_schema(of: Any) -> dict[str, Any]:
+    """Return the JSON schema of an array."""
+    return {"type": "array", "items": of}
+
+
+class Kind(NamedTuple):
+    """A kind of value. ``read`` takes what JSON holds, None for a missing key; it raises `ValueError`, a sentence."""
+
+    schema: dict[str, Any]
+    read: Callable[[Any], Any]
+    write: Callable[[Any], Any] = lambda value: value
+
+
+def read_object(kinds: Mapping[str, Kind], values: Any) -> dict[str, Any]:
+    """Return the values of a JSON object by key. Raises `ValueError`, which names the key."""
+    if not isinstance(values, dict):
+        raise ValueError("an object is expected")
+    found = {}
+    for key, kind in kinds.items():
+        try:
+            found[key] = kind.read(values.get(key))
+        except ValueError as reason:
+            raise ValueError(f"{key}: {reason}") from None
+    return found
+
+
+def _is_finite(value: float) -> bool:
+    """Whether a number of JSON is finite and no longer than a float or a counter holds."""
+    return abs(value) < 2**63 if isinstance(value, int) else math.isfinite(value)
+
+
+def _number(value: Any) -> float:
+    if type(value) not in (int, float) or not _is_finite(value):
+        raise ValueError("a finite number is expected")
+    return float(value)
+
+
+def _of(kind: type, what: str) -> Callable[[Any], Any]:
+    """Return a reader of values of exactly that type."""
+
+    def read(value: Any) -> Any:
+        if type(value) is not kind:
+            raise ValueError(f"{what} is expected")
+        return value
+
+    return read
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or len(value) > _MAX_TEXT:
+        raise ValueError(f"a text of at most {_MAX_TEXT} letters is expected")
+    return value
+
+
+def _state(value: Any) -> PrintState:
+    if _text(value) not in PrintState.__members__.values():
+        raise ValueError(f"unknown state {value[:60]!r}")
+    return PrintState(value)
+
+
+def _list(value: Any, types: Iterable[type], what: str) -> list[Any]:
+    if not isinstance(value, list) or len(value) > _MAX_NUMBERS or not set(map(type, value)) <= set(types):
+        raise ValueError(f"a list of {what} is expected")
+    return value
+
+
+def _numbers(value: Any, types: Iterable[type] = (int, float), what: str = "numbers") -> Array:
+    """Return a list as floats, read-only; null is NaN, and nothing else is."""
+    values = _list(value, types, what)
+    try:
+        found = np.array(values, dtype=np.float64)
+    except OverflowError:
+        raise ValueError(f"a list of {what} is expected") from None
+    if np.count_nonzero(np.isfinite(found)) + values.count(None) < len(values):
+        raise ValueError(f"a list of {what} is expected")
+    found.flags.writeable = False
+    return found
+
+
+def _numbers_or_nan(value: Any) -> Array:
+    return _numbers(value, (int, float, type(None)), "numbers or null")
+
+
+def _place(value: Any) -> Array:
+    found = _numbers(value)
+    if len(found) != 3:
+        raise ValueError("3 numbers are expected")
+    return found
+
+
+def _counts(value: Any) -> NDArray[np.int64]:
+    if not all(map(_is_finite, _list(value, (int,), "whole numbers"))):
+        raise ValueError("a list of whole numbers is expected")
+    found = np.array(value, dtype=np.int64)
+    found.flags.writeable = False
+    return found
+
+
+def _covariance(value: Any) -> Array | None:
+    found = _numbers(value)
+    if len(found) not in (0, _COVARIANCE**2):
+        raise ValueError(f"none or {_COVARIANCE**2} numbers are expected")
+    return frozen(found.reshape(_COVARIANCE, _COVARIANCE)) if len(found) else None
+
+
+def _notice(value: Any) -> Notice:
+    name = value.get("condition") if isinstance(value, dict) else None
+    if not isinstance(name, str) or name not in Condition.__members__:
+        raise ValueError(f"unknown condition {str(name)[:60]!r}")
+    return Notice(Condition[name], str(value.get("whose", ""))[:60])
+
+
+def _listed(values: Any) -> Any:
+    return np.asarray(values).tolist()
+
+
+def _vector(names: str) -> Kind:
+    """Return the kind of a vector that is an object, with a number under each letter of *names*."""
+    kinds = dict.fromkeys(names, NUMBER)
+    return Kind(
+        object_schema(**dict.fromkeys(names, NUMBER.schema)),
+        lambda value: frozen(list(read_object(kinds, value).values())),
+        lambda values: dict(zip(names, _listed(values), strict=True)),
+    )
+
+
+NUMBER: Final = Kind({"type": "number"}, _number)
+NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, lambda value: math.nan if value is None else _number(value))
+WHOLE_NUMBER: Final = Kind({"type": "integer"}, _of(int, "a whole number"))
+FLAG: Final = Kind({"type": "boolean"}, _of(bool, "true or false"))
+TEXT: Final = Kind({"type": "string"}, _text)
+STATE: Final = Kind(TEXT.schema, _state)
+NUMBERS: Final = Kind(array_schema(NUMBER.schema), _numbers, _listed)
+NUMBERS_OR_NAN: Final = Kind(array_schema(NUMBER_OR_NAN.schema), _numbers_or_nan, _listed)
+PLACE: Final = Kind(NUMBERS.schema, _place, _listed)
+COUNTS: Final = Kind(array_schema(WHOLE_NUMBER.schema), _counts, _listed)
+FLAGS: Final = Kind(
+    array_schema(FLAG.schema), lambda value: np.array(_list(value, (bool,), "true or false"), dtype=np.bool_), _listed
+)
+XYZ: Final = _vector("xyz")
+XYZW: Final = _vector("xyzw")
+COVARIANCE: Final = Kind(NUMBERS.schema, _covariance, lambda matrix: [] if matrix is None else matrix.ravel().tolist())
+"""(9, 9) of an estimate, row by row; None: an empty list."""
+
+_FAULT: Final = {"source": TEXT, "since": NUMBER, "sentence": TEXT}
+FAULTS: Final = Kind(
+    array_schema(object_schema(**{key: kind.schema for key, kind in _FAULT.items()})),
+    lambda value: tuple(Fault(**read_object(_FAULT, each)) for each in _list(value, (dict,), "faults")),
+    lambda faults: [{"source": f.source, "since": max(f.since, 0.0), "sentence": f.sentence} for f in faults],
+)
+NOTICES: Final = Kind(
+    array_schema(object_schema(condition=TEXT.schema, whose=TEXT.schema)),
+    lambda value: tuple(map(_notice, _list(value, (dict,), "notices"))),
+    lambda notices: [{"condition": notice.condition.name, "whose": notice.subject} for notice in notices],
+)
