@@ -118,7 +118,7 @@ def test_a_bad_file_is_named(data, reason, tmp_path):
 
 def test_a_file_that_cannot_be_opened(tmp_path):
     for path, reason in [
-        (tmp_path / "none.gcode", "No such file"),
+        (tmp_path / "none.gcode", "no such file"),
         (tmp_path, "not a regular file"),
         ("a\0b", "cannot be read"),
         ("x" * 5000, "cannot be read"),

@@ -116,7 +116,7 @@ def test_a_scale_is_a_number_above_zero(write, scale: float) -> None:
 
 
 def test_no_file_a_folder_and_a_nul(tmp_path: Path) -> None:
-    for path, says in ((tmp_path / "no.stl", "No such file"), (tmp_path, "not a regular"), (Path("a\0b"), "null")):
+    for path, says in ((tmp_path / "no.stl", "no such file"), (tmp_path, "not a regular"), (Path("a\0b"), "null")):
         with pytest.raises(InputError, match=says):
             read_stl(path)
 

@@ -159,7 +159,7 @@ OTHER_FAULTS = [
     ('name = "two"', "", "name: is missing"),
     ("schema = 1", "schema = 2\nfuture = 3", "schema = 2: written for a newer cablewright"),
     ("schema = 1", "", "missing key 'schema'; write schema = 1"),
-    ("schema = 1", "schema = true", "schema = True: a whole number from 1 to 1 wanted"),
+    ("schema = 1", "schema = true", "schema = True: must be an integer from 1 to 1"),
     ("schema = 1", "schema = ", "not TOML: "),
     ("schema = 1", "schema = 1\nschema = 1", "not TOML: Cannot overwrite a value"),
     ("schema = 1", "\x00", "not TOML: "),

@@ -6,16 +6,14 @@ import math
 from pathlib import Path
 from typing import Annotated, Final, Self
 
-from pydantic import Field, Strict, ValidationError, model_validator
+from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import DEFAULT, NAMES
 from cablewright.errors import suggestion
-from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
-from cablewright.toml_input import read_table, require_schema
+from cablewright.toml_input import load_model
 from cablewright.units import Angle, Force, Length, Positive, Vec3
+from cablewright.validation import Description, FileDescription, refusal
 
-NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
 """The datum that moves exit points least: on average they keep the place and the direction that the file gives them."""
 
@@ -99,14 +97,13 @@ class MeasuredRange(Description):
         return self
 
 
-class CalibrationPlan(Description):
+class CalibrationPlan(FileDescription):
     """What is asked. ``datum`` names exit points (``south-west``) or coordinates (``south-east.y``) to hold.
 
     ``shared``: unknowns that are one number for all lines. ``level``: how well it is known that the exit points, as a
     whole, are not tilted against the file, rad.
     """
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     unknowns: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = DEFAULT
     shared: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = ()
     datum: Annotated[tuple[str, ...], Field(max_length=_MAX_ENTRIES)] = ()
@@ -121,12 +118,7 @@ class CalibrationPlan(Description):
 
 def load_plan(path: str | Path) -> CalibrationPlan:
     """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
-    table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        return CalibrationPlan.model_validate(table)
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
+    return load_model(CalibrationPlan, path)
 
 
 def plan_of(plan: str | Path | CalibrationPlan | None) -> CalibrationPlan:

@@ -20,6 +20,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.printing.modal import COLUMNS, Controller
 from cablewright.progress import Progress
+from cablewright.toml_input import open_regular
 
 MAX_BYTES: Final = 1 << 30
 MAX_LINE: Final = 4096  # bytes
@@ -77,20 +78,8 @@ def parse(source: str | Path | BinaryIO, arc_step: float = 1e-3, progress: Progr
         raise InputError(f"arc_step = {arc_step!r}: a length of at least {SHORTEST_ARC_STEP} m wanted")
     if not isinstance(source, str | Path):
         return _parse_stream(source, str(getattr(source, "name", "G-code")), arc_step, None, progress)
-    with _opened(Path(source)) as stream:
+    with open_regular(Path(source)) as stream:
         return _parse_stream(stream, str(source), arc_step, os.fstat(stream.fileno()).st_size, progress)
-
-
-def _opened(path: Path) -> BinaryIO:
-    """Open a regular file, or raise `InputError`."""
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        return path.open("rb")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a path with a NUL character
-        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
 
 
 def _parse_stream(

@@ -12,6 +12,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
+from cablewright.toml_input import open_regular
 from cablewright.triangle_mesh import STL_FACET, TriangleMesh
 
 MAX_TRIANGLES: Final = 2_000_000
@@ -31,15 +32,8 @@ def read_stl(path: str | Path, scale: float = 1.0) -> TriangleMesh:
     path = Path(path)
     if not MIN_SCALE <= scale <= 1.0 / MIN_SCALE:
         raise InputError(f"mesh scale {scale:g}: a number from {MIN_SCALE:g} to {1.0 / MIN_SCALE:g} is wanted")
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        with path.open("rb") as file:
-            corners = _read(file, path, os.fstat(file.fileno()).st_size)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a path with a NUL character
-        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
+    with open_regular(path) as file:
+        corners = _read(file, path, os.fstat(file.fileno()).st_size)
     if len(corners) == 0:
         raise InputError(f"{path}: holds no triangle")
     wrong = np.flatnonzero(~(np.abs(corners) <= MAX_COORDINATE / scale).all(axis=(1, 2)))

@@ -9,16 +9,14 @@ the block it carries the joint's pin, and on that turn the two cheeks of the lev
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Final, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Length, Positive, Pressure
+from cablewright.validation import Description, refusal, validated
 
-NEWEST_SCHEMA: Final = 1
 _LARGEST: Final = 10.0  # m
 _THINNEST: Final = 1e-4  # m
 
@@ -131,18 +129,9 @@ class Bracket(Description):
         return self
 
 
-class _File(Bracket):
-    """A bracket in a file of its own."""
-
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
-
-
 def load_bracket(path: str | Path) -> Bracket:
     """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
     table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        read: dict[str, Any] = _File.model_validate(table).model_dump(exclude={"schema_version"})
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
-    return Bracket.model_validate(read)
+    require_schema(table, path)
+    del table["schema"]  # a bracket within a robot file has none
+    return validated(Bracket, table, path)

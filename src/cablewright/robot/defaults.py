@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from cablewright.errors import InputError, suggestion
-from cablewright.robot.faults import KeyPath, look_up, spell
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
+from cablewright.validation import KeyPath, look_up, spell
 
 PARTS = ("cable", "sheave", "winch")
 """The tables of a line that have a default table of their own."""

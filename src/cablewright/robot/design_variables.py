@@ -13,16 +13,14 @@ from itertools import combinations, product
 from types import MappingProxyType
 from typing import Final
 
-from pydantic import ValidationError
-
 from cablewright.errors import InputError, UnknownName
-from cablewright.robot.faults import explain
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import AXES, with_exit_point
 from cablewright.robot.parameters import KINDS, KINDS_OF, Parameter, parameters_of, with_value
 from cablewright.robot.platform import RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.units import Vec3
+from cablewright.validation import validated
 
 SAME = 1e-9
 """Lengths that differ by less, as a share of the frame's diagonal, are one."""
@@ -71,11 +69,7 @@ class Change:
                     robot = with_value(robot, parameter, value)
         except InputError as reason:
             raise InputError(f"{self.name} = {value:g}: {reason}") from None
-        data = robot.model_dump()
-        try:
-            return Robot.model_validate(data)
-        except ValidationError as error:
-            raise explain(error, data, f"{self.name} = {value:g}") from None
+        return validated(Robot, robot.model_dump(), f"{self.name} = {value:g}")
 
 
 def changed(robot: Robot, values: Mapping[Change, float]) -> Robot:

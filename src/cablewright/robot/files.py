@@ -9,13 +9,11 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.defaults import locate, merge
-from cablewright.robot.faults import explain
-from cablewright.robot.robot import NEWEST_SCHEMA, Robot
+from cablewright.robot.robot import Robot
 from cablewright.toml_input import MAX_BYTES, parse_table, read_table, require_schema
+from cablewright.validation import validated
 
 
 def load(name_or_path: str | Path) -> Robot:
@@ -63,9 +61,5 @@ def _looks_like_a_path(name: str) -> bool:
 
 
 def _build(document: dict[str, Any], origin: str) -> Robot:
-    require_schema(document, NEWEST_SCHEMA, origin)
-    merged = merge(document, origin)
-    try:
-        return Robot.model_validate(merged)
-    except ValidationError as error:
-        raise explain(error, merged, origin, partial(locate, document)) from None
+    require_schema(document, origin)
+    return validated(Robot, merge(document, origin), origin, partial(locate, document))

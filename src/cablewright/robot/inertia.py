@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cablewright.robot.description import refusal
 from cablewright.units import Inertia3
+from cablewright.validation import KeyPath, refusal
 
 _TOLERANCE = 1e-12
 """How small the least principal moment may be, relative to their sum: below it, it is rounding and not a body."""
@@ -12,7 +12,7 @@ _TRIANGLE_TOLERANCE = 1e-9
 """How far a principal moment may exceed the sum of the other two, relative to their sum: a flat body's rounding."""
 
 
-def check_inertia(moments: Inertia3, products: Inertia3, within: tuple[str | int, ...] = ()) -> None:
+def check_inertia(moments: Inertia3, products: Inertia3, within: KeyPath = ()) -> None:
     """Raise a refusal of the key ``inertia`` unless the tensor is that of a body.
 
     ``moments``: (3,) Ixx, Iyy, Izz and ``products``: (3,) Ixy, Ixz, Iyz, the entries of the symmetric tensor J, kg m^2.

@@ -11,22 +11,20 @@ from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.bracket import Bracket
-from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform, PointPlatform, Retraction
 from cablewright.robot.scene import Scene
+from cablewright.validation import FileDescription, refusal, require_unique_names
 
-NEWEST_SCHEMA = 1
 MAX_LINES = 64
 
 
-class Robot(Description):
+class Robot(FileDescription):
     """m lines, one platform of n freedoms, and the scene they are in. ``source`` names the paper or the origin.
 
     ``bracket`` is what holds each sheave, where that is known.
     """
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]
     description: str = ""
     source: str = ""
@@ -39,7 +37,7 @@ class Robot(Description):
     def _hangs_together(self) -> Self:
         if not self.lines:  # not by min_length, which also complains when every line has a fault of its own
             raise refusal("lines", "must have at least 1 entry")
-        require_own_names("lines", (line.name for line in self.lines))
+        require_unique_names("lines", (line.name for line in self.lines))
         if isinstance(self.platform, PointPlatform):
             self._check_lines_meet()
         else:

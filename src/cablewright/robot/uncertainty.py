@@ -7,17 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
 
-from pydantic import Field, Strict, StrictBool, ValidationError, model_validator
+from pydantic import Field, Strict, StrictBool, model_validator
 
 from cablewright.errors import InputError, suggestion
-from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
 from cablewright.robot.parameter_values import Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
 from cablewright.robot.robot import MAX_LINES, Robot
-from cablewright.toml_input import read_table, require_schema
+from cablewright.toml_input import load_model
+from cablewright.validation import Description, FileDescription, refusal
 
-NEWEST_SCHEMA: Final = 1
 MAX_ENTRIES: Final = 200
 
 _KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role != "winch"}
@@ -158,14 +156,13 @@ class Uncertain(Description):
         return InputError(f"{key} = {shown!r}: {why}")
 
 
-class Uncertainty(Description):
+class Uncertainty(FileDescription):
     """What is known of the uncertain numbers of a robot.
 
     ``coverage``: from the nominal value to the ends of the range it is so many standard deviations, where only a
     deviation is given.
     """
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(max_length=100)] = ""
     coverage: Annotated[float, Strict(), Field(gt=0, le=100)] = 2.0
     parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MAX_ENTRIES)]
@@ -197,12 +194,7 @@ class Uncertainty(Description):
 
 def load_uncertainty(path: str | Path) -> Uncertainty:
     """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
-    table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        return Uncertainty.model_validate(table)
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
+    return load_model(Uncertainty, path)
 
 
 def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:

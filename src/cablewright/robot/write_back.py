@@ -10,10 +10,10 @@ from tomlkit.exceptions import TOMLKitError
 
 from cablewright.errors import InputError
 from cablewright.robot.defaults import PARTS, holder
-from cablewright.robot.faults import KeyPath, look_up
 from cablewright.robot.files import loads
 from cablewright.robot.robot import Robot
 from cablewright.units import respell
+from cablewright.validation import KeyPath, look_up
 
 _ORIGIN = "the file to update"
 

@@ -57,7 +57,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
         (["inverse", "zzz", *AT], "allowed: cogiro, grab-four-lines, "),
         (["inverse", "no/such.toml", *AT], "no/such.toml: no such file"),
         (["robots", "paty"], "did you mean 'paty2021'?"),
-        (["check", HOUSE, "no-such.gcode"], "no-such.gcode: cannot be read"),
+        (["check", HOUSE, "no-such.gcode"], "no-such.gcode: no such file"),
         (["check", HOUSE, "no-such.toml"], "no-such.toml: no such file"),
         (["sing"], "No such command 'sing'"),
         (["inverse", HOUSE, *AT, "--loud"], "No such option: --loud"),
