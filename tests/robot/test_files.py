@@ -142,7 +142,7 @@ OTHER_FAULTS = [
     ('name = "west"', "", "lines[1].name: is missing"),
     ('name = "west"', "name = 3", "lines[1].name = 3: must be a text"),
     ('name = "west"', 'name = "east"', "lines: 2 lines are named 'east'; each needs a name of its own"),
-    ('name = "west"', "name = 'w'\nplatform_point = [0, 0, 1]", "lines: a point platform has all lines meet in one"),
+    ('name = "west"', "name = 'w'\nplatform_point = [0, 0, 1]", "lines: all lines of a point platform must have one"),
     ("[platform]", "[platfrom]", "platfrom: unknown key; did you mean 'platform'?"),
     ("[cable]", "[cabel]", "cabel: unknown key; did you mean 'cable'?"),
     ('"10 kg"', "nan", "platform.mass = nan: must be a finite mass"),

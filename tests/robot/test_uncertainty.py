@@ -360,7 +360,7 @@ def test_moduli_of_every_line() -> None:
     [(1.3, 0.7), (1.0, 1.0), (0.0, 1.0), (-1.0, 1.0), (math.nan, 1.0), (0.5, math.nan), (0.5, math.inf)],
 )
 def test_moduli_that_cannot_be(low: float, high: float) -> None:
-    with pytest.raises(InputError, match=r"^modulus range \S+ to \S+: two finite factors above 0 that rise"):
+    with pytest.raises(InputError, match=r"^modulus range \S+ to \S+: must be two finite factors above 0 that rise"):
         modulus_ranges(HOUSE, low, high)
 
 

@@ -1,4 +1,4 @@
-"""Robots in and out of TOML: a file, a text, or one of the library's names."""
+"""Robots from TOML: a file, a text, or a name of the library."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from cablewright.validation import validated
 
 
 def load(name_or_path: str | Path) -> Robot:
-    """Return the robot of that library name, or of that TOML file. Raises `InputError`.
+    """Return the robot of a library name or of a TOML file. Raises `InputError`.
 
-    A text that is a library name means the library, unless it has a path separator or ends in ``.toml``.
+    A text with a path separator or the ending ``.toml`` is a file; any other that is a library name is of the library.
     """
     if isinstance(name_or_path, str) and not _looks_like_a_path(name_or_path):
         if name_or_path in library_names():
@@ -40,9 +40,8 @@ def loads(text: str, origin: str = "the text") -> Robot:
 
 def library_names() -> tuple[str, ...]:
     """Return the names of the robots that come with cablewright, sorted."""
-    return tuple(
-        sorted(item.name.removesuffix(".toml") for item in _library().iterdir() if item.name.endswith(".toml"))
-    )
+    names = (item.name for item in _library().iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
 def library_text(name: str) -> str:

@@ -183,7 +183,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1:2:99999999"], "2 to 10000 values"),
         (["--vary", "mass="], "numbers with commas"),
         (["--vary", "mass=heavy"], "numbers with commas"),
-        (["--vary", "mass=inf"], "mass = inf: a finite number is wanted"),
+        (["--vary", "mass=inf"], "mass = inf: must be a finite number"),
         (["--vary", "mass=-1,2"], "mass = -1: it must be above 0"),
         (["--vary", "mass=1", "--vary", "mass=2"], "mass is varied more than once"),
         (["--vary", "mass=1:2:101", "--vary", "modulus=1:2:100"], "10100 combinations: at most 10000"),
