@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import Bead
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField, rebuilt
+from cablewright.printing.job import Bead
 
 POWDER = Powder()
 STEEP = np.tan(POWDER.repose)

@@ -5,7 +5,8 @@ import io
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import gcode, modal, parse
+from cablewright.printing import gcode, modal
+from cablewright.printing.gcode import parse
 
 
 @pytest.mark.parametrize(

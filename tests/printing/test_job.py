@@ -3,7 +3,7 @@
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import Bead, Job, Motion, Sampling, load_job
+from cablewright.printing.job import Bead, Job, Motion, Sampling, load_job
 
 GOOD = """
 schema = 1

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import layer_table, load_job
+from cablewright.printing.job import load_job
+from cablewright.printing.layers import layer_table
 from cablewright.printing.numeric_path import Helix, RandomCurve
 
 CURVE = (
