@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.errors import InputError, require_positive
 from cablewright.printing.heightfield import HeightField
 
 Profile = Callable[[Array], Array]
@@ -36,8 +36,7 @@ class Powder:
 
     def __post_init__(self) -> None:
         """Raise `InputError` for values out of range."""
-        if not 0.0 < self.density < np.inf:
-            raise InputError(f"density = {self.density:g} kg/m^3: must be finite and more than 0")
+        require_positive(density=self.density)
         if not 0.0 < self.repose < 0.5 * np.pi:
             raise InputError(f"repose = {self.repose:g} rad: must be between 0 and a quarter turn")
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.errors import InputError, require_positive
 from cablewright.triangle_mesh import TriangleMesh
 
 MAX_CELLS: Final = 25_000_000
@@ -29,8 +29,7 @@ class HeightField:
         sides = np.subtract(high, low)
         if not (np.isfinite(sides).all() and (sides > 0.0).all()):
             raise InputError(f"from {low} to {high} m there is no area")
-        if not 0.0 < cell < np.inf:
-            raise InputError(f"cell = {cell:g} m: must be finite and more than 0")
+        require_positive(cell=cell)
         counts = np.ceil(sides / cell - 1e-9)
         if not counts.prod() <= MAX_CELLS:
             raise InputError(f"cell = {cell:g} m: more than {MAX_CELLS} cells; give a larger cell")

@@ -40,7 +40,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
         (["forward", HOUSE, *LENGTHS, "--modulus-factors", "1,1,1,0"], "over zero; got 0"),
         (["forward", HOUSE, *LENGTHS, "--modulus-factors", "1,1,1,-1"], "over zero; got -1"),
         (["forward", HOUSE, *LENGTHS, "--modulus-factors", "1,1,1,nan"], "finite"),
-        (["forward", HOUSE, *LENGTHS, "--cable", "rigid"], "leave tensions undecided; use elastic or catenary"),
+        (["forward", HOUSE, *LENGTHS, "--cable", "rigid"], "do not determine tensions; use elastic or catenary"),
         (["inverse", HOUSE, *AT, "--cable", "rope"], "unknown cable law 'rope'; allowed: catenary, elastic, rigid"),
         (["inverse", HOUSE, *AT, "--cable", "catenry"], "did you mean 'catenary'?"),
         (["inverse", HOUSE, *AT, "--sheave", "pulley"], "unknown sheave law 'pulley'"),
