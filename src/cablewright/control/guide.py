@@ -72,16 +72,9 @@ class TimedPath:
             last = np.flatnonzero(samples.extruding & (samples.layer == numbers[layers - 1]))[-1]
             samples = Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
         law = job.time_law(samples)
-        motion = job.motion
-        return cls(
-            Track.of(samples, (0.0, 0.0, lift)),
-            law.time + samples.dwell,
-            np.asarray(law.time),
-            np.asarray(law.speed),
-            motion.acceleration,
-            motion.travel_speed,
-            motion.print_speed,
-        )
+        track, start = Track.of(samples, (0.0, 0.0, lift)), law.time + samples.dwell
+        limits = (job.motion.acceleration, job.motion.travel_speed, job.motion.print_speed)
+        return cls(track, start, law.time, law.speed, *limits)
 
     @property
     def duration(self) -> float:

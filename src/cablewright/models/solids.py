@@ -66,25 +66,17 @@ def _tree(kind: int, pieces: Array, births: Array, low: Array, high: Array) -> t
     count = len(pieces)
     levels = max(0, int(np.ceil(np.log2(max(count, 1) / _LEAF))))
     order, middle = np.arange(count), 0.5 * (low + high)
-    for level in range(levels):
+    boxes, since = np.zeros(((2 << levels) - 1, 6)), np.full((2 << levels) - 1, np.inf)
+    for level in range(levels + 1 if count else 0):
+        nodes = slice((1 << level) - 1, (2 << level) - 1)
         starts = np.arange(1 << level) * count >> level
-        node = np.repeat(np.arange(1 << level), np.diff(np.append(starts, count)))
-        own = middle[order]
-        extent = np.maximum.reduceat(own, starts) - np.minimum.reduceat(own, starts)
-        order = order[np.lexsort((own[np.arange(count), extent.argmax(axis=1)[node]], node))]
-    leaves = 1 << levels
-    ranges = (np.arange(leaves + 1) * count >> levels).astype(np.int64)
-    boxes, since = np.zeros((2 * leaves - 1, 6)), np.full(2 * leaves - 1, np.inf)
-    if count:
-        lows, highs = np.empty((2 * leaves - 1, 3)), np.empty((2 * leaves - 1, 3))
-        lows[leaves - 1 :] = np.minimum.reduceat(low[order], ranges[:-1])
-        highs[leaves - 1 :] = np.maximum.reduceat(high[order], ranges[:-1])
-        since[leaves - 1 :] = np.minimum.reduceat(births[order], ranges[:-1])
-        for level in reversed(range(levels)):
-            nodes = slice((1 << level) - 1, (2 << level) - 1)
-            pairs = slice((2 << level) - 1, (4 << level) - 1)
-            lows[nodes] = lows[pairs].reshape(-1, 2, 3).min(axis=1)
-            highs[nodes] = highs[pairs].reshape(-1, 2, 3).max(axis=1)
-            since[nodes] = since[pairs].reshape(-1, 2).min(axis=1)
-        boxes = np.concatenate([0.5 * (lows + highs), 0.5 * (highs - lows)], axis=1)
+        lowest, highest = np.minimum.reduceat(low[order], starts), np.maximum.reduceat(high[order], starts)
+        boxes[nodes] = np.concatenate([0.5 * (lowest + highest), 0.5 * (highest - lowest)], axis=1)
+        since[nodes] = np.minimum.reduceat(births[order], starts)
+        if level < levels:
+            node = np.repeat(np.arange(1 << level), np.diff(np.append(starts, count)))
+            own = middle[order]
+            extent = np.maximum.reduceat(own, starts) - np.minimum.reduceat(own, starts)
+            order = order[np.lexsort((own[np.arange(count), extent.argmax(axis=1)[node]], node))]
+    ranges = (np.arange((1 << levels) + 1) * count >> levels).astype(np.int64)
     return PartTree(kind, np.ascontiguousarray(pieces[order]), births[order], boxes, since, ranges), order

@@ -198,17 +198,18 @@ class Equilibrium(Rows, Result):
     @property
     def platform_tensions(self) -> Array:
         """Tension at the platform's end of each line, N."""
-        tensions, phi = self.tensions, self.line_states.free_angle
-        weight = self.lines.weight * self.line_states.free_length
-        return np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + weight)
+        return self._end_tensions(self.line_states.free_angle, self.line_states.free_length)
 
     @property
     def winch_tensions(self) -> Array:
         """Tension at the winch exit of each line, N; the one at the sheave where the dead span is not modelled."""
-        tensions, psi = self.tensions, self.line_states.dead_angle
-        weight = self.lines.weight * self.line_states.dead_length
-        at_winch = np.hypot(tensions * np.cos(psi), tensions * np.sin(psi) + weight)
-        return np.where(self.lines.has_dead_span, at_winch, tensions)
+        at_winch = self._end_tensions(self.line_states.dead_angle, self.line_states.dead_length)
+        return np.where(self.lines.has_dead_span, at_winch, self.tensions)
+
+    def _end_tensions(self, angles: Array, lengths: Array) -> Array:
+        """Return the tension at the far end of spans that leave the sheave at *angles* from the horizontal."""
+        vertical = self.tensions * np.sin(angles) + self.lines.weight * lengths
+        return np.hypot(self.tensions * np.cos(angles), vertical)
 
     @property
     def platform_points(self) -> Array:

@@ -38,6 +38,8 @@ _STRAIGHT: Final = re.compile(
     r"[ \t\r]*(?:;.*)?".replace("#", NUMBER).encode(),
     re.DOTALL,
 )
+_Word = bytes | float | None
+
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
 _SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
@@ -194,14 +196,7 @@ class Controller:
                 self._e_follows_axes = False
                 self._relative_e = code == "M83"
 
-    def _straight(
-        self,
-        x: bytes | float | None,
-        y: bytes | float | None,
-        z: bytes | float | None,
-        e: bytes | float | None,
-        feed: bytes | float | None,
-    ) -> None:
+    def _straight(self, x: _Word, y: _Word, z: _Word, e: _Word, feed: _Word) -> None:
         """Move in a line (file units). Raises `ValueError` for a text that is no number, `InputError` out of range."""
         unit = self._unit
         if feed is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Self
 
 import numpy as np
@@ -31,33 +32,27 @@ class ScheduleStep(Description):
         return self
 
 
+@dataclass(frozen=True)
 class Schedule:
     """Linear interpolation of settings between heights; constant below the lowest and above the highest."""
 
-    def __init__(self, heights: tuple[ScheduleStep, ...]) -> None:
-        """*heights* are in rising order."""
-        self.heights = heights
+    steps: tuple[ScheduleStep, ...]  # in rising order
 
     @property
     def turns(self) -> bool:
         """Whether it sets a rotation."""
-        return any(height.rotation is not None for height in self.heights)
+        return any(step.rotation is not None for step in self.steps)
 
     def rotations(self, z: Array) -> Array:
-        """Rotation vectors (k, 3), rad, at heights *z* (k,), m; zero where the schedule has none.
+        """Return rotation vectors (k, 3), rad, at heights *z* (k,), m; zero if the schedule has none.
 
         Each component is interpolated alone: rotations that differ much need steps between them.
         """
-        known = [(height.z, height.rotation) for height in self.heights if height.rotation is not None]
-        if not known:
-            return np.zeros((len(z), 3))
-        at, values = zip(*known, strict=True)
-        return np.stack([np.interp(z, at, part) for part in np.transpose(values)], axis=-1)
+        known = [(step.z, *step.rotation) for step in self.steps if step.rotation is not None]
+        at, *columns = np.transpose(known or [(0.0, 0.0, 0.0, 0.0)])
+        return np.stack([np.interp(z, at, column) for column in columns], axis=-1)
 
     def retractions(self, z: Array) -> Array | None:
-        """Retraction lengths (k,), m, at heights *z* (k,), m; None where the schedule has none."""
-        known = [(height.z, height.retraction) for height in self.heights if height.retraction is not None]
-        if not known:
-            return None
-        at, values = zip(*known, strict=True)
-        return np.asarray(np.interp(z, at, values))
+        """Return retraction lengths (k,), m, at heights *z* (k,), m; None if the schedule has none."""
+        known = [(step.z, step.retraction) for step in self.steps if step.retraction is not None]
+        return np.interp(z, *np.transpose(known)) if known else None

@@ -10,12 +10,16 @@ import math
 import re
 from typing import Final, Literal, NamedTuple
 
+MarkerKind = Literal["colon", "change", "named"]
+
 NUMBER: Final = r"[-+.0-9]+"  # float() of these reads no exponent, inf or nan: only numbers of G-code
 MACRO: Final = re.compile(r"[A-Z_]{3}\w*|%", re.ASCII)  # START_PRINT of Klipper, the % that frames a CNC program
 
-_COLON = re.compile(rb";LAYER:([-+]?[0-9]{1,9})(?:\s.*)?", re.DOTALL)
-_CHANGE = re.compile(rb";LAYER_CHANGE\s*")
-_NAMED = re.compile(rb";\s?layer ([0-9]{1,9})(?:\s*|[\s,:]+[^\s=].*)", re.DOTALL)
+_MARKERS: Final[dict[MarkerKind, re.Pattern[bytes]]] = {
+    "colon": re.compile(rb";LAYER:([-+]?[0-9]{1,9})(?:\s.*)?", re.DOTALL),
+    "change": re.compile(rb";LAYER_CHANGE()\s*"),
+    "named": re.compile(rb";\s?layer ([0-9]{1,9})(?:\s*|[\s,:]+[^\s=].*)", re.DOTALL),
+}
 _COMMENT = re.compile(r";.*|\([^()]*\)?", re.DOTALL)
 _CHECKSUM = re.compile(r"\*\s*([0-9]{1,9})\s*$", re.ASCII)
 _LINE_NUMBER = re.compile(r"\s*N\s*[0-9]+(?![0-9.])", re.ASCII | re.IGNORECASE)
@@ -36,7 +40,7 @@ class WordError(ValueError):
 class LayerMarker(NamedTuple):
     """A slicer's comment at the begin of a layer; ``number`` is None for a marker without a number."""
 
-    kind: Literal["colon", "change", "named"]
+    kind: MarkerKind
     number: int | None
 
 
@@ -45,12 +49,9 @@ def read_marker(line: bytes) -> LayerMarker | None:
 
     Settings that a slicer writes as comments (``; layer_height = 0.2``, ``; layer 3 = x``) are no markers.
     """
-    if (found := _COLON.fullmatch(line)) is not None:
-        return LayerMarker("colon", int(found[1]))
-    if _CHANGE.fullmatch(line) is not None:
-        return LayerMarker("change", None)
-    if (found := _NAMED.fullmatch(line)) is not None:
-        return LayerMarker("named", int(found[1]))
+    for kind, pattern in _MARKERS.items():
+        if (found := pattern.fullmatch(line)) is not None:
+            return LayerMarker(kind, int(found[1]) if found[1] else None)
     return None
 
 

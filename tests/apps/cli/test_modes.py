@@ -220,7 +220,7 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
         (["--at", "here"], "numbers with commas"),
         ([*AT, "--cable", "rope"], "unknown cable law 'rope'"),
         ([*AT, "--sheave", "swivel"], "has only a sheave of kind eyelet"),
-        ([*AT, "--retraction", "3"], "goes from 1.2 to 2 m"),
+        ([*AT, "--retraction", "3"], "retracts from 1.2 to 2 m"),
         ([*AT, "--tension-limits", "20,10"], "0 <= lowest < highest"),
         ([*AT, "--plot", "modes.pdf"], "a name that ends in .png"),
     ],
