@@ -140,9 +140,9 @@ def _limits(given: Sequence[float]) -> tuple[float, float]:
     try:
         low, high = (float(value) for value in given)
     except (TypeError, ValueError):
-        raise InputError(f"tension limits {given!r}: must be two numbers, min and max in N") from None
+        raise InputError(f"tension limits {given!r}: must be two numbers, lowest and highest in N") from None
     if not 0.0 <= low < high < float("inf"):
-        raise InputError(f"tension limits {low:g},{high:g}: must be 0 <= min < max, in N")
+        raise InputError(f"tension limits {low:g},{high:g}: must be 0 <= lowest < highest, in N")
     return low, high
 
 
