@@ -43,7 +43,7 @@ class Dimension:
         return next(iter(self.units))
 
     @property
-    def wanted(self) -> str:
+    def requirement(self) -> str:
         """The accepted values of a field of this dimension, as the end of a sentence."""
         forms = f"a number ({self.si}) or a text such as '2 {self.si}'"
         return f"must be a finite {self.name}: {forms}, unit one of {', '.join(self.units)}"
@@ -80,7 +80,7 @@ class Dimension:
         return value
 
     def _refusal(self) -> PydanticCustomError:
-        return PydanticCustomError("quantity", "{wanted}", {"wanted": self.wanted})
+        return PydanticCustomError("quantity", "{requirement}", {"requirement": self.requirement})
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Read first, so that limits such as ``Gt(0)`` apply to an SI float."""

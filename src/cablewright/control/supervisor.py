@@ -217,7 +217,7 @@ def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
 
 def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
     """Leave a state in which the machine moves if there is a reason to stop."""
-    now, estimate, target = inputs.now, inputs.estimate, inputs.target
+    now = inputs.now
     if settings.barrier_timeout is not None:
         timed_out = now - max(state.last_barrier_time, state.state_start) > settings.barrier_timeout
         if state.barrier_broken or timed_out:
@@ -225,30 +225,29 @@ def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs:
             reason = "somebody is in the light barrier" if state.barrier_broken else "no reading of the light barrier"
             _enter(state, PrintState.PAUSED, now, reason)
             return
-    if not estimate.valid and state.state is PrintState.PRINTING:
+    if not inputs.estimate.valid and state.state is PrintState.PRINTING:
         _enter(state, PrintState.PAUSED, now, _POSITION_LOST)
         return
     if inputs.powder <= settings.refill_mass or Condition.POWDER_OUT in inputs.conditions:
         state.refills += 1
-        out = Condition.POWDER_OUT in inputs.conditions
-        _enter(state, PrintState.REFILLING, now, "no powder is left" if out else "little powder is left")
+        reason = "no powder is left" if Condition.POWDER_OUT in inputs.conditions else "little powder is left"
+        _enter(state, PrintState.REFILLING, now, reason)
         return
-    soft = _soft_limit(settings, state, inputs, target)
-    if soft:
-        _enter(state, PrintState.STOPPED, now, soft)
+    if reason := _soft_limit(settings, state, inputs):
+        _enter(state, PrintState.STOPPED, now, reason)
 
 
 _POSITION_LOST = "the position is not known"
 
 
-def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs, target: Target | None) -> str:
+def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
     """Return the reason for a controlled stop, or an empty text."""
     if inputs.now - state.stalled_since > settings.stall_timeout:
         return f"a motor cannot pull its load for over {settings.stall_timeout:g} s"
     if Condition.DRUM_END in inputs.conditions:
         return "a winch drum is empty or full"
-    if target is not None and inputs.estimate.valid:
-        error = target.position - inputs.estimate.position
+    if inputs.target is not None and inputs.estimate.valid:
+        error = inputs.target.position - inputs.estimate.position
         distance = math.sqrt(float(error @ error))
         if distance > settings.max_error:
             return f"the platform is {distance:.3f} m from its target; at most {settings.max_error:g} is allowed"

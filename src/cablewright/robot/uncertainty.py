@@ -208,7 +208,7 @@ def _si(kind: Kind, key: str, value: Any) -> Any:
     try:
         return kind.dimension.read(value)
     except ValueError:
-        raise refusal(key, kind.dimension.wanted) from None
+        raise refusal(key, kind.dimension.requirement) from None
 
 
 def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, float, float | None]:

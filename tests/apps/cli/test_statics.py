@@ -126,7 +126,7 @@ def test_an_infeasible_pose_is_told_with_the_numbers_it_prints(cli, at: str) -> 
     i = [line.name for line in load("house-printer").lines].index(name)
     ends = [found[key][i] for key in ("tensions", "platform_tensions", "winch_tensions")]
     under, over = 20 - min(ends), max(ends) - 5150
-    assert (under if "under" in said else over) == pytest.approx(excess, rel=0.01, abs=0.1)
+    assert (under if "below" in said else over) == pytest.approx(excess, rel=0.01, abs=0.1)
     assert found["margin"] == pytest.approx(-excess, rel=0.01, abs=0.1)
 
 

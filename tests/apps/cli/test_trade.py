@@ -188,7 +188,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1", "--vary", "mass=2"], "mass is varied more than once"),
         (["--vary", "mass=1:2:101", "--vary", "modulus=1:2:100"], "10100 combinations: at most 10000"),
         (["--vary", "exit_point.z@nine=1"], "unknown line 'nine'"),
-        (["--vary", "retraction=1:2:3"], "retraction = 1: retraction length 1 m: the platform of 'jung2020' goes from"),
+        (["--vary", "retraction=1:2:3"], "retraction = 1: retraction length 1 m: the platform of 'jung2020' retracts from"),
         (["--vary", "retraction=1.5", "--retraction", "1.4"], "cannot vary while a length or a law"),
         (["--vary", "mass=1", "--retraction", "9"], "retracts from 1.2 to 2 m"),
         (["--vary", "mass=1", "--tension-limits", "9,1"], "0 <= lowest < highest"),
