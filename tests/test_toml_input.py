@@ -8,18 +8,17 @@ from typing import Annotated, Literal
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from cablewright.errors import InputError
 from cablewright.toml_input import (
     MAX_BYTES,
     MAX_DEPTH,
-    one_line,
     parse_table,
     read_table,
     require_schema,
-    validated,
 )
+from cablewright.validation import Description, validated
 
 
 def test_table_and_text(tmp_path):
@@ -120,48 +119,43 @@ def test_any_text_gives_a_table_or_one_line(text):
 
 @pytest.mark.parametrize("value", [None, 0, 3, 1.0, "1", True])
 def test_schema(value):
-    require_schema({"schema": 1}, 2, "t")
-    require_schema({"schema": 2}, 2, "t")
+    require_schema({"schema": 1}, "t")
     with pytest.raises(InputError, match=r"t: .*schema"):
-        require_schema({} if value is None else {"schema": value}, 2, "t")
+        require_schema({} if value is None else {"schema": value}, "t")
 
 
-class Part(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-
-
-class Circle(Part):
+class Circle(Description):
     kind: Literal["circle"]
     radius: Annotated[float, Field(gt=0)]
 
 
-class Square(Part):
+class Square(Description):
     kind: Literal["square"]
     side_length: float
 
 
-class Plate(Part):
+class Plate(Description):
     holes: tuple[Annotated[Circle | Square, Field(discriminator="kind")], ...] = ()
     material: Annotated[str, Field(alias="made_of")] = "steel"
-    weight: float | str = 1.0
+    weight: float = 1.0
 
 
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({"hole": 1}, "unknown key 'hole'; did you mean 'holes'?"),
-        ({"made": "x"}, "unknown key 'made'; did you mean 'made_of'?"),
+        ({"hole": 1}, "hole = 1: unknown key; did you mean 'holes'?"),
+        ({"made": "x"}, "made = 'x': unknown key; did you mean 'made_of'?"),
         (
             {"holes": [{"kind": "square", "side_lenght": 1}]},
-            "unknown key 'holes[0].side_lenght'; did you mean 'side_length'?",
+            "holes[0].side_lenght = 1: unknown key; did you mean 'side_length'?",
         ),
         (
             {"holes": [{"kind": "circle", "side_length": 1}]},
-            "unknown key 'holes[0].side_length'; allowed: kind, radius",
+            "holes[0].side_length = 1: unknown key; allowed: kind, radius",
         ),
-        ({"holes": [{"kind": "circle"}]}, "missing key 'holes[0].radius'"),
+        ({"holes": [{"kind": "circle"}]}, "holes[0].radius: is missing"),
         ({"holes": [{"kind": "circle", "radius": -1}]}, "holes[0].radius = -1: must be greater than 0"),
-        ({"made_of": 3}, "made_of = 3: must be a valid string"),
+        ({"made_of": 3}, "made_of = 3: must be a text"),
         ({"weight": []}, "weight = []: must be a valid number"),
         ({"made_of": ["x" * 99]}, "made_of = ['" + "x" * 55 + "...: must be"),
         ({"made_of": int("f" * 9000, 16)}, "made_of = (a number of thousands of digits): must be"),
@@ -171,6 +165,3 @@ def test_one_line(table, message):
     with pytest.raises(InputError) as caught:
         validated(Plate, table, "p.toml")
     assert str(caught.value).startswith(f"p.toml: {message}")
-    with pytest.raises(ValidationError) as raw:
-        Plate.model_validate(table)
-    assert str(one_line(raw.value, "p.toml", Plate)) == str(caught.value)

@@ -1,6 +1,6 @@
-"""Reading a table of text a stranger wrote: capped line by line, and refused in one line that says where.
+"""Reading tables of text that a stranger wrote: limited line by line, and errors are one line with the place.
 
-A column is found by its name; a unit may follow it, ``force (kN)``, ``elongation [mm]``, ``force_kN``.
+A column is found by its name; a unit may follow it: ``force (kN)``, ``elongation [mm]``, ``force_kN``.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from cablewright.errors import InputError, suggestion
 from cablewright.toml_input import read_bytes
 from cablewright.units import Dimension
 
-_LONGEST_LINE: Final = 4096  # bytes: a line is split as a whole
+_LONGEST_LINE: Final = 4096  # bytes
 _LONGEST_SHOWN: Final = 60
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
 class Column(NamedTuple):
-    """Where a column stands, and the size of its unit in SI; None where the header gives no unit."""
+    """Position of a column, and the size of its unit in SI; None: the header gives no unit."""
 
     position: int
     size: float | None
@@ -31,7 +31,7 @@ class Column(NamedTuple):
 def text_lines(path: Path, max_bytes: int, what: str) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line that is neither empty nor a comment (``#``).
 
-    Raises `InputError` where the file cannot be read, holds more than ``max_bytes``, has a line over 4096 bytes or is
+    Raises `InputError` for a file that cannot be read, holds more than ``max_bytes``, has a line over 4096 bytes or is
     not UTF-8.
     """
     for count, raw in enumerate(io.BytesIO(read_bytes(path, max_bytes, what)), 1):
@@ -46,19 +46,19 @@ def text_lines(path: Path, max_bytes: int, what: str) -> Iterator[tuple[int, str
 
 
 def separator_of(header: str) -> str:
-    """Return the first of tab, semicolon and comma that the header holds."""
+    """Return the first of tab, semicolon and comma that is in the header."""
     return next((mark for mark in "\t;," if mark in header), ",")
 
 
 def cells_of(text: str, separator: str) -> list[str]:
-    """Split a row; quotes around a cell are taken off."""
+    """Split a row into cells, without the quotes around them."""
     return [bare(cell) for cell in text.split(separator)]
 
 
 def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: Dimension) -> Column | None:
-    """Find the one column that has one of these ``names``; None if no cell of the header does.
+    """Find the column with one of these ``names``; None if no cell of the header has one.
 
-    Raises `InputError` for two of them, or for a unit that ``quantity`` does not have.
+    Raises `InputError` for two such columns, or for a unit that ``quantity`` does not have.
     """
     units = ((i, _unit(cell, name, quantity)) for i, cell in enumerate(cells) for name in names)
     found = [(i, unit) for i, unit in units if unit is not None]
@@ -77,7 +77,7 @@ def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity
 
 
 def no_column(name: str, cells: Sequence[str], place: str, quantity: Dimension, names: Sequence[str]) -> InputError:
-    """Return the error for a column that is not there; ``names`` are all that are wanted."""
+    """Return the error for a missing column; ``names`` are all expected ones."""
     near = max(cells, key=lambda cell: SequenceMatcher(None, name, cell[:_LONGEST_SHOWN].casefold()).ratio())
     hint = suggestion(near[:_LONGEST_SHOWN].casefold(), names)
     units = units_wanted(name, quantity)
@@ -85,7 +85,7 @@ def no_column(name: str, cells: Sequence[str], place: str, quantity: Dimension, 
 
 
 def units_wanted(name: str, quantity: Dimension) -> str:
-    """Say how a unit may follow a column's name."""
+    """Return a sentence about the unit after a column's name."""
     return f"a unit may follow, as in '{name} ({list(quantity.units)[1]})', one of {', '.join(quantity.units)}"
 
 
@@ -119,15 +119,15 @@ def number_rows(
 
 
 def shown(text: str) -> str:
-    """Quote a foreign text, cut where it is long."""
+    """Return the ``repr`` of a text of the file, shortened where it is long."""
     return repr(text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "...")
 
 
 def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
-    """Return the unit that a header's cell gives to the column ``name``, "" for none; None if it is another column.
+    """Return the unit in a header's cell of the column ``name``, "" for none; None for another column.
 
-    What is in brackets is a unit, known or not. Without them ``force_rate`` must stay a quantity of its own. Units are
-    told apart by case, for in some mN and MN are one letter and nine digits apart.
+    Text in brackets is a unit, known or not; without brackets only a known one, because ``force_rate`` is a different
+    quantity. Units are case-sensitive: mN and MN differ by nine orders of magnitude.
     """
     if cell[: len(name)].casefold() != name:
         return None

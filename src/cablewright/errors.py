@@ -1,15 +1,16 @@
-"""The one family of exceptions: a person reads one line, a program reads the exit code."""
+"""Statuses of solves, and the one family of exceptions: a line for people, an exit code for programs."""
 
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable
 from enum import Enum
 from typing import ClassVar, Self
 
 
 class Status(Enum):
-    """What became of one solve, as a sentence. The order is that of the kernels' codes."""
+    """The outcome of a solve, as a sentence. The order is that of the kernels' codes."""
 
     OK = "solved"
     NOT_CONVERGED = "the solver did not converge"
@@ -25,21 +26,21 @@ class Status(Enum):
     JUMPED = "the equilibrium that was followed ends or jumps between these lengths and the last"
     FOLD = "the equilibrium that is followed is about to vanish: its stiffness is all but singular"
     UNCERTIFIED = "the equilibrium was found, but that it is the only one there could not be proved"
-    OUT_OF_LIMITS = "the pose balances, but is outside the machine's limits"  # no kernel's code
+    OUT_OF_LIMITS = "the pose balances, but is outside the machine's limits"  # not a code of kernels
 
     @classmethod
     def of(cls, code: int) -> Self:
-        """The status of a kernel's code."""
+        """Return the status of a kernel's code."""
         return list(cls)[code]
 
     @property
     def word(self) -> str:
-        """Its name as commands print it: ``not-converged``."""
+        """The name in the output of commands: ``not-converged``."""
         return self.name.lower().replace("_", "-")
 
 
 class CablewrightError(Exception):
-    """Everything cablewright raises on purpose. The message is one line."""
+    """Base of all exceptions of cablewright. The message is one line."""
 
     exit_code: ClassVar[int] = 1
 
@@ -50,17 +51,15 @@ class CablewrightError(Exception):
 class AnswerError(CablewrightError):
     """The work ran and its answer is no: infeasible, overstretched, not converged."""
 
-    exit_code: ClassVar[int] = 1
-
 
 class InputError(CablewrightError):
-    """What the caller gave cannot be used: a file, a key, a value, an option."""
+    """Invalid input: a file, a key, a value, an option."""
 
     exit_code: ClassVar[int] = 2
 
 
 class EnvironmentFault(CablewrightError):
-    """The surroundings refused: a full disk, a folder that cannot be written."""
+    """An error of the environment: a full disk, a folder that cannot be written."""
 
     exit_code: ClassVar[int] = 3
 
@@ -75,8 +74,15 @@ class UnknownName(InputError):
         super().__init__(f"unknown {kind} {name!r}; {suggestion(name, self.valid)}")
 
 
+def require_positive(**values: float) -> None:
+    """Raise `InputError` unless all *values* are finite and more than 0."""
+    for name, value in values.items():
+        if not 0.0 < value < math.inf:
+            raise InputError(f"{name} = {value:g}: must be a finite number over 0")
+
+
 def suggestion(name: str, valid: Iterable[str], limit: int = 12) -> str:
-    """Say which valid names are nearest to ``name``, or list the first ``limit`` where none is near."""
+    """Return a hint with the valid names nearest to ``name``, or the first ``limit`` where none is near."""
     names = sorted(valid)
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if near:

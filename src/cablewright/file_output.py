@@ -1,4 +1,4 @@
-"""Writing files so that each is there whole or not at all, whatever ends the program or stands in its place."""
+"""Writing files so that each is complete or absent, even if the program is interrupted."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cablewright.errors import EnvironmentFault
 
 @contextmanager
 def whole_file(path: Path, *, parents: bool = False) -> Iterator[IO[bytes]]:
-    """A file to write to, which takes the place of *path* when the block ends well, and is on the disk by then.
+    """Open a temporary file that replaces *path*, synced to disk, when the block ends without an error.
 
-    On an error *path* is as it was and nothing is left beside it. With *parents* missing folders are made. Raises
-    `EnvironmentFault` where the file cannot be written.
+    On an error *path* does not change and the temporary file is removed. With *parents* missing folders are made.
+    Raises `EnvironmentFault` where the file cannot be written.
     """
     folder = path.absolute().parent
-    part = folder / f".{secrets.token_hex(8)}.part"  # a name that nobody can guess and put a link there
+    part = folder / f".{secrets.token_hex(8)}.part"  # not guessable, so that nobody can put a link there
     try:
         if parents:
             folder.mkdir(parents=True, exist_ok=True)
@@ -38,15 +38,15 @@ def whole_file(path: Path, *, parents: bool = False) -> Iterator[IO[bytes]]:
 
 
 def write_whole(path: Path, content: bytes, *, parents: bool = False) -> None:
-    """Write *content* to *path*, see `whole_file`. Raises `EnvironmentFault`."""
+    """Write *content* to *path* as `whole_file` does. Raises `EnvironmentFault`."""
     with whole_file(path, parents=parents) as file:
         file.write(content)
 
 
 def open_no_link(path: Path) -> IO[bytes]:
-    """Open *path* to write from its beginning, for files that others read while they grow. Raises `EnvironmentFault`.
+    """Open *path* to write from its start, for files that others read while they grow. Raises `EnvironmentFault`.
 
-    A symbolic link there is refused, not followed, where the system can tell (not on Windows).
+    A symbolic link is refused, not followed (except on Windows).
     """
 
     def opener(name: str, flags: int) -> int:
@@ -59,12 +59,12 @@ def open_no_link(path: Path) -> IO[bytes]:
 
 
 def cannot_write(path: Path | str, reason: OSError) -> EnvironmentFault:
-    """What to raise where *path* cannot be written or removed: one line, with the system's *reason*."""
+    """Return the error for a *path* that cannot be written or removed, with the system's *reason*."""
     return EnvironmentFault(f"{path}: cannot be written: {reason.strerror or reason}")
 
 
 def _sync(folder: Path) -> None:
-    """Have the names in *folder* on the disk; only POSIX opens folders."""
+    """Sync the names in *folder* to disk; only POSIX can open folders."""
     if os.name == "posix":
         number = os.open(folder, os.O_RDONLY)
         try:

@@ -1,12 +1,12 @@
-"""How far a long computation has come: what it calls now and then."""
+"""The callback by which a long computation reports its progress."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 Progress = Callable[[str, int, int], None]
-"""Called with a stage, how much of it is done, and how much there is to do: ``progress("reading log", 3, 10)``."""
+"""Called with the stage, its completed units and its total: ``progress("reading log", 3, 10)``."""
 
 
 def silent(_stage: str, _done: int, _total: int) -> None:
-    """The progress of whoever asked for none."""
+    """Report nothing."""

@@ -1,7 +1,7 @@
-"""The plain messages between machine, estimation, control, log and viewer: readings, commands, estimates.
+"""The messages between machine, estimation, control, log and viewer: readings, commands, estimates.
 
-Frozen values with read-only arrays, in SI units. Frames: **world**: the robot file's; **drum**: origin in B, where the
-lines meet, axes along the world's while it hangs upright and unturned, z up its axis; **lidar**: its x-y plane is the
+Frozen values with read-only arrays, in SI units. Frames: **world**: the robot file's; **drum**: origin at B, where the
+lines meet, z up along its axis, parallel to the world's axes without tilt and yaw; **lidar**: its x-y plane is the
 scan's. Times are seconds since the machine's start, by its own clock. NaN: not measured.
 """
 
@@ -68,9 +68,9 @@ class Inertial:
 
 @dataclass(frozen=True, eq=False)
 class LineAngles:
-    """Accelerometers on the lines: the tangent's angle above the horizontal, seen from the sheave.
+    """Accelerometers on the lines: angle of the tangent above the horizontal, in the direction away from the sheave.
 
-    Negative on a line that falls to the platform; as `cablewright.solvers.slack.tangent_angle`.
+    Negative on a line that descends to the platform; as `cablewright.solvers.slack.tangent_angle`.
     """
 
     time: float  # s
@@ -82,12 +82,12 @@ class Distance:
     """Reading of the distance sensor under the valve."""
 
     time: float  # s
-    distance: float  # m, along the drum's axis to the ground or what lies on it; NaN: no echo
+    distance: float  # m, along the drum's axis to the ground or material; NaN: no echo
 
 
 @dataclass(frozen=True, eq=False)
 class Climate:
-    """Air of the room."""
+    """Reading of the climate sensor."""
 
     time: float  # s
     temperature: float  # degrees Celsius
@@ -104,7 +104,7 @@ class Barrier:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """One turn of a planar lidar. Ray k was measured at `times[k]`, at angle `angles[k]`."""
+    """One revolution of a planar lidar. Ray k was measured at `times[k]`, at angle `angles[k]`."""
 
     source: str  # name of the lidar
     begin: float  # s, time of the first ray
@@ -130,7 +130,7 @@ class Scan:
 
     @property
     def points(self) -> Array:
-        """Point that each ray met, (k, 2) m, lidar; NaN without an echo."""
+        """Point hit by each ray, (k, 2) m, lidar; NaN without an echo."""
         angles = self.angles
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
@@ -157,7 +157,7 @@ class SensorFrame:
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What the machine is to do until the next command."""
+    """Command to the machine, valid until the next one."""
 
     time: float  # s
     winch_speeds: Array  # (m,) rad/s of the winch drums, not the motors; positive pays cable out
@@ -203,11 +203,11 @@ class Estimate:
     lengths: Array  # (m,) m: unstrained, winch exit to B
     excess: Array  # (m,) m: over the taut length; positive is slack
     slack: Mask  # (m,)
-    radii: Array  # (m,) m: of the winch drums, where cable leaves
-    covariance: Array | None = None  # (9, 9) of position, velocity, rotation in space; None: unknown
+    radii: Array  # (m,) m: of the winch drums, at the cable
+    covariance: Array | None = None  # (9, 9) of position, velocity, rotation, world; None: unknown
     faults: tuple[Fault, ...] = field(default=())
     valid: bool = True  # False: the position is uncertain; do not control by it
-    clearance: float = float("nan")  # m, mean height of B over what lies below (fictive height); NaN: unknown
+    clearance: float = float("nan")  # m, mean height of B over the surface below (fictive height); NaN: unknown
 
     @property
     def yaw(self) -> float:
@@ -236,5 +236,5 @@ class Progress:
     layer: int  # from 0 on
     distance: float  # m along the path, all layers
     target: Array  # (3,) m, world, of B
-    error: float  # m, cross-track, from above, by the estimate; positive: left of the path; NaN: not following it
+    error: float  # m, estimated cross-track error in plan view; positive: left of the path; NaN: off the path
     reason: str = ""  # for not printing

@@ -1,4 +1,4 @@
-"""A surface of triangles: whether it is closed, its volume and sections, and as the files that others read."""
+"""A surface of triangles: its volume, area and sections, whether it is closed, and its STL and glTF files."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ UPRIGHT = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)  # glTF's y is up: a quarter turn ab
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """Triangles in space, m, each anticlockwise as seen from outside where they bound a volume."""
+    """Triangles in space, m; those of a closed surface are anticlockwise as seen from outside."""
 
     vertices: Array  # (V, 3)
-    triangles: NDArray[np.int64]  # (F, 3) of the vertices
+    triangles: NDArray[np.int64]  # (F, 3) indices of vertices
 
     @classmethod
     def of_corners(cls, corners: Array) -> Self:
-        """Make it of triangles (F, 3, 3), m: corners are the same vertex where all their numbers are. Read-only."""
+        """Return the mesh of triangles (F, 3, 3), m; equal corners become one vertex. Read-only arrays."""
         points = corners.reshape(-1, 3)
         order = np.lexsort(points.T)
         ordered = points[order]
@@ -43,19 +43,19 @@ class TriangleMesh:
 
     @property
     def corners(self) -> Array:
-        """Triangles (F, 3, 3) with their places, m."""
+        """Positions of the corners (F, 3, 3), m."""
         return self.vertices[self.triangles]
 
     @property
     def normals(self) -> Array:
-        """Which way each triangle faces, (F, 3) of length 1; 0 for one without area."""
+        """Unit normal of each triangle (F, 3); 0 for one without area."""
         corners = self.corners
-        ways = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        return np.asarray(ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-300))
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))
 
     @property
     def volume(self) -> float:
-        """What the surface encloses, m^3, by the divergence theorem."""
+        """Enclosed volume, m^3, by the divergence theorem."""
         if not len(self.triangles):
             return 0.0
         a, b, c = (self.vertices - self.vertices.mean(axis=0))[self.triangles].transpose(1, 0, 2)
@@ -69,9 +69,9 @@ class TriangleMesh:
 
     @cached_property
     def is_closed(self) -> bool:
-        """Whether the triangles bound a volume: each edge of each is that of exactly one other, run the other way.
+        """Whether the triangles bound a volume: each edge belongs to exactly one other triangle, in reverse direction.
 
-        Triangles with a vertex twice do not count.
+        Triangles with a repeated vertex are ignored.
         """
         first = self.triangles[(self.triangles != np.roll(self.triangles, 1, axis=1)).all(axis=1)]
         second, size = np.roll(first, -1, axis=1), len(self.vertices)
@@ -79,10 +79,10 @@ class TriangleMesh:
         return bool(len(first)) and np.array_equal(ahead, back)
 
     def section(self, axis: int, at: float) -> list[Array]:
-        """Outlines (P, 2) in the plane where coordinate *axis* is *at*, m: closed, holes the other way round.
+        """Return closed outlines (P, 2), m, in the plane where coordinate *axis* is *at*, m.
 
-        Of the other two coordinates the one that follows *axis* in the cycle x, y, z comes first: outlines are
-        anticlockwise in them.
+        The first of the other two coordinates is the one that follows *axis* in the cycle x, y, z: in that order
+        outlines are anticlockwise, and those of holes clockwise.
         """
         begins, ends, places = self._cut(axis, at)
         follows = dict(zip(begins.tolist(), ends.tolist(), strict=True))
@@ -98,16 +98,16 @@ class TriangleMesh:
         return outlines
 
     def section_area(self, axis: int, at: float) -> float:
-        """Area, m^2, of the section where coordinate *axis* is *at*, m."""
+        """Return the area, m^2, of the section where coordinate *axis* is *at*, m."""
         begins, ends, places = self._cut(axis, at)
         order = np.argsort(begins)
         after = places[order[np.searchsorted(begins[order], ends)]] if len(begins) else places
         return 0.5 * float(np.sum(places[:, 0] * after[:, 1] - places[:, 1] * after[:, 0]))
 
     def _cut(self, axis: int, at: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Each cut triangle's way through the plane: the edge where it begins and ends (C,), and its begin (C, 2).
+        """Return the segment of each cut triangle in the plane: edges of its begin and end (C,), and its begin (C, 2).
 
-        A vertex in the plane counts as above it: each outline is closed, whatever is in the plane.
+        A vertex in the plane counts as above it, so that all outlines are closed.
         """
         above = self.vertices[:, axis] >= at
         count = above[self.triangles].sum(axis=1)
@@ -126,13 +126,13 @@ class TriangleMesh:
         return names[0], names[1], place[:, [(axis + 1) % 3, (axis + 2) % 3]]
 
     def stl(self) -> bytes:
-        """As a binary STL file, in metres."""
+        """Return a binary STL file, in metres."""
         facets = np.zeros(len(self.triangles), STL_FACET)
         facets["normal"], facets["corners"] = self.normals, self.corners
         return b"cablewright, metres".ljust(80) + struct.pack("<I", len(facets)) + facets.tobytes()
 
     def glb(self) -> bytes:
-        """As a glTF 2.0 binary file, in metres, z turned up. Raises `ValueError` for a mesh without triangles."""
+        """Return a glTF 2.0 binary file, in metres, z up. Raises `ValueError` for a mesh without triangles."""
         if not len(self.triangles):
             raise ValueError("a glTF file cannot hold a mesh without triangles")
         points, indices = self.vertices.astype("<f4"), self.triangles.astype("<u4").ravel()

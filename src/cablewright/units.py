@@ -1,6 +1,6 @@
-"""Units at the border: a number is SI, a text ``"50 mm"`` is converted once, everything inside is SI floats.
+"""Units of input: a number is SI, a text such as ``"50 mm"`` is converted when it is read; all values inside are SI.
 
-The table is small and our own. Nothing is evaluated: a text is one number and one unit of the field's dimension.
+Texts are not evaluated: a text is one number and one unit of the field's dimension.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
 _LONGEST_TEXT = 80
 
-# Decimal, so that "104 mm" is exactly the float 0.104; no traps, so that an absurd exponent becomes inf and is refused.
+# Decimal, so that "104 mm" is exactly the float 0.104; no traps, so that a huge exponent becomes inf and is refused.
 _EXACT = decimal.Context(prec=60, traps=[])
 
 
 @dataclass(frozen=True, eq=False)
 class Dimension:
-    """A physical dimension: used as the annotation of a float field, it reads SI numbers and texts with a unit.
+    """A physical dimension: as the annotation of a float field it reads SI numbers and texts with a unit.
 
-    ``units`` maps each allowed unit to its size in the SI unit, which is the first one.
+    ``units``: each allowed unit and its size in the SI unit, which is the first one.
     """
 
     name: str
@@ -43,15 +43,13 @@ class Dimension:
         return next(iter(self.units))
 
     @property
-    def wanted(self) -> str:
-        """What a field of this dimension accepts, as the end of a sentence."""
-        units = ", ".join(self.units)
-        return (
-            f"must be a finite {self.name}: a number ({self.si}) or a text such as '2 {self.si}', unit one of {units}"
-        )
+    def requirement(self) -> str:
+        """The accepted values of a field of this dimension, as the end of a sentence."""
+        forms = f"a number ({self.si}) or a text such as '2 {self.si}'"
+        return f"must be a finite {self.name}: {forms}, unit one of {', '.join(self.units)}"
 
     def read(self, value: object) -> float:
-        """Return ``value`` in SI. Raises `ValueError` unless it is finite, or a text of number and unit."""
+        """Return ``value`` in SI. Raises `ValueError` unless it is a finite number, or a text of number and unit."""
         if isinstance(value, str):
             return self._checked(self._parse(value))
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -62,7 +60,7 @@ class Dimension:
             raise self._refusal() from None
 
     def write(self, value: float, unit: str) -> str:
-        """Return the shortest text in ``unit`` which `read` turns into exactly ``value`` (SI) again."""
+        """Return the shortest text in ``unit`` that `read` converts back to exactly ``value`` (SI)."""
         exact = _EXACT.divide(Decimal(repr(value)), self.units[unit])
         for digits in range(1, 40):
             text = f"{decimal.Context(prec=digits).plus(exact).normalize():f} {unit}"
@@ -82,10 +80,10 @@ class Dimension:
         return value
 
     def _refusal(self) -> PydanticCustomError:
-        return PydanticCustomError("quantity", "{wanted}", {"wanted": self.wanted})
+        return PydanticCustomError("quantity", "{requirement}", {"requirement": self.requirement})
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Read first; limits such as ``Gt(0)`` then see an SI float."""
+        """Read first, so that limits such as ``Gt(0)`` apply to an SI float."""
         return core_schema.no_info_before_validator_function(self.read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -99,12 +97,16 @@ class Dimension:
         return {"anyOf": [number, text], "description": f"{self.name}; a plain number is in {self.si}"}
 
 
-def _dimension(name: str, units: dict[str, str]) -> Dimension:
-    """Build a dimension from unit and size, the SI unit (size 1) first."""
-    return Dimension(name, MappingProxyType({unit: Decimal(size) for unit, size in units.items()}))
+_DIMENSIONS: list[Dimension] = []
 
 
-_DEGREE = str(_EXACT.divide(Decimal(math.pi), Decimal(180)))
+def _dimension(name: str, units: Mapping[str, str | Decimal]) -> Dimension:
+    """Register a dimension from units and their sizes, the SI unit (size 1) first."""
+    _DIMENSIONS.append(Dimension(name, MappingProxyType({unit: Decimal(size) for unit, size in units.items()})))
+    return _DIMENSIONS[-1]
+
+
+_DEGREE, _GON, _ARCSEC = (_EXACT.divide(Decimal(math.pi), Decimal(half_turn)) for half_turn in (180, 200, 648_000))
 _PER_MINUTE = _EXACT.divide(Decimal(1), Decimal(60))
 
 LENGTH = _dimension("length", {"m": "1", "mm": "1e-3", "cm": "1e-2", "um": "1e-6", "km": "1e3"})
@@ -114,25 +116,10 @@ PRESSURE = _dimension("pressure", {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa":
 MASS = _dimension("mass", {"kg": "1", "g": "1e-3", "t": "1e3"})
 LINEAR_DENSITY = _dimension("linear density", {"kg/m": "1", "g/m": "1e-3"})
 DENSITY = _dimension("density", {"kg/m^3": "1", "g/cm^3": "1e3"})
-ANGLE = _dimension(
-    "angle",
-    {
-        "rad": "1",
-        "mrad": "1e-3",
-        "deg": _DEGREE,
-        "gon": str(_EXACT.divide(Decimal(math.pi), Decimal(200))),
-        "arcsec": str(_EXACT.divide(Decimal(math.pi), Decimal(648000))),
-    },
-)
+ANGLE = _dimension("angle", {"rad": "1", "mrad": "1e-3", "deg": _DEGREE, "gon": _GON, "arcsec": _ARCSEC})
 SPEED = _dimension(
     "speed",
-    {
-        "m/s": "1",
-        "cm/s": "1e-2",
-        "mm/s": "1e-3",
-        "m/min": str(_PER_MINUTE),
-        "mm/min": str(_EXACT.scaleb(_PER_MINUTE, -3)),
-    },
+    {"m/s": "1", "cm/s": "1e-2", "mm/s": "1e-3", "m/min": _PER_MINUTE, "mm/min": _EXACT.scaleb(_PER_MINUTE, -3)},
 )
 ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
 JERK = _dimension("jerk", {"m/s^3": "1", "mm/s^3": "1e-3"})
@@ -142,11 +129,6 @@ DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "36
 TEMPERATURE_DIFFERENCE = _dimension("temperature difference", {"K": "1"})
 # not "1/K": a text is one number and one unit, and a unit does not start with a digit
 THERMAL_EXPANSION = _dimension("thermal expansion", {"/K": "1", "ppm/K": "1e-6"})
-
-_DIMENSIONS = (
-    LENGTH, AREA, FORCE, PRESSURE, MASS, LINEAR_DENSITY, DENSITY, ANGLE, SPEED, ACCELERATION, JERK, TORQUE,
-    INERTIA, DURATION, TEMPERATURE_DIFFERENCE, THERMAL_EXPANSION,
-)  # fmt: skip
 
 Length = Annotated[float, LENGTH]
 Area = Annotated[float, AREA]
@@ -185,7 +167,7 @@ def unit_size(unit: str) -> float:
 
 
 def respell(value: float, like: str) -> str:
-    """Return ``value`` (SI) as a text in the unit of the text ``like``, which `Dimension.read` has accepted before."""
+    """Return ``value`` (SI) as a text in the unit of the text ``like``, which `Dimension.read` accepts."""
     match = _TEXT.fullmatch(like.strip())
     for dimension in _DIMENSIONS:
         if match is not None and match[2] in dimension.units:

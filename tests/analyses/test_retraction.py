@@ -77,8 +77,8 @@ def test_ends_do_not_count_unless_there_is_nothing_else() -> None:
     ("options", "says"),
     [
         ({"min_length": 1.8, "max_length": 1.5}, "rising lengths"),
-        ({"min_length": 1.0}, "goes from 1.2 to 2 m"),
-        ({"max_length": 2.5}, "goes from 1.2 to 2 m"),
+        ({"min_length": 1.0}, "retracts from 1.2 to 2 m"),
+        ({"max_length": 2.5}, "retracts from 1.2 to 2 m"),
         ({"steps": 2}, "steps = 2: 3 to 200"),
         ({"heights": 3}, "heights = 3: 4 to 1000"),
         ({"criterion": "any"}, "unknown criterion"),

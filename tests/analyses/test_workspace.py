@@ -336,7 +336,7 @@ def test_a_law_retracts_by_height(of: str) -> None:
         ({"criterion": "capacity", "wrench_box": ([1] * 6, [0] * 6)}, "lowest <= highest"),
         ({"criterion": "capacity", "arm": 0.0}, "length 0 m"),
         ({"wrench": [0, 0]}, "wrench: 6 numbers"),
-        ({"retraction": 2.5}, "goes from 1.2 to 2 m"),
+        ({"retraction": 2.5}, "retracts from 1.2 to 2 m"),
         ({"retraction": RetractionLaw(-1.0, 2.4)}, "leaves its range at height 0 m: retraction length 2.4 m"),
         ({"retraction": RetractionLaw(-0.6, 2.0)}, "at height 2 m: retraction length 0.8 m"),
         ({"retraction": RetractionLaw(-1.0, 2.4, 2.0, 1.2)}, "least < most"),

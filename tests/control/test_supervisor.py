@@ -109,7 +109,7 @@ def test_a_clear_barrier_alone_moves_nothing(floor: Floor) -> None:
 def test_a_barrier_that_is_not_heard_pauses(floor: Floor) -> None:
     verdict = floor.go(8, dark=True)
     assert verdict.state is PrintState.PAUSED
-    assert "no word from the light barrier" in verdict.reason
+    assert "no reading of the light barrier" in verdict.reason
 
 
 @pytest.mark.parametrize(("powder", "conditions"), [(0.1, ()), (5.0, (Condition.POWDER_OUT,))])
@@ -162,7 +162,7 @@ def test_encoders_that_fall_silent_are_a_fault(floor: Floor) -> None:
 
 
 SOFT = {
-    "from where it should be": {"target": aimed(PLACE + np.array([0.2, 0.0, 0.0]))},
+    "from its target": {"target": aimed(PLACE + np.array([0.2, 0.0, 0.0]))},
     "too long": {"estimate": {"excess": frozen([0.0, 0.5, np.nan, 0.0])}},
     "a winch drum is empty or full": {"conditions": (Condition.DRUM_END,)},
 }
@@ -209,5 +209,5 @@ def test_the_end_of_the_path_is_the_end(floor: Floor) -> None:
 def test_limits_that_limit_nothing_are_refused() -> None:
     with pytest.raises(InputError, match="max_speed = 0"):
         replace(LIMITS, max_speed=0.0)
-    with pytest.raises(InputError, match="leaves no room"):
+    with pytest.raises(InputError, match="is empty"):
         replace(LIMITS, max_position=(-1.0, 1.0, 1.0))

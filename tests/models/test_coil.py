@@ -52,7 +52,7 @@ def test_the_walk_has_its_deviation_and_its_memory() -> None:
 
 
 def test_what_no_drum_is_is_refused() -> None:
-    with pytest.raises(InputError, match="takes no turn"):
+    with pytest.raises(InputError, match="too narrow for one turn"):
         wind(10.0, CORE, 0.002, DIAMETER, PITCH)
     with pytest.raises(InputError, match="radius_walk"):
         wind(10.0, CORE, WIDTH, DIAMETER, PITCH, radius_walk=0.02)
@@ -60,7 +60,7 @@ def test_what_no_drum_is_is_refused() -> None:
         wind(1e4, 1e-6, WIDTH, DIAMETER, PITCH)
     made = coil()
     for asked in (-0.1, made.wound[-1] + 1.0):
-        with pytest.raises(InputError, match="this drum takes"):
+        with pytest.raises(InputError, match="this drum holds"):
             made.angle(asked)
-    with pytest.raises(InputError, match="this drum takes"):
+    with pytest.raises(InputError, match="this drum holds"):
         made.length(-1.0)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from cablewright.printing import Toolpath, parse
+from cablewright.printing.gcode import Toolpath, parse
 
 
 def read_text(text: str | bytes, arc_step: float = 1e-3) -> Toolpath:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing.curve import Curve, Curves, Wanted, draw
+from cablewright.printing.curve import Curve, CurveRequirements, Curves, draw
 from cablewright.printing.curve import curves as draw_many
 
-WANTED = Wanted(28.0, (3.6, 8.0))
+WANTED = CurveRequirements(28.0, (3.6, 8.0))
 
 
 @pytest.fixture(scope="module")
@@ -137,10 +137,10 @@ def test_options_that_no_drawing_has(options: dict, words: str) -> None:
 )
 def test_what_no_curve_can_be_is_refused(given: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        Wanted(**given)
+        CurveRequirements(**given)
 
 
 def test_a_curve_that_is_too_long_for_its_area_is_said_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cablewright.printing.curve._TRIES", 50)
     with pytest.raises(InputError, match=r"none of 50 random curves of 200 m fits into 1 x 1 m"):
-        draw(Wanted(200.0, (1.0, 1.0)), 0, 0)
+        draw(CurveRequirements(200.0, (1.0, 1.0)), 0, 0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import Bead
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField, rebuilt
+from cablewright.printing.job import Bead
 
 POWDER = Powder()
 STEEP = np.tan(POWDER.repose)
@@ -116,7 +116,7 @@ def test_what_leaves_the_field_is_refused_and_changes_nothing(axis: int) -> None
     end[0, axis] = 1.2
     with pytest.raises(InputError, match=r"piece 0 of the path leaves the field at"):
         pour(field, at(0.0, 0.0), end, np.array([1.0]), POWDER)
-    with pytest.raises(InputError, match=r"piece 1 of the path is given -"):
+    with pytest.raises(InputError, match=r"piece 1 of the path has -"):
         pour(field, np.zeros((2, 2)), np.zeros((2, 2)), np.array([1.0, -1.0]), POWDER)
     assert not field.heights.any()
 
@@ -156,7 +156,7 @@ def test_scans_give_the_field_back() -> None:
     [
         (lambda: HeightField.flat((0, 0), (0, 1), 0.1), "there is no area"),
         (lambda: HeightField.flat((0, 0), (1, 1), 0.0), "cell = 0"),
-        (lambda: HeightField.flat((0, 0), (1e3, 1e3), 1e-3), "a larger cell is wanted"),
+        (lambda: HeightField.flat((0, 0), (1e3, 1e3), 1e-3), "give a larger cell"),
         (lambda: Powder(density=0.0), "density = 0"),
         (lambda: Powder(repose=2.0), "repose = 2"),
     ],

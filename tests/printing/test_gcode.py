@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablewright.printing import parse
+from cablewright.printing.gcode import parse
 
 
 @pytest.mark.parametrize(

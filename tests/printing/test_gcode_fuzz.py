@@ -7,7 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.printing import Toolpath, layer_table, parse, sample, time_law
+from cablewright.printing.gcode import Toolpath, parse
+from cablewright.printing.layers import layer_table
+from cablewright.printing.path import sample
+from cablewright.printing.timing import time_law
 
 WORD = st.builds(
     str.__add__,

@@ -5,7 +5,8 @@ import io
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import gcode, modal, parse
+from cablewright.printing import gcode, modal
+from cablewright.printing.gcode import parse
 
 
 @pytest.mark.parametrize(
@@ -23,15 +24,15 @@ from cablewright.printing import gcode, modal, parse
         ("G1 Xnan", "X has no number"),
         ("G1 Xinf", "X has no number"),
         ("G1 X1_0", "'_0' is no G-code word"),
-        ("G1 X0x10", "X stands twice; once is allowed"),
+        ("G1 X0x10", "X is given twice; once is allowed"),
         ("G1 X1,5", "',5' is no G-code word"),
         ("G1 X\u0663", "'??' is no G-code word"),
         ("G1 X" + "9" * 400, "farther than 1000000 m"),
         ("G1 Y5 X" + "9" * 400, "the number of X is too large"),
         ("G1 X2e9", "no G-code word"),
         ("G1 X2000000000", "farther than 1000000 m from the origin"),
-        ("G1 X1 X2", "X stands twice"),
-        ("G1 F1 X1 F2", "F stands twice"),
+        ("G1 X1 X2", "X is given twice"),
+        ("G1 F1 X1 F2", "F is given twice"),
         ("G1 F0", "F must be above 0"),
         ("G1 F-5", "F must be above 0"),
         ("G1 X1 F" + "9" * 400, "F must be above 0"),
@@ -59,7 +60,7 @@ from cablewright.printing import gcode, modal, parse
         ("G2 X1 I5 K5", "K of an arc is not read"),
         ("G2 X9000000000 R5", "X is out of range"),
         ("G2 X1 R9000000000", "R is out of range"),
-        ("N3 G1 X5*1", "the checksum 1 does not fit"),
+        ("N3 G1 X5*1", "the checksum 1 does not match"),
     ],
 )
 def test_a_bad_line_is_named(line, reason, read):
@@ -118,7 +119,7 @@ def test_a_bad_file_is_named(data, reason, tmp_path):
 
 def test_a_file_that_cannot_be_opened(tmp_path):
     for path, reason in [
-        (tmp_path / "none.gcode", "No such file"),
+        (tmp_path / "none.gcode", "no such file"),
         (tmp_path, "not a regular file"),
         ("a\0b", "cannot be read"),
         ("x" * 5000, "cannot be read"),

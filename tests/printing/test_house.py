@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.printing import Bead, Motion, Sampling, layer_table, load_job
+from cablewright.printing.job import Bead, Motion, Sampling, load_job
+from cablewright.printing.layers import layer_table
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.printing import Samples, sample, time_law
-from cablewright.printing.timing import corner_speeds
+from cablewright.printing.path import Samples, sample
+from cablewright.printing.timing import corner_speeds, time_law
 
 LEG = st.tuples(st.integers(-40, 40), st.integers(-40, 40), st.booleans(), st.integers(1, 900))
 PATHS = st.lists(LEG, min_size=1, max_size=12)

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from cablewright.printing import layer_table, sample, time_law
+from cablewright.printing.layers import layer_table
+from cablewright.printing.path import sample
+from cablewright.printing.timing import time_law
 
 
 def table_of(read, text: str):

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.printing import layer_table, load_job
+from cablewright.printing.job import load_job
+from cablewright.printing.layers import layer_table
 from cablewright.printing.numeric_path import Helix, RandomCurve
 
 CURVE = (
@@ -60,14 +61,14 @@ def test_a_helix_rises_evenly_about_the_origin(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('schema = 1\nname = "n"\n', "no path given: one of gcode, "),
-        (CURVE + HELIX.split("\n", 3)[3], "curve and helix given: one of gcode"),
+        ('schema = 1\nname = "n"\n', "no path given: give one of gcode, "),
+        (CURVE + HELIX.split("\n", 3)[3], "curve and helix given: give one of gcode"),
         (CURVE.replace("layers = 3", "layers = 0"), "curve.layers = 0"),
         (CURVE.replace("layers = 3", "layers = 2.5"), "curve.layers = 2.5"),
         (CURVE.replace('"28 m"', '"-28 m"'), "curve.length"),
         (CURVE.replace("seed = 1", "seed = -1"), "curve.seed = -1"),
         (CURVE.replace("seed", "sead"), "sead"),
-        (HELIX.replace("layer_height = 0.1", "layer_height = 0"), "a helix rises"),
+        (HELIX.replace("layer_height = 0.1", "layer_height = 0"), "helix.layer_height = 0: must be greater than 0"),
         (HELIX.replace("radius = 0.5", 'radius = "0.5 kg"'), "helix.radius"),
     ],
 )

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cablewright.errors import InputError
 from cablewright.printing import path as path_module
-from cablewright.printing import sample
+from cablewright.printing.path import sample
 
 SQUARE = "M83\n;LAYER:0\nG1 X100 F60\nG1 Y100 E1\nG1 X0 E1\nG1 Y0 F120 E1\n"
 

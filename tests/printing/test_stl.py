@@ -93,9 +93,12 @@ def test_a_long_file_that_ends_in_other_things_is_read(write) -> None:
         (text(cuboid()).replace("vertex 0 0 0", "vertex 0 nan 0"), "line 4: a vertex has 3 finite numbers"),
         (text(cuboid()).replace("vertex 0 0 0", "vertex 0 0"), "line 4: a vertex has 3 finite numbers"),
         (text(cuboid()).replace("vertex 0 0 0", "vertex a b c"), "line 4: a vertex has 3 finite numbers"),
-        (text(cuboid())[:-200], "a facet of three vertices is wanted here"),
+        (text(cuboid())[:-200], "must be part of a facet of three vertices"),
         (text(cuboid()).removesuffix("endsolid box\n"), "truncated: the last line is no endsolid"),
-        (text(cuboid()).replace("  vertex 0 0 0\n", "", 1), "line 6: 'endloop': a facet of three vertices"),
+        (
+            text(cuboid()).replace("  vertex 0 0 0\n", "", 1),
+            "line 6: 'endloop': must be part of a facet of three vertices",
+        ),
         (text(cuboid()).replace("  vertex 0 0 0\n", "  vertex 0 0 0\n" * 2, 1), "a facet of three vertices"),
         ("solid box\n" + "x" * 5000, "line 2: too long"),
     ],
@@ -116,7 +119,7 @@ def test_a_scale_is_a_number_above_zero(write, scale: float) -> None:
 
 
 def test_no_file_a_folder_and_a_nul(tmp_path: Path) -> None:
-    for path, says in ((tmp_path / "no.stl", "No such file"), (tmp_path, "not a regular"), (Path("a\0b"), "null")):
+    for path, says in ((tmp_path / "no.stl", "no such file"), (tmp_path, "not a regular"), (Path("a\0b"), "null")):
         with pytest.raises(InputError, match=says):
             read_stl(path)
 

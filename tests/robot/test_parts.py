@@ -197,7 +197,7 @@ def test_a_robot_refuses(changes: dict[str, Any], match: str) -> None:
 
 def test_lines_of_a_point_platform_meet_in_one_point() -> None:
     apart = [Line(**LINE), Line(**LINE | {"name": "b", "platform_point": (0, 0, 0.1)})]
-    with pytest.raises(ValidationError, match="meet in one platform_point"):
+    with pytest.raises(ValidationError, match="must have one platform_point"):
         robot(lines=apart)
 
 

@@ -173,18 +173,18 @@ WRONG_ENTRIES = [
     ('name = "mass"\nrange = [2, 1]', "range = [2, 1]: must rise: the lowest, then the highest"),
     ('name = "mass"\nrange = ["2 kg", 2]', "range = ['2 kg', 2]: must rise"),
     ('name = "mass"\nfactor = [1.0, 1.0]', "factor = [1.0, 1.0]: must rise"),
-    ('name = "mass"\nfactor = [nan, 1.0]', "factor[0] = nan: must be finite"),
-    ('name = "mass"\nrange = [1.0, inf]', "range[1] = inf: must be finite"),
+    ('name = "mass"\nfactor = [nan, 1.0]', "factor[0] = nan: must be a finite number"),
+    ('name = "mass"\nrange = [1.0, inf]', "range[1] = inf: must be a finite number"),
     ('name = "mass"\nrange = [1.0]', "range[1]: is missing"),
     ('name = "mass"\nrange = [1, 2, 3]', "range = [1, 2, 3]: must have at most 2 entries, has 3"),
     ('name = "mass"\nrange = 1', "range = 1: must be a list"),
-    ('name = "mass"\nrange = [true, 2]', "range[0] = True: must be a number"),
+    ('name = "mass"\nrange = [true, 2]', "range[0] = True: must be a valid number"),
     ('name = "mass"\nrange = ["1 m", "2 m"]', "range = ['1 m', '2 m']: must be a finite mass: a number (kg) or a text"),
     ('name = "mass"\nplus_minus = "5 mm"', "plus_minus = '5 mm': must be a finite mass"),
     ('name = "exit_point"\nplus_minus = "5 kg"', "plus_minus = '5 kg': must be a finite length"),
     ('name = "temperature"\nplus_minus = "10 degC"', "plus_minus = '10 degC': must be a finite temperature difference"),
-    ('name = "modulus"\nplus_minus = "5 %"', "plus_minus = '5 %': must be a number"),
-    ('name = "mass"\nfactor = ["1 kg", 2]', "factor[0] = '1 kg': must be a number"),
+    ('name = "modulus"\nplus_minus = "5 %"', "plus_minus = '5 %': must be a valid number"),
+    ('name = "mass"\nfactor = ["1 kg", 2]', "factor[0] = '1 kg': must be a valid number"),
     ('name = "mass"\nplus_minus = 0', "plus_minus = 0: must be greater than 0"),
     ('name = "mass"\nplus_minus = "-1 kg"', "plus_minus = '-1 kg': must be greater than 0"),
     ('name = "mass"\nrelative_deviation = 0.0', "relative_deviation = 0.0: must be greater than 0"),
@@ -232,7 +232,7 @@ def test_a_wrong_entry_is_told_in_one_line(keys: str, message: str, tmp_path: Pa
         ("schema = 1\n[[parameter]]", "parameter: unknown key; did you mean 'parameters'?"),
         ("schema = 1\ncoverage = 0\nparameters = []", "coverage = 0: must be greater than 0"),
         ("schema = 1\ncoverage = 1000\nparameters = []", "coverage = 1000: must be at most 100"),
-        ("schema = 1\ncoverage = '2'\nparameters = []", "coverage = '2': must be a number"),
+        ("schema = 1\ncoverage = '2'\nparameters = []", "coverage = '2': must be a valid number"),
         ("schema = 1\nname = 3\nparameters = []", "name = 3: must be a text"),
         ("schema = [", "not TOML"),
     ],
@@ -360,7 +360,7 @@ def test_moduli_of_every_line() -> None:
     [(1.3, 0.7), (1.0, 1.0), (0.0, 1.0), (-1.0, 1.0), (math.nan, 1.0), (0.5, math.nan), (0.5, math.inf)],
 )
 def test_moduli_that_cannot_be(low: float, high: float) -> None:
-    with pytest.raises(InputError, match=r"^modulus range \S+ to \S+: two finite factors above 0 that rise"):
+    with pytest.raises(InputError, match=r"^modulus range \S+ to \S+: must be two finite factors above 0 that rise"):
         modulus_ranges(HOUSE, low, high)
 
 

@@ -184,7 +184,7 @@ def test_a_robot_under_load_is_written_back() -> None:
     ("edit", "match"),
     [
         (lambda values: values.update(lines=values["lines"][:3]), "has 4 lines, the robot has 3"),
-        (lambda values: values["lines"][0]["cable"].update(diameter=None), "more than one of values"),
+        (lambda values: values["lines"][0]["cable"].update(diameter=None), "more than values"),
     ],
 )
 def test_what_is_no_change_of_values_is_refused(edit: Callable[[dict[str, Any]], None], match: str) -> None:

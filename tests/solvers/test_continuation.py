@@ -226,7 +226,7 @@ def test_two_trackers_do_not_disturb_each_other() -> None:
 def test_it_begins_only_where_there_is_an_equilibrium() -> None:
     with pytest.raises(AnswerError, match="breaking load"):
         Tracker(HOUSE, np.full(4, 24.0))
-    with pytest.raises(InputError, match="leave tensions undecided"):
+    with pytest.raises(InputError, match="do not determine tensions"):
         Tracker(Model(HOUSE.robot, Fidelity(CableLaw.RIGID)), START)
 
 

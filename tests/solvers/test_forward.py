@@ -137,7 +137,7 @@ def test_arrays_of_any_layout_are_read_and_left_alone(held: Equilibrium, layout:
         ({"modulus_factors": [1.0] * 5}, "modulus factors: 4 numbers"),
         ({"modulus_factors": np.ones((4, 4))}, "modulus factors: one row, or 5"),
         ({"modulus_factors": [1.0, 1.0, 1.0, 0.0]}, "modulus factors: every factor must be over zero"),
-        ({"cable": "rigid"}, "leave tensions undecided"),
+        ({"cable": "rigid"}, "do not determine tensions"),
     ],
 )
 def test_what_cannot_be_used_is_refused(arguments: dict[str, object], says: str) -> None:

@@ -141,7 +141,7 @@ def test_a_little_out_of_reach_is_a_little_violation() -> None:
     tight = inverse(robot, [0.0, 0.0, 2.0], tension_limits=(lowest + 1.0, 2000.0))
     assert tight.status is Status.INFEASIBLE
     assert float(tight.violation) == pytest.approx(1.0, abs=1e-3)
-    assert "1 N under its least" in tight.sentence()
+    assert "1 N below its minimum" in tight.sentence()
     slack = inverse(robot, [0.0, 0.0, 2.0], tension_limits=(lowest - 1e-6, 2000.0))
     assert slack.status is Status.OK
 

@@ -265,13 +265,13 @@ def test_a_slack_line_needs_no_lowest_tension_but_keeps_its_highest() -> None:
     tight = solve_with_slack(model, POSE, {FAR: 0.0})
     assert tight.status is Status.INFEASIBLE
     assert float(tight.violation) == pytest.approx(tight.extremes()[1][3] - 10.0)
-    assert f"line {FAR} is {float(tight.violation):.4g} N over its most" in tight.sentence()
+    assert f"line {FAR} is {float(tight.violation):.4g} N above its maximum" in tight.sentence()
 
 
 def test_the_sentence_of_a_no_speaks_of_a_taut_line() -> None:
     found = solve_with_slack(Model(MERLET.robot, tension_limits=(100.0, 1000.0)), POSE, {FAR: 0.3})
     assert found.status is Status.INFEASIBLE
-    assert "line south-east is 28.13 N under its least, 100 N" in found.sentence()
+    assert "line south-east is 28.13 N below its minimum, 100 N" in found.sentence()
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def test_a_model_answers_as_its_robot_does_and_one_without_sag_is_refused(job_fi
     ours, own = (accuracy(it, poses, method="first-order") for it in (HOUSE, Model(HOUSE)))
     np.testing.assert_array_equal(ours.spread.max_error, own.spread.max_error)
     for where in (poses, poses[0], Places.workspace(2.5), job_file):
-        with pytest.raises(InputError, match="the model is elastic: the machine itself follows catenary"):
+        with pytest.raises(InputError, match="the model is elastic, the machine itself is catenary"):
             accuracy(Model(HOUSE, Fidelity(CableLaw.ELASTIC)), where)
 
 

@@ -236,5 +236,5 @@ def test_a_model_and_a_file_are_the_robot_and_the_job(found: Check, job_file) ->
     again = check(Model(found.robot), job_file)
     assert again.to_dict() == found.to_dict() == json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert len(repr(again)) < 160
-    with pytest.raises(InputError, match="the model is elastic: the machine itself follows catenary"):
+    with pytest.raises(InputError, match="the model is elastic, the machine itself is catenary"):
         check(Model(found.robot, Fidelity(CableLaw.ELASTIC)), job_file)

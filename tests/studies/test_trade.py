@@ -193,7 +193,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
         ({}, TradeSettings(), "nothing varies"),
         ({APART: ()}, TradeSettings(), "nothing varies"),
         ({APART: range(101), WIDE: range(100)}, TradeSettings(), "10100 combinations: at most 10000"),
-        ({APART: [0.1], LENGTH: [1.5, 3.0]}, TradeSettings(), "retraction = 3: .* goes from 1.2 to 2 m"),
+        ({APART: [0.1], LENGTH: [1.5, 3.0]}, TradeSettings(), "retraction = 3: .* retracts from 1.2 to 2 m"),
         (
             {WIDE: [0.1], Change("width-bottom-y"): [0.1]},
             TradeSettings(),

@@ -10,11 +10,10 @@ from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import DEFAULT, NAMES
 from cablewright.errors import suggestion
-from cablewright.robot.description import Description, refusal
-from cablewright.toml_input import read_table, require_schema, validated
+from cablewright.toml_input import load_model
 from cablewright.units import Angle, Force, Length, Positive, Vec3
+from cablewright.validation import Description, FileDescription, refusal
 
-NEWEST_SCHEMA: Final = 1
 INNER: Final = "inner"
 """The default datum, the inner constraint: on average exit points keep the position and direction of the file."""
 
@@ -98,14 +97,13 @@ class MeasuredRange(Description):
         return self
 
 
-class CalibrationPlan(Description):
+class CalibrationPlan(FileDescription):
     """The plan of a calibration.
 
     ``shared``: unknowns that are one number for all lines. ``datum``: exit points (``south-west``) or coordinates
     (``south-east.y``) to hold. ``level``: sigma of the tilt of all exit points against the file, rad.
     """
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     unknowns: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = DEFAULT
     shared: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = ()
     datum: Annotated[tuple[str, ...], Field(max_length=_MAX_ENTRIES)] = ()
@@ -119,10 +117,8 @@ class CalibrationPlan(Description):
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
-    """Read a plan from a TOML file. Raises `InputError`, which names file, key, value and what is allowed."""
-    table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    return validated(CalibrationPlan, table, path)
+    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    return load_model(CalibrationPlan, path)
 
 
 def plan_of(plan: str | Path | CalibrationPlan | None) -> CalibrationPlan:

@@ -1,7 +1,7 @@
-"""Target of the platform: along a path by its time law, or on the way back to the path after a stop.
+"""Target of the platform: on a path with its time law, or on the way back to the path after a stop.
 
-The time law is followed at a speed factor from 0 (at rest) to 1 (as planned), which changes no faster than the job's
-acceleration allows. So a print that is stopped slows down along its path and continues from there.
+The time law runs at a speed factor from 0 (at rest) to 1 (as planned), whose change is limited by the job's
+acceleration: a print that is stopped slows down along its path and continues from there.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 
-_TOLERANCE: Final = 1e-6  # m, of the arrival at the path
+_TOLERANCE: Final = 1e-6  # m, distance from the path that counts as arrival
 _RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor
 
 
 class GuideMode(Enum):
-    """What the guide is to do."""
+    """Mode of the guide."""
 
     HOLD = "slow down and stay"
-    APPROACH = "go to where the path goes on"
+    APPROACH = "return to the path"
     FOLLOW = "follow the path"
 
 
 class Target(NamedTuple):
-    """Target position and velocity of the platform, and the place on the path."""
+    """Target position and velocity of the platform, and its position along the path."""
 
     position: Array  # (3,) m, world
     velocity: Array  # (3,) m/s, mean over the next step
@@ -46,42 +46,35 @@ class Target(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TimedPath:
-    """A path with its time law. Arrays have one entry for each place of the track."""
+    """A path with its time law. Arrays have one entry for each of the k points of the track."""
 
     track: Track
-    start: Array  # (k,) s, time of leaving each place
-    arrival: Array  # (k,) s, time of reaching it
-    speed: Array  # (k,) m/s there
+    start: Array  # (k,) s, departure from each point
+    arrival: Array  # (k,) s, arrival at each point
+    speed: Array  # (k,) m/s, at each point
     acceleration: float  # m/s^2
     travel_speed: float  # m/s, off the path
     print_speed: float  # m/s, at full flow
 
     @classmethod
     def of(cls, job: Job, layers: int | None = None, lift: float = 0.0) -> Self:
-        """That of the first so many *layers* of a *job*, or of all. *lift*: of the platform over the path, m.
+        """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
 
-        Raises `InputError` for a path that lays nothing, and layers that it does not have.
+        Raises `InputError` for a path without material, and for more layers than it has.
         """
         samples = job.samples(job.toolpath())
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
-            raise InputError(f"{job.source}: nothing is laid along the path: there is no layer to print")
+            raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")
         if layers is not None:
             if not 1 <= layers <= len(numbers):
-                raise InputError(f"layers = {layers}: 1 to {len(numbers)} is wanted, the layers of {job.source}")
+                raise InputError(f"layers = {layers}: must be 1 to {len(numbers)}, the layers of {job.source}")
             last = np.flatnonzero(samples.extruding & (samples.layer == numbers[layers - 1]))[-1]
             samples = Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
         law = job.time_law(samples)
-        motion = job.motion
-        return cls(
-            Track.of(samples, (0.0, 0.0, lift)),
-            law.time + samples.dwell,
-            np.asarray(law.time),
-            np.asarray(law.speed),
-            motion.acceleration,
-            motion.travel_speed,
-            motion.print_speed,
-        )
+        track, start = Track.of(samples, (0.0, 0.0, lift)), law.time + samples.dwell
+        limits = (job.motion.acceleration, job.motion.travel_speed, job.motion.print_speed)
+        return cls(track, start, law.time, law.speed, *limits)
 
     @property
     def duration(self) -> float:
@@ -89,9 +82,9 @@ class TimedPath:
         return float(self.arrival[-1])
 
     def distance(self, path_time: float) -> float:
-        """Distance along the path, m, at *path_time*, s, of the law.
+        """Return the distance along the path, m, at *path_time*, s, of the law.
 
-        A cubic between two places by their speeds: exact for constant acceleration or speed.
+        Cubic Hermite interpolation between two points: exact for constant acceleration or speed.
         """
         i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
         begin, end = float(self.track.distance[i]), float(self.track.distance[i + 1])
@@ -107,17 +100,17 @@ class TimedPath:
 
 @dataclass(eq=False)
 class GuideState:
-    """Changed in place by `step`. To continue after a restart, `path_time` and `height_offset` are enough."""
+    """Changed in place by `step`. `path_time` and `height_offset` are enough to continue after a restart."""
 
     path_time: float = 0.0  # s of the time law
     speed_factor: float = 0.0  # share of the law's speed
-    position: Array | None = None  # (3,) m, of the target while it is off the path; None: on the path
-    speed: float = 0.0  # m/s, of the target while it is off the path
+    position: Array | None = None  # (3,) m, of a target off the path; None: on the path
+    speed: float = 0.0  # m/s, of a target off the path
     height_offset: float = 0.0  # m, of the platform over the path
 
 
 def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:
-    """Return the target after *dt* (s) in that *mode*; *state* changes in place. Raises nothing.
+    """Return the target for the next *dt* (s) in a *mode*; *state* changes in place.
 
     Off the path (`state.position`), `GuideMode.APPROACH` leads back to it along a straight line.
     """
@@ -137,17 +130,17 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Targ
     return Target(here + offset, (there - here) / dt, now, layer, path_speed, extruding, arrived, finished)
 
 
-def _speed_factor(path: TimedPath, state: GuideState, dt: float, wanted: float) -> float:
-    """The next speed factor: as near to *wanted* as the acceleration allows, less that of the law itself."""
+def _speed_factor(path: TimedPath, state: GuideState, dt: float, goal: float) -> float:
+    """Return the next speed factor: as near to *goal* as the acceleration, less the law's own, allows."""
     now = state.path_time
     before, here, after = (path.distance(now + shift) for shift in (-dt, 0.0, dt))
     speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.speed_factor**2
     reserve = _RESERVE * path.acceleration
     up, down = max(path.acceleration - own, reserve), max(path.acceleration + own, reserve)
-    change = wanted - state.speed_factor
+    change = goal - state.speed_factor
     needed = speed * abs(change)
     available = (up if change > 0.0 else down) * dt
-    return wanted if needed <= available else state.speed_factor + change * available / needed
+    return goal if needed <= available else state.speed_factor + change * available / needed
 
 
 def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:

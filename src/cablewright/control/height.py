@@ -5,26 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cablewright.errors import InputError
+from cablewright.errors import require_positive
 
 
 @dataclass(frozen=True)
 class HeightControl:
-    """``clearance``: m, target of the mean height over what lies below. ``gain``: 1/s. ``max_speed``: m/s."""
+    """``clearance``: m, target of the mean height over the surface below. ``gain``: 1/s. ``max_speed``: m/s."""
 
     clearance: float
     gain: float = 0.1
     max_speed: float = 2e-3
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not positive and finite."""
-        for name, value in vars(self).items():
-            if not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: a finite number over 0 is wanted")
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(**vars(self))
 
 
 def step(settings: HeightControl, lift: float, clearance: float, dt: float) -> float:
-    """Return the new *lift* (m) of the target over its path, by the measured *clearance* (m); NaN changes nothing."""
+    """Return the new *lift* (m) of the target over its path, by the measured *clearance* (m); NaN keeps the lift."""
     if not math.isfinite(clearance):
         return lift
     rate = min(settings.gain, 0.5 / dt) * (settings.clearance - clearance)

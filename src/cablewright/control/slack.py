@@ -1,8 +1,8 @@
 """Control of slack: which line is slack, and by how much (Merlet and Papegay 2023, III.B).
 
-With more lines than freedoms not all stiff lines can share a load: lengths would have to be exact to a tenth of a
-millimetre. So one line is always slack. Its sag at the platform, an angle that its accelerometer measures, shows by how
-much, far more sensitively than the length: it grows with the square root of the excess.
+With more lines than freedoms, stiff lines share a load only if lengths are exact to a tenth of a millimetre. So one
+line is always slack. Its accelerometer measures its sag, an angle, at the platform; the angle grows with the square
+root of the excess of length and is far more sensitive than the length.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class SlackSettings:
 
     ``from_platform``: m along the line before B, where its angle is measured. ``gain``: m/s of the winch for a radian
     of sag. ``target_excess``: m, of a slack line under the law ``paper``. ``planned_excess``: m, of the line with the
-    smallest tension under the law ``model``. ``switch_margin``: share of the mean tension by which another line's has
-    to be smaller to be chosen instead. ``excess_rate``: m/s at which the planned excess changes.
+    smallest tension under the law ``model``. ``switch_margin``: share of the mean tension by which another line's
+    tension must be smaller for a change of the slack line. ``excess_rate``: m/s, rate of the planned excess.
     """
 
     from_platform: float = 0.2
@@ -35,17 +35,17 @@ class SlackSettings:
     excess_rate: float = 2e-3
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are negative or not finite."""
+        """Raise `InputError` for numbers that are negative or not finite."""
         for name, value in vars(self).items():
             if not 0.0 <= value < math.inf:
-                raise InputError(f"{name} = {value:g}: a finite number from 0 on is wanted")
+                raise InputError(f"{name} = {value:g}: must be a finite number, 0 or more")
 
 
 def sag_angles(settings: SlackSettings, taut: Taut, excess: Array) -> Array:
-    """gamma_measured - gamma_taut (m,), rad, of lines with that *excess* (m,), m, as parabolas; 0 if taut.
+    """Return gamma_measured - gamma_taut (m,), rad, of lines with an *excess* (m,), m, as parabolas; 0 if taut.
 
-    At a distance d before its end a parabola of excess e over a chord c is less steep by
-    tan = sqrt(24 e / c) (1/2 - d / c) / cos^2, whatever the cable's stiffness and weight.
+    At a distance d before its end, a parabola of excess e over a chord c is less steep by
+    tan = sqrt(24 e / c) (1/2 - d / c) / cos^2, for any stiffness and weight of the cable.
     """
     c = np.cos(taut.angles)
     strain = np.maximum(excess, 0.0) / taut.free
@@ -54,15 +54,14 @@ def sag_angles(settings: SlackSettings, taut: Taut, excess: Array) -> Array:
 
 
 def slack_rates(settings: SlackSettings, taut: Taut, excess: Array, slack: Mask) -> Array:
-    """Rates (m,), m/s, added to the lengths of *slack* lines: proportional to their sag beyond the target's."""
-    beyond = sag_angles(settings, taut, excess) - sag_angles(
-        settings, taut, np.full(len(excess), settings.target_excess)
-    )
+    """Return rates (m,), m/s, for the lengths of *slack* lines, proportional to their sag beyond the target's."""
+    target = sag_angles(settings, taut, np.full(len(excess), settings.target_excess))
+    beyond = sag_angles(settings, taut, excess) - target
     return np.where(slack & np.isfinite(beyond), -settings.gain * beyond, 0.0)
 
 
 def choose_slack_line(settings: SlackSettings, tensions: Array, current: int) -> int:
-    """Index of the line to be slack: the smallest of *tensions* (m,), N; *current* unless that is far smaller."""
+    """Return the line to be slack: that of min *tensions* (m,), N, or *current* within the switch margin."""
     smallest = int(np.argmin(tensions))
     if current < 0 or tensions[current] - tensions[smallest] > settings.switch_margin * float(tensions.mean()):
         return smallest

@@ -1,13 +1,13 @@
 """State machine of a print: its states, their transitions, and the limits that stop the machine.
 
-    idle -start-> ready -there-> printing -end of path-> idle
+    idle -start-> ready -at the path-> printing -end of path-> idle
     printing -barrier, pause, no position-> paused -resume, barrier clear-> ready
     printing -powder low or out-> refilling -refilled, barrier clear-> ready
     any -a soft limit, stop-> stopped -resume-> ready          any -a hard limit, emergency stop-> fault -reset-> idle
 
 A controlled stop slows down along the path and then holds the winches, so that all lines keep their tension. An
 emergency stop and every hard limit hold the winches at once. No state in which a person may be near the machine ends by
-itself: resuming takes an order. Only a position that was lost and found again needs none.
+itself: resuming needs an order. Only a stop for a lost position ends when the position is valid again.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.control.guide import GuideMode, Target
-from cablewright.errors import InputError
+from cablewright.errors import InputError, require_positive
 from cablewright.signals import Barrier, Condition, Encoders, Estimate, PrintState, SensorFrame
 
 
@@ -42,12 +42,12 @@ class Order(Enum):
 class SupervisorSettings:
     """Limits. Lengths in m, times in s.
 
-    ``min_position``, ``max_position``: (3,) of the platform. ``max_speed``: m/s of it. ``max_tensions``: (m,) N at the
-    sheaves, by the estimated lengths. ``max_excess``: m, of any line. ``max_error``: m from the target.
-    ``barrier_timeout``: s without a reading of the light barrier; None: there is none. ``encoder_timeout``: s without
-    counts. ``settling_time``: s for which the position has to be valid before the platform moves.
-    ``position_timeout``: s without a valid position until that is a fault. ``refill_mass``: kg of powder at which to
-    refill. ``stall_timeout``: s for which a motor may fail to pull its load.
+    ``min_position``, ``max_position``: (3,) of the platform. ``max_speed``: m/s, of the platform. ``max_tensions``:
+    (m,) N, at the sheaves, from the estimated lengths. ``max_excess``: m, of any line. ``max_error``: m, from the
+    target. ``barrier_timeout``: s without a reading of the light barrier; None: no barrier. ``encoder_timeout``: s
+    without counts. ``settling_time``: s for which the position must be valid before the platform moves.
+    ``position_timeout``: s without a valid position before a fault. ``refill_mass``: kg of powder at which to refill.
+    ``stall_timeout``: s for which a motor may fail to pull its load.
     """
 
     min_position: tuple[float, float, float]
@@ -64,13 +64,11 @@ class SupervisorSettings:
     stall_timeout: float = 2.0
 
     def __post_init__(self) -> None:
-        """Refuse limits that are not positive and finite, and an empty range of positions."""
+        """Raise `InputError` for limits that are not positive and finite, and for an empty range of positions."""
         timeouts = ("encoder_timeout", "settling_time", "position_timeout", "stall_timeout")
-        for name in ("max_speed", "max_excess", "max_error", *timeouts):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+        require_positive(**{name: getattr(self, name) for name in ("max_speed", "max_excess", "max_error", *timeouts)})
         if not all(low < high for low, high in zip(self.min_position, self.max_position, strict=True)):
-            raise InputError(f"limits of the place: {self.min_position} to {self.max_position} m leaves no room")
+            raise InputError(f"limits of the position: {self.min_position} to {self.max_position} m is empty")
 
 
 @dataclass(eq=False)
@@ -82,25 +80,25 @@ class SupervisorState:
     state_start: float = 0.0  # s
     first_frame_time: float = math.inf  # s
     finished: bool = False
-    valid_since: float = math.nan  # s: since when the position has been valid; NaN: it is not
+    valid_since: float = math.nan  # s: start of the valid position; NaN: not valid
     last_valid_time: float = -math.inf  # s: of the last valid position
     last_encoder_time: float = -math.inf
     last_barrier_time: float = -math.inf
     barrier_broken: bool = False
     stalled_since: float = math.nan
-    resume_ordered: bool = False  # waits until the barrier is clear
+    resume_ordered: bool = False  # pending until the barrier is clear
     barrier_stops: int = 0
     refills: int = 0
 
 
 class Verdict(NamedTuple):
-    """What is allowed in the next step."""
+    """Permissions for the next step."""
 
     state: PrintState
     reason: str
     guide_mode: GuideMode
-    hold_winches: bool  # at once, whatever the controller commands
-    valve_allowed: bool  # may be open
+    hold_winches: bool  # at once, overriding the controller
+    valve_allowed: bool  # whether the valve may be open
 
 
 class _Inputs(NamedTuple):
@@ -123,9 +121,9 @@ def step(
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
-    """Supervise one step; *state* changes in place.
+    """Return the verdict for one step; *state* changes in place.
 
-    *target*: the last one. *tensions* (m,), N, and *powder*, kg: estimates.
+    *target*: of the last step. *tensions* (m,), N, and *powder*, kg: estimates.
     """
     now = frame.time
     _update_readings(state, frame, estimate)
@@ -139,11 +137,11 @@ def step(
     elif state.state in (PrintState.READY, PrintState.PRINTING):
         _check_running(settings, state, inputs)
     _advance(settings, state, inputs)
-    stands = target is None or (target.path_speed == 0.0 and not target.velocity.any())
+    at_rest = target is None or (target.path_speed == 0.0 and not target.velocity.any())
     mode = _MODES.get(state.state, GuideMode.HOLD)
     if state.state is PrintState.READY and not _is_settled(settings, state, now):
         mode = GuideMode.HOLD
-    hold = state.state is PrintState.FAULT or (mode is GuideMode.HOLD and stands)
+    hold = state.state is PrintState.FAULT or (mode is GuideMode.HOLD and at_rest)
     valve = state.state is not PrintState.FAULT and state.state is not PrintState.READY
     return Verdict(state.state, state.reason, mode, hold, valve)
 
@@ -192,10 +190,10 @@ def _apply_order(state: SupervisorState, order: Order, now: float) -> None:
 
 
 def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
-    """Reason to stop the machine at once, or an empty text."""
+    """Return the reason to stop the machine at once, or an empty text."""
     now, estimate = inputs.now, inputs.estimate
     if now - max(state.last_encoder_time, state.first_frame_time) > settings.encoder_timeout:
-        return f"no word from the encoders for over {settings.encoder_timeout:g} s"
+        return f"no reading of the encoders for over {settings.encoder_timeout:g} s"
     if Condition.NO_EQUILIBRIUM in inputs.conditions:
         return "the platform is in no equilibrium"
     if not estimate.valid:
@@ -218,44 +216,41 @@ def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
 
 
 def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
-    """Leave a state in which the machine moves, if there is a reason."""
-    now, estimate, target = inputs.now, inputs.estimate, inputs.target
+    """Leave a state in which the machine moves if there is a reason to stop."""
+    now = inputs.now
     if settings.barrier_timeout is not None:
         timed_out = now - max(state.last_barrier_time, state.state_start) > settings.barrier_timeout
         if state.barrier_broken or timed_out:
             state.barrier_stops += 1
-            reason = "somebody is in the light barrier" if state.barrier_broken else "no word from the light barrier"
+            reason = "somebody is in the light barrier" if state.barrier_broken else "no reading of the light barrier"
             _enter(state, PrintState.PAUSED, now, reason)
             return
-    if not estimate.valid and state.state is PrintState.PRINTING:
+    if not inputs.estimate.valid and state.state is PrintState.PRINTING:
         _enter(state, PrintState.PAUSED, now, _POSITION_LOST)
         return
     if inputs.powder <= settings.refill_mass or Condition.POWDER_OUT in inputs.conditions:
         state.refills += 1
-        out = Condition.POWDER_OUT in inputs.conditions
-        _enter(state, PrintState.REFILLING, now, "no powder is left" if out else "little powder is left")
+        reason = "no powder is left" if Condition.POWDER_OUT in inputs.conditions else "little powder is left"
+        _enter(state, PrintState.REFILLING, now, reason)
         return
-    soft = _soft_limit(settings, state, inputs, target)
-    if soft:
-        _enter(state, PrintState.STOPPED, now, soft)
+    if reason := _soft_limit(settings, state, inputs):
+        _enter(state, PrintState.STOPPED, now, reason)
 
 
 _POSITION_LOST = "the position is not known"
 
 
-def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs, target: Target | None) -> str:
-    """Reason for a controlled stop, or an empty text."""
+def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
+    """Return the reason for a controlled stop, or an empty text."""
     if inputs.now - state.stalled_since > settings.stall_timeout:
         return f"a motor cannot pull its load for over {settings.stall_timeout:g} s"
     if Condition.DRUM_END in inputs.conditions:
         return "a winch drum is empty or full"
-    if target is not None and inputs.estimate.valid:
-        error = target.position - inputs.estimate.position
+    if inputs.target is not None and inputs.estimate.valid:
+        error = inputs.target.position - inputs.estimate.position
         distance = math.sqrt(float(error @ error))
         if distance > settings.max_error:
-            return (
-                f"the platform is {distance:.3f} m from where it should be; at most {settings.max_error:g} is allowed"
-            )
+            return f"the platform is {distance:.3f} m from its target; at most {settings.max_error:g} is allowed"
         excess = float(np.nanmax(inputs.estimate.excess, initial=-math.inf))
         if excess > settings.max_excess:
             return f"a line is {excess:.3f} m too long; at most {settings.max_excess:g} is allowed"

@@ -2,7 +2,7 @@
 
 Two laws. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path error, times the inverse
 Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the same velocity; in the null
-space of the lengths (with more lines than freedoms), each line is driven towards the excess or stretch that the full
+space of the lengths (with more lines than freedoms), each line is controlled to the excess or stretch that the full
 model gives it at the chosen tensions.
 """
 
@@ -18,7 +18,7 @@ from cablewright.arrays import Array
 from cablewright.choices import LawName
 from cablewright.control.guide import Target
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
-from cablewright.errors import InputError, UnknownName
+from cablewright.errors import InputError, UnknownName, require_positive
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
@@ -33,7 +33,7 @@ class VelocitySettings:
 
     ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
     ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
-    one line is slack on purpose; else all lines get the model's tensions.
+    one line is slack on purpose; otherwise all lines have the model's tensions.
     """
 
     model: Model
@@ -46,21 +46,20 @@ class VelocitySettings:
     slack: SlackSettings = field(default_factory=SlackSettings)
 
     def __post_init__(self) -> None:
-        """Refuse unknown laws, platforms with a rotation and numbers that are not positive and finite."""
+        """Raise `InputError` for unknown laws, rigid platforms and numbers that are not positive and finite."""
         if self.law not in LAWS:
             raise UnknownName("law", self.law, LAWS)
         if self.model.n != 3:
-            raise InputError(f"robot {self.model.robot.name!r}: only a point platform can be driven")
-        for name in ("gain", "max_correction", "internal_gain", "max_drum_speed"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+            raise InputError(f"robot {self.model.robot.name!r}: velocity control needs a point platform")
+        names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
+        require_positive(**{name: getattr(self, name) for name in names})
 
 
 @dataclass(eq=False)
 class VelocityState:
     """Changed in place by `step`."""
 
-    planned_excess: Array  # (m,) m, that each line is given on purpose
+    planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
 
 
@@ -70,10 +69,10 @@ def start(settings: VelocitySettings) -> VelocityState:
 
 
 def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, target: Target, dt: float) -> Array:
-    """Speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
+    """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros where the position is not
-    known or a line has no tangent there.
+    If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
+    a line without a tangent there.
     """
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
@@ -94,7 +93,7 @@ def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, t
 
 
 def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: float) -> Array:
-    """The paper's term, limited to `max_correction` and to half of the excess in one step."""
+    """Return the paper's term (m,), m/s, limited to `max_correction` and to half of the excess in one step."""
     limit = np.minimum(0.5 * np.abs(estimate.excess - settings.slack.target_excess) / dt, settings.max_correction)
     return np.clip(slack_rates(settings.slack, taut, estimate.excess, estimate.slack), -limit, limit)
 
@@ -102,18 +101,17 @@ def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: 
 def _internal_rates(
     settings: VelocitySettings, state: VelocityState, taut: Taut, estimate: Estimate, target: Target, dt: float
 ) -> Array:
-    """Rates (m,), m/s, in the null space: towards the excess or stretch that the model gives each line."""
+    """Return rates (m,), m/s, in the null space, towards the excess or stretch that the model gives each line."""
     model = settings.model
-    held = solve_inverse(model, target.position)
-    if not np.isfinite(held.lengths).all():
+    at_target = solve_inverse(model, target.position)
+    if not np.isfinite(at_target.lengths).all():
         return np.zeros(model.m)
     if settings.manage_slack:
-        state.slack_line = choose_slack_line(settings.slack, held.tensions, state.slack_line)
+        state.slack_line = choose_slack_line(settings.slack, at_target.tensions, state.slack_line)
         planned = np.where(np.arange(model.m) == state.slack_line, settings.slack.planned_excess, 0.0)
         change = settings.slack.excess_rate * dt
         state.planned_excess = state.planned_excess + np.clip(planned - state.planned_excess, -change, change)
-    there = taut_at(model, target.position)
-    goal = held.lengths - there.lengths + state.planned_excess
+    goal = at_target.lengths - taut_at(model, target.position).lengths + state.planned_excess
     error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
     basis, _ = np.linalg.qr(taut.toward)
     rates = min(settings.internal_gain, 0.5 / dt) * (error - basis @ (basis.T @ error))

@@ -1,1 +1,1 @@
-"""Rank 1. How a robot becomes the arrays that kernels take."""
+"""Rank 1. Robots as arrays for the kernels, and the results that kernels compute."""

@@ -1,4 +1,4 @@
-"""Cable on a winch drum: turns in layers, none quite like the other; how much a turn holds and where it leaves."""
+"""Cable on a winch drum, turn by turn in layers: radius, length and position of each turn."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ MAX_TURNS: Final = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Coil:
-    """A drum with cable on it, turn by turn from the bare core on. Between two turns radius and place go evenly.
+    """A drum with cable, turn by turn from the bare core on; radius and position are linear between two turns.
 
-    Angles are of the drum, rad, counted from the empty drum; read-only arrays.
+    Angles are the drum's, rad, 0 for the empty drum. Read-only arrays.
     """
 
-    radii: Array  # (k,) m: of the cable's axis after each turn
+    radii: Array  # (k,) m: to the cable's axis after each turn
     wound: Array  # (k,) m: cable on the drum after each turn, wound[0] = 0
-    sideways: Array  # (k,) m: where along the drum, from its middle, the cable lies after each turn
+    sideways: Array  # (k,) m: position of the cable along the drum, from its middle, after each turn
 
     def radius(self, angle: float) -> float:
-        """Radius (m) at which cable leaves with *angle* wound."""
+        """Return the radius (m) at which the cable leaves the drum with *angle* wound."""
         return float(np.interp(angle / TURN, np.arange(len(self.radii)), self.radii))
 
     def length(self, angle: float) -> float:
-        """Length of cable (m) on the drum with *angle* wound. Raises `InputError` beyond the last turn."""
+        """Return the length of cable (m) on the drum with *angle* wound. Raises `InputError` beyond the last turn."""
         turns = angle / TURN
         if not 0.0 <= turns <= len(self.radii) - 1:
-            raise InputError(f"{angle:g} rad wound: this drum takes 0 to {TURN * (len(self.radii) - 1):g} rad")
+            raise InputError(f"{angle:g} rad wound: this drum holds 0 to {TURN * (len(self.radii) - 1):g} rad")
         whole = min(int(turns), len(self.radii) - 2)
         share = turns - whole
         rise = self.radii[whole + 1] - self.radii[whole]
         return float(self.wound[whole] + TURN * share * (self.radii[whole] + 0.5 * share * rise))
 
     def angle(self, length: float) -> float:
-        """Return the angle that winds *length* (m) of cable. Raises `InputError` for more than the drum takes."""
+        """Return the angle that winds *length* (m) of cable. Raises `InputError` for more than the drum holds."""
         if not 0.0 <= length <= self.wound[-1]:
-            raise InputError(f"{length:g} m wound: this drum takes 0 to {self.wound[-1]:g} m")
+            raise InputError(f"{length:g} m wound: this drum holds 0 to {self.wound[-1]:g} m")
         whole = min(int(np.searchsorted(self.wound, length, side="right")) - 1, len(self.radii) - 2)
         begin, rise = self.radii[whole], self.radii[whole + 1] - self.radii[whole]
         rest = (length - self.wound[whole]) / TURN
@@ -66,15 +66,16 @@ def wind(
 ) -> Coil:
     """Wind at least *capacity* (m) of cable of that *diameter* (m) on a drum of that *width* (m), to and fro.
 
-    *core* is the radius of the first layer's axis, *pitch* how much each further layer adds. The radius is off its
-    layer's by a walk of standard deviation *radius_walk* that forgets over *memory* turns, the place along the drum off
-    its turn's by one of *sideways_walk*. Raises `InputError` for a drum that takes no turn, or a cable that eats it.
+    *core*: radius of the first layer's cable axis; *pitch*: increase of the radius per layer. With *random*, radius and
+    position of each turn deviate by first-order Gauss-Markov processes of standard deviations *radius_walk* and
+    *sideways_walk* with a correlation length of *memory* turns. Raises `InputError` for a drum too narrow for one turn,
+    a *radius_walk* over a sixth of the radius, or too many turns.
     """
     per_layer = int(width / diameter + 1e-9)
     if per_layer < 1:
-        raise InputError(f"width = {width:g} m: takes no turn of a cable of {diameter:g} m")
+        raise InputError(f"width = {width:g} m: too narrow for one turn of a cable of {diameter:g} m")
     if not core > 6.0 * radius_walk:
-        raise InputError(f"radius_walk = {radius_walk:g} m: not under a sixth of the drum's radius, {core:g} m")
+        raise InputError(f"radius_walk = {radius_walk:g} m: must be under a sixth of the drum's radius, {core:g} m")
     turns = int(min(np.ceil(capacity / (TURN * (core - 3.0 * radius_walk))), MAX_TURNS)) + 2
     if turns > MAX_TURNS:
         raise InputError(f"{capacity:g} m on a drum of {core:g} m: more than {MAX_TURNS} turns")
@@ -93,7 +94,7 @@ def wind(
 
 
 def _walk(count: int, memory: float, random: np.random.Generator) -> Array:
-    """Return a walk (count,) that forgets over *memory* steps, of standard deviation 1 at each."""
+    """Return a first-order Gauss-Markov process (count,) of standard deviation 1, correlated over *memory* steps."""
     keep = float(np.exp(-1.0 / memory))
     walk = random.standard_normal(count)
     walk[1:] *= np.sqrt(1.0 - keep * keep)

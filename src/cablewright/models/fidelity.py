@@ -1,4 +1,4 @@
-"""The physics one chooses to use, apart from the hardware that there is."""
+"""The choice of physics, separate from the hardware."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cablewright.errors import InputError, UnknownName
 
 
 class CableLaw(StrEnum):
-    """How a cable behaves: straight and stiff, straight and elastic, or elastic with weight."""
+    """Model of the cables: straight and rigid, straight and elastic, or elastic with weight."""
 
     RIGID = "rigid"
     ELASTIC = "elastic"
@@ -17,7 +17,7 @@ class CableLaw(StrEnum):
 
 
 class SheaveLaw(StrEnum):
-    """How a line leaves its mounting, from the plainest model to the fullest."""
+    """Model of the sheaves, from the simplest to the most detailed."""
 
     EYELET = "eyelet"
     SWIVEL = "swivel"
@@ -26,14 +26,14 @@ class SheaveLaw(StrEnum):
 
 @dataclass(frozen=True)
 class Fidelity:
-    """Cable law and sheave law. `sheave=None` takes each sheave as it is built; another value simplifies it."""
+    """Cable law and sheave law. `sheave=None`: each sheave as it is built; another law simplifies it."""
 
     cable: CableLaw = CableLaw.CATENARY
     sheave: SheaveLaw | None = None
 
     @classmethod
     def of(cls, cable: str = "catenary", sheave: str | None = None) -> Fidelity:
-        """From the words of the command line. Raises `UnknownName` for another word."""
+        """Return the fidelity of two names of laws. Raises `UnknownName` for any other name."""
         if cable not in list(CableLaw):
             raise UnknownName("cable law", cable, [law.value for law in CableLaw])
         if sheave is not None and sheave not in list(SheaveLaw):
@@ -41,11 +41,11 @@ class Fidelity:
         return cls(CableLaw(cable), None if sheave is None else SheaveLaw(sheave))
 
     def __str__(self) -> str:
-        """Its words: ``catenary`` with sheaves as built, ``elastic, eyelet``."""
+        """The names of the laws: ``catenary`` with sheaves as built, ``elastic, eyelet``."""
         return ", ".join(law.value for law in (self.cable, self.sheave) if law is not None)
 
     def sheave_of(self, built: str, line: str) -> SheaveLaw:
-        """The law for a sheave *built* as named. A model can simplify hardware, it cannot add to it."""
+        """Return the law of a *line* whose sheave is *built* so. Raises `InputError` for a law beyond the hardware."""
         hardware = SheaveLaw(built)
         if self.sheave is None:
             return hardware

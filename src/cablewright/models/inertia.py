@@ -1,4 +1,4 @@
-"""What resists acceleration: the mass matrix of the platform at a pose."""
+"""The mass matrix of the platform at a pose."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from cablewright.robot import RigidPlatform, Robot
 
 
 def mass_matrix(robot: Robot, poses: Array) -> Array:
-    """Mass matrix M (..., n, n) of the platform at *poses* (..., n): kg, kg m and kg m^2 by blocks.
+    """Return the mass matrix M (..., n, n) of the platform at *poses* (..., n): kg, kg m and kg m^2 by blocks.
 
-    It is that of motions of the platform's origin and rotations in space, like the stiffness: v^T M v / 2 is the
-    kinetic energy. Cables and what turns in the machine count nothing. Raises `InputError` for a body of unknown
-    inertia.
+    With v the velocity of the platform's origin and the angular velocity, world, v^T M v / 2 is the kinetic energy.
+    Cables, sheaves and winches are massless here. Raises `InputError` for a body of unknown inertia.
     """
     root = mass_root(robot, poses)
     return np.asarray(np.swapaxes(root, -1, -2) @ root)
 
 
 def mass_root(robot: Robot, poses: Array) -> Array:
-    """S (..., n, n) with M = S^T S: it takes motions of the origin to those of the centre of mass, times root of mass.
+    """Return S (..., n, n) with M = S^T S, M the mass matrix, at *poses* (..., n).
 
-    The first three rows are the square root of the mass times the velocity of the centre of mass, the last three the
-    symmetric root of the inertia tensor, in the world, times the rotation. Raises `InputError` as `mass_matrix` does.
+    The first three rows give the square root of the mass times the velocity of the centre of mass, the last three the
+    symmetric root of the inertia tensor, world, times the angular velocity. Raises `InputError` as `mass_matrix`.
     """
     platform, n = robot.platform, robot.n
     root = np.zeros((*poses.shape[:-1], n, n))
@@ -41,9 +40,9 @@ def mass_root(robot: Robot, poses: Array) -> Array:
 
 
 def _inertia_root(name: str, platform: RigidPlatform) -> Array:
-    """The symmetric root (3, 3) of the inertia tensor about the centre of mass, platform frame."""
+    """Return the symmetric root (3, 3) of the inertia tensor about the centre of mass, platform frame."""
     if platform.inertia is None:
-        raise InputError(f"robot {name!r}: platform has no inertia, which a body's modes need: [Ixx, Iyy, Izz], kg m^2")
+        raise InputError(f"robot {name!r}: platform.inertia is required for modes: [Ixx, Iyy, Izz], kg m^2")
     (xx, yy, zz), (xy, xz, yz) = platform.inertia, platform.inertia_products
     values, vectors = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return np.asarray((vectors * np.sqrt(values)) @ vectors.T)

@@ -1,4 +1,4 @@
-"""A robot under one fidelity as the arrays that kernels take."""
+"""A robot under one fidelity as arrays for the kernels."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from cablewright.robot import Line, Platform, RigidPlatform, Robot
 
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
-    """Arrays of *robot* under *fidelity*; *tension_limits* (N) replace those of every line.
+    """Return the arrays of *robot* under *fidelity*; *tension_limits* (N) replace those of every line.
 
-    Raises `InputError` where the fidelity asks for hardware that is not there, or for a lever without the dead span
-    that holds it.
+    Raises `InputError` where the fidelity requires hardware that a line does not have, or a lever has no dead span.
     """
     lines = LineNumbers(np.zeros((robot.m, layout.COLUMNS)))
     for own, line in zip(map(LineNumbers, lines.array), robot.lines, strict=True):
@@ -41,11 +40,11 @@ def pack_rows(
     preferred: Array | None = None,
     exit_points: Array | None = None,
 ) -> Packed:
-    """*packed*, the arrays of *robot*, as a batch: one row for all, or one for each where something differs by row.
+    """Return *packed*, the arrays of *robot*, as a batch of one row, or of N rows where values differ by row.
 
-    *retraction* (N,) is the platform's retraction length, m; *preferred* (N, m) are the tensions, N, that inverse
-    solutions stay near to; *exit_points* (N, m, 3), m, take the place of the robot's, and winch exits move with them.
-    Raises `InputError` for a retraction that the platform does not have.
+    *retraction* (N,): the platform's retraction length, m; *preferred* (N, m): tensions, N, to which inverse solutions
+    stay near; *exit_points* (N, m, 3): m, world, instead of the robot's; winch exits move with them. Raises
+    `InputError` for a retraction that the platform does not have.
     """
     differing = (given for given in (retraction, preferred, exit_points) if given is not None)
     rows = max((len(given) for given in differing), default=1)
@@ -60,11 +59,11 @@ def pack_rows(
 
 
 def _retract(robot: Robot, lines: LineNumbers, lengths: Array) -> None:
-    """Move the platform points that move with the retraction."""
+    """Move the platform points of the retraction to its *lengths* (N,), m."""
     robot.retraction_to(float(lengths.max()))
-    drawn = robot.retraction_to(float(lengths.min()))
-    moving = [i for i, line in enumerate(robot.lines) if line.name in drawn.lines]
-    by = (lengths - drawn.length)[:, None] * np.asarray(drawn.along)
+    retraction = robot.retraction_to(float(lengths.min()))
+    moving = [i for i, line in enumerate(robot.lines) if line.name in retraction.lines]
+    by = (lengths - retraction.length)[:, None] * np.asarray(retraction.along)
     lines.platform_point[:, moving] += by[:, None]
 
 
@@ -78,7 +77,7 @@ def _pack_platform(own: PlatformNumbers, platform: Platform, gravity: float) -> 
 
 
 def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
-    """Points, sheave and which unknowns the line has."""
+    """Points, sheave and number of unknowns of the line."""
     own.exit_point = line.exit_point
     own.platform_point = line.platform_point
     own.dead_length = line.dead_length
@@ -99,9 +98,7 @@ def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
             own.unknowns = 5 if own.winch_distance > 0.0 else 4
     if law is SheaveLaw.UNIVERSAL_JOINT and sheave.kind == "universal-joint":
         if line.winch_exit is None:
-            raise InputError(
-                f"line {line.name!r}: a universal joint needs winch_exit, for the dead span holds its lever"
-            )
+            raise InputError(f"line {line.name!r}: a universal joint needs winch_exit: the dead span holds its lever")
         own.lever = sheave.lever
         own.lever_moment = sheave.lever_weight * sheave.lever_mass_centre
         own.unknowns = 6

@@ -1,4 +1,4 @@
-"""Names for the columns of the arrays that kernels take: read and write `Packed` and states of lines through these."""
+"""Named columns of the kernels' arrays, to read and write `Packed` and the states of lines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.kernels import layout
 
 
 class _View:
-    """An array whose last axis has named columns. A view holds the array itself: what is set, is set there."""
+    """An array whose last axis has named columns. Setting a column changes the array itself."""
 
     __slots__ = ("array",)
 
@@ -21,7 +21,7 @@ class _View:
 
 
 class _Columns:
-    """One name of a view: a slice of its array, which costs no copy; of a single row's one column, the number."""
+    """A named column, or columns, of a view: a slice of its array without copy, or a number of a single row."""
 
     def __init__(self, columns: int | slice | list[int], meaning: str) -> None:
         self._index = (..., columns)
@@ -41,8 +41,8 @@ class _Columns:
 class LineNumbers(_View):
     """Numbers of lines under one fidelity, (..., 22): `Packed.lines`, that of a batch, or a row of it.
 
-    A point is (..., 3), all else (...). A line under a fidelity that leaves something out has 0 there: a cable without
-    weight, an eyelet without radius, a rigid cable without compliance.
+    A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
+    eyelet, the compliance of a rigid cable.
     """
 
     exit_point = _Columns(slice(layout.EXIT_X, layout.EXIT_Z + 1), "Exit point A, world, m.")
@@ -58,13 +58,13 @@ class LineNumbers(_View):
     free_compliance = _Columns(layout.FREE_COMPLIANCE, "1 / EA of the free span, 1/N.")
     dead_compliance = _Columns(layout.DEAD_COMPLIANCE, "1 / EA of the dead span, 1/N.")
     arc_compliance = _Columns(layout.ARC_COMPLIANCE, "1 / EA of the cable on the sheave, 1/N.")
-    compliances = _Columns(slice(layout.FREE_COMPLIANCE, layout.ARC_COMPLIANCE + 1), "These three, (..., 3), 1/N.")
-    tension_min = _Columns(layout.TENSION_MIN, "Lowest tension that is allowed, N.")
-    tension_max = _Columns(layout.TENSION_MAX, "Highest tension that is allowed, N.")
-    tension_limits = _Columns(slice(layout.TENSION_MIN, layout.TENSION_MAX + 1), "Both, (..., 2), N.")
+    compliances = _Columns(slice(layout.FREE_COMPLIANCE, layout.ARC_COMPLIANCE + 1), "All three, (..., 3), 1/N.")
+    tension_min = _Columns(layout.TENSION_MIN, "Minimum allowed tension, N.")
+    tension_max = _Columns(layout.TENSION_MAX, "Maximum allowed tension, N.")
+    tension_limits = _Columns(slice(layout.TENSION_MIN, layout.TENSION_MAX + 1), "Both limits, (..., 2), N.")
     breaking_load = _Columns(layout.BREAKING, "Breaking load, N.")
-    unknowns = _Columns(layout.UNKNOWNS, "How many of the line's unknowns are free, 3 to 6.")
-    preferred_tension = _Columns(layout.PREFERRED, "Tension that the inverse problem stays near to, N.")
+    unknowns = _Columns(layout.UNKNOWNS, "Number of the line's free unknowns, 3 to 6.")
+    preferred_tension = _Columns(layout.PREFERRED, "Tension to which inverse solutions stay near, N.")
 
     @property
     def has_dead_span(self) -> Mask:
@@ -73,15 +73,15 @@ class LineNumbers(_View):
 
     @property
     def has_lever(self) -> Mask:
-        """(...) bool: whether the sheave hangs on the lever of a universal joint."""
+        """(...) bool: whether the sheave is on the lever of a universal joint."""
         return self.unknowns > 5.0
 
 
 class LineStates(_View):
-    """The unknowns of lines that a solver finds, (..., 6): `Equilibrium.states`, or a row of it.
+    """The unknowns of lines, (..., 6), that a solver finds: `Equilibrium.states`, or a row of it.
 
-    Each is (...). A kind of sheave without some of them leaves those at 0. Directions are in the line's vertical plane,
-    from the horizontal towards the platform point.
+    Each is (...), and 0 where the kind of sheave does not have it. Directions are in the line's vertical plane, from
+    the horizontal towards the platform point.
     """
 
     free_angle = _Columns(layout.PHI, "Direction of the free span where it leaves the sheave, rad.")
@@ -90,7 +90,7 @@ class LineStates(_View):
     dead_length = _Columns(layout.DEAD, "Unstrained length of the dead span, m.")
     dead_angle = _Columns(layout.PSI, "Direction of the dead span from the sheave towards the winch, rad.")
     lever_angle = _Columns(layout.BETA, "Angle of the lever above the horizontal, rad.")
-    angles = _Columns([layout.PHI, layout.PSI, layout.BETA], "All three angles, (..., 3), rad: a copy when read.")
+    angles = _Columns([layout.PHI, layout.PSI, layout.BETA], "The three angles, (..., 3), rad; reading returns a copy.")
 
     @property
     def tension(self) -> Array:
@@ -105,10 +105,10 @@ class PlatformNumbers(_View):
     weight = _Columns(layout.PLATFORM_WEIGHT, "(...) N.")
     wrench = _Columns(slice(layout.WRENCH, layout.WRENCH + 6), "(..., 6) external force, N, and moment, N m, world.")
     massless = _Columns(
-        layout.MASSLESS, "(...) 1 where any line has no weight, so that slack it has no tension; else 0."
+        layout.MASSLESS, "(...) 1 where any line has no weight, so that its tension is 0 when slack; else 0."
     )
 
 
 def blank_states(*shape: int) -> Array:
-    """Unknowns of lines, all 0, (*shape, 6): what a solver writes into."""
+    """Return unknowns of lines, all 0, (*shape, 6), for a solver to write into."""
     return np.zeros((*shape, layout.STATE))

@@ -1,4 +1,4 @@
-"""What the registry's numbers are in arrays: columns of `Packed`, lengths paid out, columns of the linearisation."""
+"""The registry's parameters in arrays: columns of `Packed`, lengths paid out, columns of the linearisation."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from cablewright.robot.parameters import Parameter
 
 @dataclass(frozen=True)
 class OfLine:
-    """A number of a line: ``linear`` is its parameter of the linearisation, one of it is ``per`` of that parameter.
+    """A parameter of a line: ``linear`` is its column of the linearisation, ``per`` its derivative by the parameter.
 
-    In ``columns`` of `Packed.lines` (S, c) its values (S, 1) ``become`` what is to stand there. One that acts on
-    lengths gives the ``factor`` on the commanded ones, or is ``added`` to them. Statics is nearly linear in the number,
-    or ``by_inverse`` in 1 over it.
+    ``become`` returns the new ``columns`` of `Packed.lines` (S, c) for values (S, 1). A parameter of lengths has a
+    ``factor`` on the commanded lengths, or is ``added`` to them. Statics is nearly linear in the parameter, or with
+    ``by_inverse`` in its inverse.
     """
 
     linear: int
@@ -36,18 +36,18 @@ class OfLine:
 
 
 def _height(old: Array, heights: Array, _line: Line) -> Array:
-    """Of an exit point; the winch exit stays where it is in height, and follows sideways."""
+    """Set the height of an exit point; the winch exit keeps its height."""
     return np.hstack([heights, old[:, 1:] + (old[:, :1] - heights)])
 
 
 def _radius(old: Array, radii: Array, _line: Line) -> Array:
-    """Where the fidelity has a sheave; a swivel's centre lies one radius from its axis."""
+    """Set the radius where the fidelity has a sheave; the centre of a swivel is one radius from its axis."""
     sheave, swivel = old[:, :1] > 0.0, old[:, 2:] < 6.0
     return np.hstack([np.where(sheave, radii, 0.0), np.where(sheave & swivel, radii, old[:, 1:2]), old[:, 2:]])
 
 
 def _point(axis: int) -> OfLine:
-    """Of the platform; a retracted one stays so."""
+    """Return the parameter of a platform point along *axis*; a retraction is kept."""
     return OfLine(POINT + axis, (layout.POINT_X + axis,), lambda old, to, line: old + (to - line.platform_point[axis]))
 
 
@@ -72,7 +72,7 @@ OF_LINES: Final[Mapping[str, OfLine]] = {
         factor=lambda line, warmer: 1.0 + (line.cable.thermal_expansion or 0.0) * warmer,
     ),
 }
-"""Numbers of lines by their name in the registry."""
+"""Parameters of lines by their name in the registry."""
 
 OF_PLATFORM: Final[Mapping[str, int]] = {
     "mass": layout.PLATFORM_WEIGHT,
@@ -80,16 +80,16 @@ OF_PLATFORM: Final[Mapping[str, int]] = {
     **{f"force.{name}": layout.WRENCH + axis for axis, name in enumerate(AXES)},
     **{f"moment.{name}": layout.WRENCH + 3 + axis for axis, name in enumerate(AXES)},
 }
-"""Entries of `Packed.platform` by name in the registry. In the linearisation they are wrenches on the platform."""
+"""Indices into `Packed.platform` by name in the registry; in the linearisation they are wrenches on the platform."""
 
 
 def varied(
     robot: Robot, packed: Packed, parameters: Sequence[Parameter], values: Array, lengths: Array
 ) -> tuple[Packed, Array]:
-    """The rows of *packed* (S or 1 of them, of *robot*) and *lengths* (S, m), m, with *values* (S, k) in their place.
+    """Return *packed* (S rows or 1, of *robot*) and *lengths* (S, m), m, with *values* (S, k) of *parameters*.
 
-    Lengths are those commanded on entry and those paid out on return: length offsets, scales and temperature act on
-    them. Where a fidelity leaves out what a parameter speaks of, a sheave or a cable's weight, it has no effect.
+    *lengths* are commanded; the returned ones are paid out, after length offsets, scales and temperature. A parameter
+    of a sheave or of a cable's weight has no effect where the fidelity leaves that out.
     """
     rows = len(values)
     lines = np.broadcast_to(packed.lines, (rows, *packed.lines.shape[1:])).copy()
@@ -110,5 +110,5 @@ def varied(
 
 
 def lines_of(robot: Robot, parameter: Parameter) -> list[int]:
-    """Indices of the lines that a parameter is of."""
+    """Return the indices of a parameter's lines."""
     return [i for i, line in enumerate(robot.lines) if parameter.line in (None, line.name)]

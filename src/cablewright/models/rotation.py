@@ -1,4 +1,4 @@
-"""Rotation vectors (rad) in batches: matrices, points that turn with them, the shortest that means the same."""
+"""Batches of rotation vectors (rad): matrices, rotated points, shortest equivalents, rotations between two."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cablewright.arrays import Array
 
 
 def matrices(vectors: ArrayLike) -> Array:
-    """Matrices (..., 3, 3) of rotation *vectors* (..., 3), rad (Rodrigues)."""
+    """Return matrices (..., 3, 3) of rotation *vectors* (..., 3), rad (Rodrigues)."""
     vectors = np.asarray(vectors, dtype=np.float64)
     angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
     x, y, z = np.moveaxis(vectors, -1, 0)
@@ -20,7 +20,7 @@ def matrices(vectors: ArrayLike) -> Array:
 
 
 def placed(poses: Array, points: ArrayLike) -> Array:
-    """Points (..., m, 3) of the platform, its frame, in the world at *poses* (..., n), m."""
+    """Return *points* (..., m, 3), m, platform frame, in the world at *poses* (..., n)."""
     arms = np.asarray(points, dtype=np.float64)
     if poses.shape[-1] == 6:
         arms = arms @ np.swapaxes(matrices(poses[..., 3:]), -1, -2)
@@ -28,25 +28,27 @@ def placed(poses: Array, points: ArrayLike) -> Array:
 
 
 def shortest(vectors: Array) -> Array:
-    """The rotation vectors (..., 3) of length at most pi that mean the same rotations as *vectors*."""
+    """Return the rotation vectors (..., 3) of length at most pi with the same rotations as *vectors*."""
     angle = np.linalg.norm(vectors, axis=-1, keepdims=True)
     turns = np.round(angle / (2.0 * np.pi))
     return np.where(angle > np.pi, vectors * (1.0 - 2.0 * np.pi * turns / np.where(angle > 0.0, angle, 1.0)), vectors)
 
 
 def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
-    """Angle (...) in rad of the rotation that takes *first* to *second*, rotation vectors (..., 3)."""
-    between = np.swapaxes(matrices(first), -1, -2) @ matrices(second)
-    skew = between - np.swapaxes(between, -1, -2)
-    sine = 0.5 * np.linalg.norm(np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1), axis=-1)
-    return np.asarray(np.arctan2(sine, 0.5 * (np.trace(between, axis1=-2, axis2=-1) - 1.0)))
+    """Return the angle (...), rad, of the rotation from *first* to *second*, rotation vectors (..., 3)."""
+    return _sine_and_angle(np.swapaxes(matrices(first), -1, -2) @ matrices(second))[1][..., 0]
 
 
 def turn_between(first: ArrayLike, second: ArrayLike) -> Array:
-    """Rotation vector (..., 3) in space, rad, that takes *first* to *second*, rotation vectors (..., 3)."""
-    between = matrices(second) @ np.swapaxes(matrices(first), -1, -2)
-    skew = 0.5 * (between - np.swapaxes(between, -1, -2))
-    axis = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+    """Return the rotation vector (..., 3), rad, world, from *first* to *second*, rotation vectors (..., 3)."""
+    axis, angle = _sine_and_angle(matrices(second) @ np.swapaxes(matrices(first), -1, -2))
     sine = np.linalg.norm(axis, axis=-1, keepdims=True)
-    angle = np.arctan2(sine, 0.5 * (np.trace(between, axis1=-2, axis2=-1)[..., None] - 1.0))
     return np.asarray(axis * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 1.0))
+
+
+def _sine_and_angle(rotation: Array) -> tuple[Array, Array]:
+    """Return the axis times the sine of the angle (..., 3), and the angle (..., 1), rad, of *rotation* (..., 3, 3)."""
+    skew = 0.5 * (rotation - np.swapaxes(rotation, -1, -2))
+    axis = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+    cosine = 0.5 * (np.trace(rotation, axis1=-2, axis2=-1)[..., None] - 1.0)
+    return axis, np.arctan2(np.linalg.norm(axis, axis=-1, keepdims=True), cosine)

@@ -1,4 +1,4 @@
-"""One answer, or a batch of answers: what results whose arrays may have a leading axis share."""
+"""Results of one solve or of a batch, whose arrays then have a leading axis."""
 
 from __future__ import annotations
 
@@ -12,54 +12,54 @@ from cablewright.kernels.layout import Packed
 
 
 class Rows:
-    """A frozen dataclass of arrays: those of one answer, or with a leading axis those of a batch.
+    """A frozen dataclass of arrays: of a single result, or with a leading axis of a batch.
 
-    A batch has a length and yields its rows. Its indices are those of an array: an integer gives one answer; a slice,
-    mask or list a smaller batch; and ``one[None]`` is a batch of one.
+    A batch has a length and iterates over its rows. It is indexed like an array: an integer gives a single result; a
+    slice, mask or list a smaller batch; ``single[None]`` is a batch of one.
     """
 
     SINGLE: ClassVar[tuple[str, int]] = ("code", 0)
-    """A field, and how many axes it has in one answer."""
+    """A field, and its number of axes in a single result."""
     __match_args__: ClassVar[tuple[str, ...]]
 
     @property
     def single(self) -> bool:
-        """Whether this is one answer, and no batch."""
+        """Whether this is a single result, not a batch."""
         name, axes = self.SINGLE
         return bool(getattr(self, name).ndim == axes)
 
     def __len__(self) -> int:
-        """How many rows a batch has. Raises `TypeError` for one answer."""
+        """The number of rows of a batch. Raises `TypeError` for a single result."""
         if self.single:
-            raise TypeError(f"a single {type(self).__name__} has no length, and is neither true nor false")
+            raise TypeError(f"a single {type(self).__name__} has no length and no truth value")
         return len(getattr(self, self.SINGLE[0]))
 
     def __iter__(self) -> Iterator[Self]:
-        """Each row of a batch."""
+        """Iterate over the rows of a batch."""
         return (self[row] for row in range(len(self)))
 
     def __getitem__(self, index: Any) -> Self:
-        """One row of a batch, or a smaller batch."""
+        """A row of a batch, or a smaller batch."""
         return type(self)(*(_taken(getattr(self, name), index) for name in self.__match_args__))
 
     def __repr__(self) -> str:
-        """Which arrays there are, and of which shape: their numbers fill screens."""
+        """The names and shapes of the arrays, because their numbers would fill screens."""
         arrays = (f"{name} {getattr(self, name).shape}" for name in self.__match_args__)
         return f"{type(self).__name__}({', '.join(arrays)})"
 
 
 def scalar(values: NDArray[Any]) -> Any:
-    """*values*, and where they are of one answer a plain Python number."""
+    """Return *values*; a Python number of a single result."""
     return values.item() if values.ndim == 0 else values
 
 
 def by_row(meaning: Callable[[int], Any], codes: NDArray[np.int64]) -> Any:
-    """What a code means, or of a batch a tuple (N) of what each does."""
+    """Return the *meaning* of a code, or of a batch the tuple (N) of meanings."""
     return meaning(int(codes)) if codes.ndim == 0 else tuple(map(meaning, codes.tolist()))
 
 
 def rows_of(packed: Packed, index: Any) -> Packed:
-    """Some rows of a batch; a single one keeps its leading axis, and one for all stays that."""
+    """Return some rows of a batch with a leading axis; a batch with one row for all is returned as it is."""
     if len(packed.lines) == 1:
         return packed
     lines, platform = packed.lines[index], packed.platform[index]
@@ -69,7 +69,7 @@ def rows_of(packed: Packed, index: Any) -> Packed:
 
 
 def _taken(value: Any, index: Any) -> Any:
-    """Rows of a field; what is no array is of all rows."""
+    """Return rows of a field; a field that is no array belongs to all rows."""
     if isinstance(value, Packed):
         return rows_of(value, index)
     return np.asarray(value)[index] if isinstance(value, np.ndarray | np.generic) else value

@@ -1,4 +1,4 @@
-"""A robot with the physics chosen for it, and the equilibria that are found for it."""
+"""A robot under a choice of physics, and its equilibria."""
 
 from __future__ import annotations
 
@@ -45,45 +45,43 @@ class Model:
         tension_limits: tuple[float, float] | None = None,
         default: CableLaw = CableLaw.CATENARY,
     ) -> Model:
-        """Return the model that a public function works with: a robot under the laws asked for, or a model as it is.
+        """Return the model of a robot under the given laws, or a model as it is: the first step of public functions.
 
-        Cables follow *default* where no *cable* law is asked for. Raises `UnknownName` for another law, `InputError`
-        for an option that contradicts the model, and for what is neither a robot nor a model.
+        *default*: law of the cables if *cable* is None. Raises `UnknownName` for an unknown law, `InputError` for an
+        option that contradicts the model, and for what is neither a robot nor a model.
         """
         if isinstance(robot, Robot):
             return cls(robot, Fidelity.of(default if cable is None else cable, sheave), tension_limits)
         if not isinstance(robot, Model):
-            raise InputError(
-                f"robot = {robot!r:.60}: a Robot or a Model is wanted, as `load` makes one of a name or file"
-            )
+            raise InputError(f"robot = {robot!r:.60}: must be a Robot or a Model; `load` reads one from a file")
         has = (robot.fidelity.cable, robot.fidelity.sheave, robot.tension_limits)
-        asked = (cable, sheave, None if tension_limits is None else _limits(tension_limits))
+        given = (cable, sheave, None if tension_limits is None else _limits(tension_limits))
         Fidelity.of(cable or default, sheave)
-        for name, given, own in zip(("cable", "sheave", "tension_limits"), asked, has, strict=True):
-            if given is not None and given != own:
-                raise InputError(f"{name} = {given}: the model has {own or 'none'}; leave it out, or pass the robot")
+        for name, value, own in zip(("cable", "sheave", "tension_limits"), given, has, strict=True):
+            if value is not None and value != own:
+                raise InputError(f"{name} = {value}: the model has {own or 'none'}; leave it out, or pass the robot")
         return robot
 
     @classmethod
     def full(cls, robot: Robot | Model, *, tension_limits: tuple[float, float] | None = None) -> Model:
-        """Return the model of a robot under all physics. Raises `InputError` for a model that leaves some of it out."""
+        """Return the model of a robot under all physics. Raises `InputError` for a simplified model."""
         model = cls.of(robot, tension_limits=tension_limits)
         if model.fidelity != FULL:
-            raise InputError(f"the model is {model.fidelity}: the machine itself follows {FULL}; pass the robot")
+            raise InputError(f"the model is {model.fidelity}, the machine itself is {FULL}; pass the robot")
         return model
 
     def __post_init__(self) -> None:
-        """Refuse limits that do not rise."""
+        """Raise `InputError` for tension limits that do not rise."""
         if self.tension_limits is not None:
             object.__setattr__(self, "tension_limits", _limits(self.tension_limits))
 
     def __repr__(self) -> str:
-        """Name and laws: a description of the robot fills a screen."""
+        """Name and laws, because a description of the robot fills a screen."""
         return f"Model({self.robot.name!r}, {self.fidelity})"
 
     @cached_property
     def packed(self) -> Packed:
-        """The arrays that kernels take. Kept, for to hash a robot takes longer than many a solve."""
+        """The arrays for the kernels. Cached, because the hash of a robot takes longer than many a solve."""
         return _packed(self)
 
     @cached_property
@@ -99,32 +97,32 @@ class Model:
     def rows(
         self, *, retraction: Array | None = None, preferred: Array | None = None, exit_points: Array | None = None
     ) -> Packed:
-        """The arrays that batches take, with what differs by row: see `pack_rows`."""
+        """Return the arrays for batches, with values that differ by row: see `pack_rows`."""
         return pack_rows(self.robot, self.packed, retraction=retraction, preferred=preferred, exit_points=exit_points)
 
     def nozzle(self, poses: Array) -> Array:
-        """Where the point that prints is at *poses* (..., n), world, m: (..., 3)."""
+        """Return the position (..., 3), m, world, of the point that prints at *poses* (..., n)."""
         if not isinstance(self.robot.platform, RigidPlatform):
             return np.array(poses[..., :3])
         return placed(poses, [self.robot.platform.nozzle])[..., 0, :]
 
     def at_nozzle(self, poses: Array) -> Array:
-        """Poses (..., n) of the platform's origin that bring the nozzle to where *poses* would bring the origin."""
+        """Return the poses (..., n) with the nozzle where the origin is at *poses* (..., n)."""
         moved, arm = np.array(poses), np.array(poses)
         arm[..., :3] = 0.0
         moved[..., :3] -= self.nozzle(arm)
         return moved
 
     def unrotated_at(self, positions: Array) -> Array:
-        """Poses (..., n) of the unrotated platform that bring the nozzle to *positions* (..., 3), m."""
+        """Return the poses (..., n) of the unrotated platform with the nozzle at *positions* (..., 3), m."""
         if self.n == 3:
             return positions
         return self.at_nozzle(np.concatenate([positions, np.zeros_like(positions)], axis=-1))
 
     def refuse_rigid(self) -> None:
-        """Raise `InputError` if the cables are rigid: their lengths leave tensions, and so stiffness, undecided."""
+        """Raise `InputError` if the cables are rigid: their lengths do not determine tensions and stiffness."""
         if self.fidelity.cable is CableLaw.RIGID:
-            raise InputError("cable = rigid: lengths of rigid cables leave tensions undecided; use elastic or catenary")
+            raise InputError("cable = rigid: lengths do not determine tensions; use elastic or catenary")
 
     @property
     def m(self) -> int:
@@ -138,13 +136,13 @@ class Model:
 
 
 def _limits(given: Sequence[float]) -> tuple[float, float]:
-    """Two rising numbers of newtons, or `InputError`."""
+    """Return two rising numbers, N, or raise `InputError`."""
     try:
         low, high = (float(value) for value in given)
     except (TypeError, ValueError):
-        raise InputError(f"tension limits {given!r}: two numbers are wanted, lowest and highest in N") from None
+        raise InputError(f"tension limits {given!r}: must be two numbers, lowest and highest in N") from None
     if not 0.0 <= low < high < float("inf"):
-        raise InputError(f"tension limits {low:g},{high:g}: 0 <= lowest < highest is wanted, in N")
+        raise InputError(f"tension limits {low:g},{high:g}: must be 0 <= lowest < highest, in N")
     return low, high
 
 
@@ -155,12 +153,11 @@ def _packed(model: Model) -> Packed:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium(Rows, Result):
-    """Poses, lengths and line states that belong together: one row of each, or a batch of rows, as `Rows` tells.
+    """Pose, lengths and line states of an equilibrium, or a batch of them (see `Rows`).
 
-    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `packed` holds the
-    robot as it was solved: one row of arrays for all, or one for each where they differ. `violation` (N) is how far the
-    tensions of an inverse solution break their limits, 0 where they hold, and of a forward one, which knows no limits.
-    Lengths and states are NaN where there is no answer.
+    A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `packed`: arrays of
+    the robot as solved, one row for all or one for each. `violation`: N, by which the tensions of an inverse solution
+    exceed their limits; 0 where they hold, and for forward solutions. Lengths and states are NaN without a solution.
     """
 
     FIGURES: ClassVar = FIGURES
@@ -175,47 +172,48 @@ class Equilibrium(Rows, Result):
     iterations: NDArray[np.int64]
 
     def __repr__(self) -> str:
-        """Of what, and how it went, in one line."""
+        """Robot, fidelity and status in one line."""
         if self.single:
-            went = f"{self.status.word}, pose=[{', '.join(f'{x:.6g}' for x in self.pose)}]"
+            outcome = f"{self.status.word}, pose=[{', '.join(f'{x:.6g}' for x in self.pose)}]"
         else:
-            went = f"{int(self.ok.sum())} of {len(self)} ok"
-        return f"Equilibrium({self.model.robot.name!r}, {self.model.fidelity}, {went})"
+            outcome = f"{int(self.ok.sum())} of {len(self)} ok"
+        return f"Equilibrium({self.model.robot.name!r}, {self.model.fidelity}, {outcome})"
 
     @property
     def status(self) -> Any:
-        """What became of the solve: a `Status`, or of a batch a tuple (N) of them."""
+        """The outcome of the solve: a `Status`, or of a batch a tuple (N) of them."""
         return by_row(Status.of, self.code)
 
     @property
     def ok(self) -> Any:
-        """Whether it was solved: a bool, or of a batch a mask (N,)."""
+        """Whether it is solved: a bool, or of a batch a mask (N,)."""
         return scalar(self.code == 0)
 
     @property
     def tensions(self) -> Array:
-        """Tension at each sheave, N, where a force sensor sits; 0 where a massless line is slack."""
+        """Tension at each sheave, N, as a force sensor there measures it; 0 where a massless line is slack."""
         tensions = self.line_states.tension
         return np.where((self.lines.weight == 0.0) & (tensions < 2.0 * SLACK_TENSION), 0.0, tensions)
 
     @property
     def platform_tensions(self) -> Array:
         """Tension at the platform's end of each line, N."""
-        tensions, phi = self.tensions, self.line_states.free_angle
-        weight = self.lines.weight * self.line_states.free_length
-        return np.hypot(tensions * np.cos(phi), tensions * np.sin(phi) + weight)
+        return self._end_tensions(self.line_states.free_angle, self.line_states.free_length)
 
     @property
     def winch_tensions(self) -> Array:
-        """Tension at the winch exit of each line, N; that at the sheave where the dead span is not modelled."""
-        tensions, psi = self.tensions, self.line_states.dead_angle
-        weight = self.lines.weight * self.line_states.dead_length
-        at_winch = np.hypot(tensions * np.cos(psi), tensions * np.sin(psi) + weight)
-        return np.where(self.lines.has_dead_span, at_winch, tensions)
+        """Tension at the winch exit of each line, N; the one at the sheave where the dead span is not modelled."""
+        at_winch = self._end_tensions(self.line_states.dead_angle, self.line_states.dead_length)
+        return np.where(self.lines.has_dead_span, at_winch, self.tensions)
+
+    def _end_tensions(self, angles: Array, lengths: Array) -> Array:
+        """Return the tension at the far end of spans that leave the sheave at *angles* from the horizontal."""
+        vertical = self.tensions * np.sin(angles) + self.lines.weight * lengths
+        return np.hypot(self.tensions * np.cos(angles), vertical)
 
     @property
     def platform_points(self) -> Array:
-        """Where each line is tied to the platform, world, m: (m, 3), or (N, m, 3) of a batch."""
+        """Platform point of each line, world, m: (m, 3), or (N, m, 3) of a batch."""
         return placed(self.pose, self.lines.platform_point)
 
     @property
@@ -225,7 +223,7 @@ class Equilibrium(Rows, Result):
 
     @property
     def lines(self) -> LineNumbers:
-        """Numbers of the lines as they were solved, by name: (m,) each, or (1, m) or (N, m) for a batch."""
+        """Numbers of the lines as solved, by name: (m,) each, or (1, m) or (N, m) for a batch."""
         return LineNumbers(self.packed.lines[0] if self.single else self.packed.lines)
 
     @property
@@ -234,32 +232,32 @@ class Equilibrium(Rows, Result):
         return LineStates(self.states)
 
     def extremes(self) -> tuple[Array, Array]:
-        """Smallest and largest tension along each line, N, each shaped as `tensions`."""
+        """Return the smallest and largest tension along each line, N, each with the shape of `tensions`."""
         _, _, low, high = self._examined
         return low, high
 
     def residual_norm(self) -> Any:
-        """Largest residual of any geometric equation, m: a number, or of a batch (N,)."""
+        """Return the largest residual of any geometric equation, m: a number, or of a batch (N,)."""
         return scalar(self._examined[0])
 
     def unbalanced_force(self) -> Any:
-        """Largest unbalanced force on the platform, N: a number, or of a batch (N,)."""
+        """Return the largest unbalanced force on the platform, N: a number, or of a batch (N,)."""
         return scalar(self._examined[1])
 
     def margin(self) -> Any:
-        """Smallest distance of any line's tension from its limits, N, negative where one is broken; as these two."""
+        """Return the min distance of a tension from its limits, N, negative where one is exceeded; (N,) of a batch."""
         low, high = self.extremes()
         slack = np.minimum(low - self.lines.tension_min, self.lines.tension_max - high)
         return scalar(slack.min(axis=-1))
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
-        """Whether every row is solved and its equations hold to *tolerance* (m, and of the platform's weight)."""
+        """Return whether all rows are solved with residuals up to *tolerance* (m, and share of the weight)."""
         weight = PlatformNumbers(self.packed.platform).weight
         fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * weight)
         return bool(np.all(self.ok & fits))
 
     def checked(self) -> Equilibrium:
-        """Itself if every row was solved; else raises `AnswerError` with the first row's status sentence."""
+        """Return itself if every row is solved. Raises `AnswerError` with the sentence of the first failed row."""
         if np.all(self.ok):
             return self
         if self.single:
@@ -268,14 +266,14 @@ class Equilibrium(Rows, Result):
         raise AnswerError(f"{len(bad)} of {len(self)} rows failed; row {bad[0]}: {self[int(bad[0])].sentence()}")
 
     def sentence(self) -> str:
-        """The status of a single solve in one line, with the numbers that explain it."""
+        """Return the status of a single solve in one line, with the numbers that explain it."""
         status = self.status
         if status in (Status.INFEASIBLE, Status.OVERSTRETCHED):
             return f"{status.value}: {self._worst_line()}"
         return str(status.value)
 
     def _worst_line(self) -> str:
-        """Which line breaks its limit most, and by how much."""
+        """Return the line that exceeds its limit most, and by how much."""
         low, high = self.extremes()
         if self.status is Status.OVERSTRETCHED:
             over = high - self.lines.breaking_load
@@ -287,12 +285,12 @@ class Equilibrium(Rows, Result):
         under, over = self.lines.tension_min - low, high - self.lines.tension_max
         worst = int(np.argmax(np.maximum(under, over)))
         name = self.model.robot.lines[worst].name
-        minimum, maximum = self.lines.tension_limits[worst]
-        side = f"under its least, {minimum:g} N" if under[worst] > over[worst] else f"over its most, {maximum:g} N"
+        low, high = self.lines.tension_limits[worst]
+        side = f"below its minimum, {low:g} N" if under[worst] > over[worst] else f"above its maximum, {high:g} N"
         return f"at best line {name} is {self.violation:.4g} N {side}"
 
     def solved_arrays(self) -> list[Array]:
-        """Lengths, poses and states of all rows, as kernels take them."""
+        """Return lengths, poses and states of all rows for the kernels."""
         arrays = (self.lengths, self.pose, self.states)
         return [np.array(a[None] if self.single else a, order="C") for a in arrays]
 

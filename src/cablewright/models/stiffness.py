@@ -1,15 +1,15 @@
-"""The tangent stiffness at an equilibrium in two parts: what the lines resist along themselves, and the rest.
+"""The tangent stiffness at an equilibrium in two parts: elastic, along the lines, and geometric, the rest.
 
-Each line holds its platform point by a stiffness K_i (3, 3), N/m, with the length that its winch has paid out held.
+Each line acts on its platform point with a stiffness K_i (3, 3), N/m, at constant length paid out by its winch.
 With c_i the unit vector along the chord of its free span, from where the cable leaves the sheave to the platform point:
 
 * **elastic**: the sum of k_i w_i w_i^T, with k_i = c_i^T K_i c_i the line's stiffness along its chord and w_i the
-  wrench of a unit force along it. Directions are held and tensions change. For a straight cable k_i is EA over the
-  unstrained length of all that stretches, so that this is the well-known A^T diag(EA / l) A. A sagging cable also gives
-  way by straightening, and the lever of a universal joint by swinging: k_i is then that of all of these in series,
+  wrench of a unit force along it: tensions change at constant directions. For a straight cable k_i is EA over the
+  unstrained length of all that stretches, and the sum is the well-known A^T diag(EA / l) A. A sagging cable also
+  yields by straightening, and the lever of a universal joint by rotating: k_i is then that of all of these in series,
   below EA / l (Ernst 1965).
-* **geometric**: all else, which is what tension and load do as lines, arms and the centre of mass turn: T / l across a
-  straight line. It is what is missing from the elastic part, so that both always sum to the tangent stiffness.
+* **geometric**: the effect of tension and load when lines, arms and the centre of mass rotate: T / l across a
+  straight line. It is computed as the tangent stiffness minus the elastic part.
 
 Behzadipour and Khajepour 2006 for straight lines. Examples and limits: `docs/modes.md`.
 """
@@ -31,18 +31,18 @@ from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 
 UNBALANCED = 1e-6
-"""Largest unbalanced force of what counts as an equilibrium, relative to weight and tensions."""
+"""Maximum unbalanced force of an equilibrium, as a share of weight plus tensions."""
 
-ASUNDER = 1e-6
-"""Largest residual of its lines' geometry, m."""
+MAX_RESIDUAL = 1e-6
+"""Maximum residual of the geometric equations of an equilibrium, m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stiffness(Rows):
-    """The parts of the tangent stiffness with lengths held; a leading axis for a batch, as `Rows` tells.
+    """The parts of the tangent stiffness at constant lengths; a leading axis for a batch (see `Rows`).
 
-    `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation in space, N/m
-    and N m/rad; `elastic` is symmetric and has no negative direction. `axial` (m,): each line's stiffness along its
+    `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation, world, N/m and
+    N m/rad; `elastic` is symmetric and positive semidefinite. `axial` (m,): each line's stiffness along its
     chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
     """
 
@@ -55,26 +55,26 @@ class Stiffness(Rows):
 
     @property
     def total(self) -> Array:
-        """(n, n) the tangent stiffness: the sum of both parts; that of `linearise` where cables stretch."""
+        """(n, n) the tangent stiffness, the sum of both parts; equal to that of `linearise` for elastic cables."""
         return self.elastic + self.geometric
 
 
 def stiffness(equilibrium: Equilibrium) -> Stiffness:
     """Split the tangent stiffness of an equilibrium, or of each of a batch.
 
-    Rigid cables are taken as elastic ones that carry the same tensions in the same place. Rows of a batch that do not
-    balance are NaN; a single one raises `AnswerError`. One that balances and is unstable, or out of its tension limits,
-    has a stiffness like any other.
+    Rigid cables count as elastic ones with the same tensions at the same pose. Rows of a batch that are not in balance
+    are NaN; a single one raises `AnswerError`. Equilibria that are unstable or out of their tension limits have a
+    stiffness, too.
     """
     single = equilibrium.single
     good = balanced(equilibrium)
     if single and not good:
         raise AnswerError(equilibrium.sentence())
-    held = _stretching(equilibrium) if equilibrium.model.fidelity.cable is CableLaw.RIGID else equilibrium
+    solved = _as_elastic(equilibrium) if equilibrium.model.fidelity.cable is CableLaw.RIGID else equilibrium
     rows, m, n = equilibrium.code.size, equilibrium.model.m, equilibrium.model.n
     tangent, chords, axial = np.zeros((rows, n, n)), np.zeros((rows, m, 3)), np.zeros((rows, m))
     codes = np.zeros(rows, dtype=np.int64)
-    stiffness_rows(held.packed, *held.solved_arrays()[1:], tangent, chords, axial, codes)
+    stiffness_rows(solved.packed, *solved.solved_arrays()[1:], tangent, chords, axial, codes)
     if single and codes[0]:
         raise AnswerError(Status.of(int(codes[0])).value)
     bad = ~np.atleast_1d(good) | (codes != 0)
@@ -82,22 +82,22 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
         array[bad] = np.nan
     if single:
         tangent, chords, axial = tangent[0], chords[0], axial[0]
-    elastic = _along(equilibrium, chords, axial)
+    elastic = _elastic_part(equilibrium, chords, axial)
     return Stiffness(elastic, tangent - elastic, axial, chords)
 
 
 def balanced(equilibrium: Equilibrium) -> Mask:
-    """Which rows are equilibria, stable or not, within their limits or not; () for a single one."""
+    """Return a mask of the rows in balance, stable or not, within tension limits or not; () for a single one."""
     finite = np.isfinite(equilibrium.states).all(axis=(-2, -1)) & np.isfinite(equilibrium.pose).all(axis=-1)
     forces = PlatformNumbers(equilibrium.packed.platform).weight + equilibrium.tensions.sum(axis=-1)
     if equilibrium.single:
         forces = forces[0]
-    fits = (equilibrium.residual_norm() <= ASUNDER) & (equilibrium.unbalanced_force() <= UNBALANCED * forces)
+    fits = (equilibrium.residual_norm() <= MAX_RESIDUAL) & (equilibrium.unbalanced_force() <= UNBALANCED * forces)
     return np.asarray(finite & fits)
 
 
-def _along(equilibrium: Equilibrium, chords: Array, axial: Array) -> Array:
-    """Sum of k w w^T (..., n, n) over the lines."""
+def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array) -> Array:
+    """Return the sum of k w w^T (..., n, n) over the lines."""
     wrenches = chords
     if equilibrium.model.n == 6:
         arms = equilibrium.platform_points - equilibrium.pose[..., None, :3]
@@ -105,8 +105,8 @@ def _along(equilibrium: Equilibrium, chords: Array, axial: Array) -> Array:
     return np.asarray(np.einsum("...m,...mi,...mj->...ij", axial, wrenches, wrenches))
 
 
-def _stretching(equilibrium: Equilibrium) -> Equilibrium:
-    """Rigid lines as elastic ones of the file's moduli, with the same tensions in the same place."""
+def _as_elastic(equilibrium: Equilibrium) -> Equilibrium:
+    """Return an equilibrium of rigid lines as one of elastic lines with the same tensions at the same pose."""
     fidelity = Fidelity(CableLaw.ELASTIC, equilibrium.model.fidelity.sheave)
     model = Model(equilibrium.model.robot, fidelity, equilibrium.model.tension_limits)
     lines, states = LineNumbers(equilibrium.packed.lines.copy()), LineStates(equilibrium.states.copy())

@@ -1,4 +1,4 @@
-"""Arcs of G2 and G3 as straight pieces: the centre from its two spellings, then equal sub-arcs."""
+"""Arcs of G2 and G3 as straight pieces: the centre from I and J or from R, then equal sub-arcs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 
-_ROUNDING = 5e-6  # m: what three decimals of a millimetre may spoil, the limit GRBL uses
-_SAME_POINT = 1e-9  # m: an end this near to the start closes a full circle
-_SAGITTA = 1 / 50  # of the arc step: how far a chord may stand off its arc
-_WIDEST_PIECE = math.pi / 4  # so that a circle smaller than the arc step keeps a shape
+_ROUNDING = 5e-6  # m, tolerance for files with three decimals of a millimetre, as in GRBL
+_SAME_POINT = 1e-9  # m, distance from start to end below which an arc is a full circle
+_SAGITTA = 1 / 50  # of the arc step, maximum distance of a chord from its arc
+_WIDEST_PIECE = math.pi / 4  # rad, so that a circle smaller than the arc step keeps its shape
 
 Point2 = tuple[float, float]
 
@@ -21,7 +21,7 @@ class ArcError(ValueError):
 
 
 def centre_from_offset(start: Point2, end: Point2, offset: Point2) -> Point2:
-    """Return the centre (m) which ``offset`` (I, J) says; raise `ArcError` where the end is not on the circle."""
+    """Return the centre (m) at ``offset`` (I, J) from the start. Raises `ArcError` where the end is off the circle."""
     radius = math.hypot(*offset)
     if radius == 0:
         raise ArcError("an arc of zero radius; I and J must not both be 0")
@@ -33,9 +33,9 @@ def centre_from_offset(start: Point2, end: Point2, offset: Point2) -> Point2:
 
 
 def centre_from_radius(start: Point2, end: Point2, radius: float, clockwise: bool) -> Point2:
-    """Return the centre (m) of the arc of ``radius``; a negative one asks for the longer way round.
+    """Return the centre (m) of the arc of ``radius``; a negative one is the arc of more than half a turn.
 
-    Raises `ArcError` for a zero radius, a full circle (which R leaves undefined) and a radius that does not reach.
+    Raises `ArcError` for a zero radius, a full circle (undefined by R) and a radius too small for the end.
     """
     chord = math.dist(start, end)
     if radius == 0:
@@ -46,13 +46,13 @@ def centre_from_radius(start: Point2, end: Point2, radius: float, clockwise: boo
     if half > abs(radius) + _ROUNDING:
         raise ArcError(f"R is too small to reach the end: at least {half * 1e3:.6g} mm (half the chord) is needed")
     height = math.sqrt(max(0.0, (abs(radius) - half) * (abs(radius) + half)))
-    left = height if clockwise == (radius < 0) else -height  # the centre's side, seen along the chord
+    left = height if clockwise == (radius < 0) else -height  # side of the centre, in the direction of the chord
     along = ((end[0] - start[0]) / chord, (end[1] - start[1]) / chord)
     return ((start[0] + end[0]) / 2 - left * along[1], (start[1] + end[1]) / 2 + left * along[0])
 
 
 def swept_angle(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> float:
-    """Return the angle (rad) from ``start`` to ``end``: above zero counter-clockwise, a full turn where they meet."""
+    """Return the angle (rad) from ``start`` to ``end``: positive anticlockwise, a full turn where they coincide."""
     full = -math.tau if clockwise else math.tau
     if math.dist(start, end) <= _SAME_POINT:
         return full
@@ -62,7 +62,7 @@ def swept_angle(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> 
 
 
 def piece_count(radius: float, sweep: float, rise: float, arc_step: float) -> int:
-    """Return how many equal sub-arcs keep each within ``arc_step`` (m) and its sagitta within a fiftieth of that."""
+    """Return the number of equal sub-arcs of at most ``arc_step`` (m), with a sagitta of at most a fiftieth of it."""
     length = math.hypot(radius * sweep, rise)
     flattest = math.acos(max(0.0, 1 - arc_step * _SAGITTA / radius))
     widest = min(2 * flattest, _WIDEST_PIECE)
@@ -74,7 +74,7 @@ def pieces(
 ) -> Array:
     """Return the (count, 3) end points (m) of equal sub-arcs, the last exactly ``end``.
 
-    Rounding may leave the end on a slightly other circle than the start: the radius then runs evenly between both.
+    Where rounding puts the end on a slightly different circle than the start, the radius varies linearly.
     """
     fraction = np.arange(1, count + 1) / count
     first = math.dist(start[:2], centre)

@@ -1,9 +1,9 @@
-"""Random closed curves in the plane: smooth, of a given length within a given area, crossing themselves.
+"""Random closed curves in the plane: smooth, self-intersecting, of a given length within a given area.
 
-Merlet and Papegay (2023, section I) drew 200 such curves, of which an artist chose. How they did is not told. Here the
-tangent's direction is a random trigonometric sum of the length gone, changed as little as closes the curve: length
-and curvature are then known exactly. What does not fit or suit is thrown away, so that curve number k of a seed is the
-same however many are asked for.
+Merlet and Papegay (2023, section I) drew 200 such curves, from which an artist chose, by a method that they do not
+report. Here the tangent's direction is a random trigonometric sum of the arc length, with the smallest change that
+closes the curve: length and curvature are then known exactly. Curves that do not meet the requirements are dropped, so
+that curve number k of a seed does not depend on how many are drawn.
 """
 
 from __future__ import annotations
@@ -19,48 +19,48 @@ from cablewright.errors import InputError
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured, Result
 
-MOST_CURVES: Final = 1000
+MAX_CURVES: Final = 1000
 _HARMONICS: Final = 6
-_AMPLITUDE: Final = 1.5  # rad, of the first; the others fall with the root of their number
+_AMPLITUDE: Final = 1.5  # rad, of the first harmonic; that of harmonic k is smaller by sqrt(k)
 _MAX_TURNS: Final = 2
 _TRIES: Final = 5_000
 _PIECES: Final = 1024
-_COARSE: Final = 2  # pieces between places that crossings are looked for between
-_HEADINGS: Final = 90  # by which the curve is turned to fit
-_GRAIN: Final = 0.02  # of the area's longer side: how finely its cover is looked at
+_COARSE: Final = 2  # pieces per segment in the search for crossings
+_HEADINGS: Final = 90  # rotations tried to fit the curve into the area
+_GRAIN: Final = 0.02  # spacing of the points that measure the cover, as a share of the area's longer side
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What a curve must be. SI."""
+class CurveRequirements:
+    """Requirements of a curve."""
 
-    length: float  # m, once round
-    area: tuple[float, float]  # m, the sides of the rectangle that holds it, along x and y
-    crossings: int = 2  # with itself, at least
+    length: float  # m
+    area: tuple[float, float]  # m, sides of the enclosing rectangle along x and y
+    crossings: int = 2  # minimum number of self-intersections
     min_radius: float = 0.3  # m, of curvature
     min_angle: float = np.pi / 9  # rad, between the two branches of a crossing
 
     def __post_init__(self) -> None:
-        """Raise `InputError` where no curve can be so."""
+        """Raise `InputError` for requirements that no curve meets."""
         sides = np.array(self.area)
         if not (np.isfinite(sides).all() and (sides > 0.0).all()):
-            raise InputError(f"area = {self.area}: two sides over 0 m are wanted")
+            raise InputError(f"area = {self.area}: must be two sides over 0 m")
         if not 0.0 < self.length < 1e4:
-            raise InputError(f"length = {self.length:g} m: more than 0 and less than 10 km is wanted")
+            raise InputError(f"length = {self.length:g} m: must be more than 0 and less than 10 km")
         if not 0 <= self.crossings <= 50:
-            raise InputError(f"crossings = {self.crossings}: from 0 to 50 are allowed")
+            raise InputError(f"crossings = {self.crossings}: must be from 0 to 50")
         if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):
-            raise InputError(f"least_radius = {self.min_radius:g} m: under half the area's shorter side is wanted")
+            raise InputError(f"least_radius = {self.min_radius:g} m: must be under half the area's shorter side")
         if not 0.0 <= self.min_angle < 0.5 * np.pi:
-            raise InputError(f"min_angle = {self.min_angle:g} rad: from 0 to a quarter turn is wanted")
+            raise InputError(f"min_angle = {self.min_angle:g} rad: must be from 0 to a quarter turn")
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A closed curve about the middle of its extent, by its tangent's direction.
+    """A closed curve with the centre of its extent at the origin, described by the direction of its tangent.
 
-    At the share s of its length, from 0 to 2 pi, that is ``heading`` + ``turns`` s + the sum over k of ``cosine[k-1]``
-    cos ks + ``sine[k-1]`` sin ks, rad.
+    At the arc parameter s, 2 pi times the share of its length, the direction is ``heading`` + ``turns`` s + the sum
+    over k of ``cosine[k-1]`` cos ks + ``sine[k-1]`` sin ks, rad.
     """
 
     length: float  # m
@@ -70,7 +70,7 @@ class Curve:
     sine: Array  # (H,) rad
 
     def direction(self, s: Array, derivative: int = 0) -> Array:
-        """Direction (n,), rad, at the shares *s* (n,), or its *derivative* (0 or 1) by them."""
+        """Direction (n,), rad, at the arc parameters *s* (n,), or its derivative by s with *derivative* = 1."""
         k = np.arange(1, len(self.cosine) + 1)
         turned = np.multiply.outer(s, k)
         if derivative:
@@ -78,34 +78,34 @@ class Curve:
         return np.asarray(self.heading + self.turns * s + np.cos(turned) @ self.cosine + np.sin(turned) @ self.sine)
 
     def even(self, pieces: int) -> Array:
-        """(pieces + 1, 2) places that divide its length evenly, the first again at the end, m.
+        """Return points (pieces + 1, 2), m, at equal distances along the curve; the last is the first.
 
-        The unit tangent is integrated by its Fourier series, as good as exactly where *pieces* are a few hundred.
+        The unit tangent is integrated by its Fourier series, exact to rounding for a few hundred *pieces*.
         """
-        tangent = np.fft.fft(np.exp(1j * self.direction(_shares(pieces))))
+        tangent = np.fft.fft(np.exp(1j * self.direction(_parameters(pieces))))
         wave = np.fft.fftfreq(pieces, 1.0 / pieces)
-        tangent[0], wave[0] = 0.0, 1.0  # the curve closes: what is left of the mean is rounding
+        tangent[0], wave[0] = 0.0, 1.0  # the curve is closed: the rest of the mean is rounding
         z = np.fft.ifft(tangent / (1j * wave)) * (self.length / (2.0 * np.pi))
         z -= 0.5 * (z.real.max() + z.real.min()) + 0.5j * (z.imag.max() + z.imag.min())
         return np.stack([np.append(z.real, z.real[0]), np.append(z.imag, z.imag[0])], axis=1)
 
     @cached_property
     def min_radius(self) -> float:
-        """The least radius of curvature, m."""
-        return self.length / (2.0 * np.pi) / float(np.abs(self.direction(_shares(_PIECES), 1)).max())
+        """Minimum radius of curvature, m."""
+        return self.length / (2.0 * np.pi) / float(np.abs(self.direction(_parameters(_PIECES), 1)).max())
 
     @cached_property
     def crossings(self) -> Array:
-        """(c, 4) where the curve meets itself: x, y (m), the angle between the branches (rad), and the share gone."""
+        """Self-intersections (c, 4): x, y (m), the angle between the branches (rad), and the arc parameter."""
         return _crossings(self.even(_PIECES)[::_COARSE])
 
     @property
     def least_angle(self) -> float | None:
-        """The least angle between the branches of a crossing, rad; None where there is none."""
+        """Minimum angle between the branches of a crossing, rad; None without crossings."""
         return float(self.crossings[:, 2].min()) if len(self.crossings) else None
 
     def remoteness(self, area: tuple[float, float]) -> float:
-        """How far places of *area* (sides, m) are from the curve on average, m: the less, the better it is covered."""
+        """Mean distance of the points of *area* (sides, m) from the curve, m: the smaller, the better the cover."""
         sides = np.array(area)
         x, y = (np.arange(-0.5 * side, 0.5 * side, _GRAIN * sides.max()) for side in sides)
         places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
@@ -114,25 +114,26 @@ class Curve:
         return float(np.sqrt(np.maximum(0.0, squared.min(axis=1))).mean())
 
 
-def draw(wanted: Wanted, seed: int, number: int) -> Curve:
-    """Draw curve *number* of *seed* as *wanted*. Raises `InputError` where none is found among many."""
+def draw(required: CurveRequirements, seed: int, number: int) -> Curve:
+    """Draw curve *number* of *seed* with what is *required*. Raises `InputError` after too many attempts."""
     rng = np.random.default_rng([seed, number])
     for _ in range(_TRIES):
-        curve = _random(rng, wanted.length)
-        if curve is None or curve.min_radius < wanted.min_radius:
+        curve = _random(rng, required.length)
+        if curve is None or curve.min_radius < required.min_radius:
             continue
-        curve = _fitted(curve, wanted.area)
-        if curve and len(curve.crossings) >= wanted.crossings and (curve.crossings[:, 2] >= wanted.min_angle).all():
+        curve = _fitted(curve, required.area)
+        if curve and len(curve.crossings) >= required.crossings and (curve.crossings[:, 2] >= required.min_angle).all():
             return curve
+    x, y = required.area
     raise InputError(
-        f"none of {_TRIES} random curves of {wanted.length:g} m fits into {wanted.area[0]:g} x {wanted.area[1]:g} m "
-        f"with {wanted.crossings} crossings and radii over {wanted.min_radius:g} m; ask for less"
+        f"none of {_TRIES} random curves of {required.length:g} m fits into {x:g} x {y:g} m "
+        f"with {required.crossings} crossings and radii over {required.min_radius:g} m; relax the requirements"
     )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RankedCurve(Result):
-    """A curve that was drawn, its number, and how far places of the area are from it on average, m."""
+    """A drawn curve, its number, and the mean distance of the area's points from it, m."""
 
     FIGURES: ClassVar = (
         Figure("number", "", "Of the curve: a job names it by this and the seed."),
@@ -151,7 +152,7 @@ class RankedCurve(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Curves(Pictured):
-    """Random closed curves, those first that cover the area best."""
+    """Random closed curves, sorted by their cover of the area, the best first."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
@@ -160,16 +161,16 @@ class Curves(Pictured):
     )
     HEADLINES: ClassVar = ("seed",)
 
-    wanted: Wanted
+    requirements: CurveRequirements
     seed: int
     ranked: tuple[RankedCurve, ...]
 
     def __len__(self) -> int:
-        """How many there are."""
+        """The number of curves."""
         return len(self.ranked)
 
     def __getitem__(self, place: int) -> RankedCurve:
-        """The curve at *place*, counted from 0, the best cover."""
+        """The curve at *place*, from 0, the best cover."""
         return self.ranked[place]
 
 
@@ -183,10 +184,11 @@ def curves(
     min_radius: float = 0.3,
     progress: Progress = silent,
 ) -> Curves:
-    """Random closed curves of *length* (m) within *area* (sides, m) for a print, the best cover of the area first.
+    """Draw random closed curves of *length* (m) within *area* (sides, m), sorted by their cover, the best first.
 
-    *count* are drawn, from number 0 of *seed*; each crosses itself at least *crossings* times and bends no tighter than
-    *min_radius*, m. Raises `InputError` where no curve can be so, and where none is found among many.
+    *count* curves of *seed* are drawn, from number 0; each has at least *crossings* self-intersections and a minimum
+    radius of curvature of *min_radius*, m. Raises `InputError` for requirements that no curve meets or none of many
+    attempts meets.
 
     Examples
     --------
@@ -195,30 +197,30 @@ def curves(
     >>> len(found), found[0].mean_distance <= found[1].mean_distance
     (3, True)
     """
-    if not 1 <= count <= MOST_CURVES:
-        raise InputError(f"count = {count}: from 1 to {MOST_CURVES} are allowed")
+    if not 1 <= count <= MAX_CURVES:
+        raise InputError(f"count = {count}: must be from 1 to {MAX_CURVES}")
     if seed < 0:
-        raise InputError(f"seed = {seed}: 0 or more is wanted")
-    wanted = Wanted(length, area, crossings, min_radius)
+        raise InputError(f"seed = {seed}: must be 0 or more")
+    required = CurveRequirements(length, area, crossings, min_radius)
     found = []
     for number in range(count):
-        curve = draw(wanted, seed, number)
+        curve = draw(required, seed, number)
         found.append(RankedCurve(number, curve, curve.remoteness(area)))
         progress("drawing curves", number + 1, count)
-    return Curves(wanted, seed, tuple(sorted(found, key=lambda each: each.mean_distance)))
+    return Curves(required, seed, tuple(sorted(found, key=lambda each: each.mean_distance)))
 
 
-def _shares(count: int) -> Array:
+def _parameters(count: int) -> Array:
     return np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
 
 
 def _random(rng: np.random.Generator, length: float) -> Curve | None:
-    """A closed curve, found by Newton steps of least change; None where they do not end."""
+    """Return a random closed curve, by Newton steps of minimum norm; None where they do not converge."""
     falling = _AMPLITUDE / np.sqrt(np.arange(1.0, _HARMONICS + 1.0))
     turns = int(rng.integers(0, _MAX_TURNS + 1))
     cosine, sine = falling * rng.standard_normal((2, _HARMONICS))
     curve = Curve(length, turns, 0.0, cosine, sine)
-    s = _shares(_PIECES)
+    s = _parameters(_PIECES)
     turned = np.multiply.outer(s, np.arange(1, _HARMONICS + 1))
     basis = np.concatenate([np.cos(turned), np.sin(turned)], axis=1)
     for _ in range(12):
@@ -233,7 +235,7 @@ def _random(rng: np.random.Generator, length: float) -> Curve | None:
 
 
 def _fitted(curve: Curve, area: tuple[float, float]) -> Curve | None:
-    """The curve turned so that it has most room in *area*; None where it has none."""
+    """Return the curve turned so that it fits best into *area*; None where it does not fit."""
     places = curve.even(_PIECES // 4) @ [1.0, 1.0j]
     headings = np.linspace(0.0, np.pi, _HEADINGS, endpoint=False)
     turned = np.multiply.outer(np.exp(1j * headings), places)
@@ -243,7 +245,7 @@ def _fitted(curve: Curve, area: tuple[float, float]) -> Curve | None:
 
 
 def _crossings(places: Array) -> Array:
-    """Where the closed polygon *places* (n + 1, 2) crosses itself, as `Curve.crossings`."""
+    """Return the self-intersections of the closed polygon *places* (n + 1, 2), as `Curve.crossings`."""
     start, way = places[:-1], np.diff(places, axis=0)
     n = len(start)
     i, j = np.triu_indices(n, 2)

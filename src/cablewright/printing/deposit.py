@@ -1,4 +1,4 @@
-"""The part as it grows: each strand of material as boxes, with the sample at which it lies."""
+"""The growing part as boxes: pieces of strands, each with the sample at which it is complete."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from cablewright.printing.job import Bead
 from cablewright.printing.path import Samples
 
 PIECE_LENGTH: Final = 0.25
-"""How long a strand may be (m), about, before it counts as laid."""
+"""Approximate maximum length (m) of a piece of strand."""
 
-_UPRIGHT: Final = 1e-9  # of a piece's length: less than this sideways is none
+_UPRIGHT: Final = 1e-9  # horizontal share of a piece's length below which it is vertical
 
 
 @dataclass(frozen=True, eq=False)
 class Deposit:
-    """B boxes in the order in which they are laid. m, machine. Read-only arrays.
+    """B boxes in the order of printing, m, machine coordinates. Read-only arrays.
 
-    Each is half a width longer at either end than the nozzle went, for strands end round, and hangs below the nozzle's
-    way by the bead's height.
+    Each is longer than the nozzle's path by half a bead's width at both ends, because strands have round ends, and
+    reaches from the path down by the bead's height.
     """
 
     centre: Array  # (B, 3)
     along: Array  # (B, 3) unit vectors
     across: Array  # (B, 3) unit vectors, level
-    half: Array  # (B, 3) half the sides: along, across, and upright to both
-    sample: NDArray[np.int64]  # (B,) the sample at which it lies
+    half: Array  # (B, 3) half the sides: along, across, and perpendicular to both
+    sample: NDArray[np.int64]  # (B,) the sample from which on it exists
     layer: NDArray[np.int32]  # (B,)
 
     def __len__(self) -> int:
@@ -39,9 +39,9 @@ class Deposit:
 
 
 def deposit(samples: Samples, bead: Bead) -> Deposit:
-    """Return what the path lays: moves that extrude, in pieces of about `PIECE_LENGTH` or shorter.
+    """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
-    A piece is there from the sample at its end on; what is being laid is not.
+    A piece exists from the sample at its end on, not while it is being printed.
     """
     laid = np.flatnonzero(samples.extruding)
     move, begins = samples.move[laid], samples.distance[laid - 1]
@@ -56,13 +56,7 @@ def deposit(samples: Samples, bead: Bead) -> Deposit:
     return _boxes(start, end, bead, laid[last], samples.layer[laid[last]])
 
 
-def _boxes(
-    start: Array,
-    end: Array,
-    bead: Bead,
-    sample: NDArray[np.int64],
-    layer: NDArray[np.int32],
-) -> Deposit:
+def _boxes(start: Array, end: Array, bead: Bead, sample: NDArray[np.int64], layer: NDArray[np.int32]) -> Deposit:
     way = end - start
     length = np.linalg.norm(way, axis=1)
     along = way / length[:, None]
@@ -71,7 +65,7 @@ def _boxes(
     safe = np.where(upright, 1.0, level)
     across = np.stack([-along[:, 1] / safe, along[:, 0] / safe, np.zeros_like(level)], axis=1)
     across[upright] = (1.0, 0.0, 0.0)
-    height = np.where(upright, bead.width, bead.height)  # a column is as thick as wide
+    height = np.where(upright, bead.width, bead.height)  # the box of a vertical piece is square
     drop = np.where(upright, 0.0, 0.5 * bead.height)
     centre = 0.5 * (start + end) - drop[:, None] * np.cross(along, across)
     half = np.stack([0.5 * (length + bead.width), np.full_like(length, 0.5 * bead.width), 0.5 * height], axis=1)

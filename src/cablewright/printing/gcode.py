@@ -1,7 +1,7 @@
 """From a G-code file to a `Toolpath`: straight moves in metres, at the scale of the file.
 
-The file is read in blocks, so memory is bounded by the moves and not by what stands between them. What the words mean
-is told in `cablewright.printing.modal`.
+The file is read in blocks, so that memory depends on the number of moves only. `cablewright.printing.modal` defines the
+meaning of the words.
 """
 
 from __future__ import annotations
@@ -20,30 +20,31 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.printing.modal import COLUMNS, Controller
 from cablewright.progress import Progress
+from cablewright.toml_input import open_regular
 
 MAX_BYTES: Final = 1 << 30
 MAX_LINE: Final = 4096  # bytes
 SHORTEST_ARC_STEP: Final = 1e-6  # m
 
 _BLOCK = 1 << 18
-_HEIGHT_GRAIN = 1e-6  # m: heights nearer than this are one layer, where no marker says better
+_HEIGHT_GRAIN = 1e-6  # m, resolution of heights in files without layer markers
 
 
 @dataclass(frozen=True, eq=False)
 class Toolpath:
-    """The k straight moves of a file, each starting where the one before ended. Read-only arrays.
+    """The k straight moves of a file, each from the end of the previous one. Read-only arrays.
 
-    A move of zero length is kept where the file asks for extrusion or for a dwell on the spot.
+    A move of zero length is kept where the file extrudes or dwells on the spot.
     """
 
     start: Array  # (k, 3) m, file scale
     end: Array  # (k, 3) m, file scale
-    extrusion: Array  # (k,) m of filament pushed; below zero: drawn back
+    extrusion: Array  # (k,) m of filament; negative: retracted
     feed: Array  # (k,) m/s, file scale; inf before the first F
     dwell: Array  # (k,) s waited at the end of the move
     layer: NDArray[np.int32]  # (k,) -1 before the first layer
     line: NDArray[np.int32]  # (k,) line of the file, from 1
-    unknown: dict[str, int]  # words nothing was done for, and how often they came
+    unknown: dict[str, int]  # ignored words, and how often each occurs
 
     @cached_property
     def length(self) -> Array:
@@ -52,12 +53,12 @@ class Toolpath:
 
     @cached_property
     def extruding(self) -> Mask:
-        """(k,) whether the move lays material: it has a length and pushes filament."""
+        """(k,) whether the move lays material: it has a length and a positive extrusion."""
         return np.asarray((self.extrusion > 0) & (self.length > 0))
 
     @property
     def layer_count(self) -> int:
-        """How many different layers get material."""
+        """Number of layers with material."""
         numbers = np.unique(self.layer[self.extruding])
         return int(np.count_nonzero(numbers >= 0))
 
@@ -65,38 +66,26 @@ class Toolpath:
 def parse(source: str | Path | BinaryIO, arc_step: float = 1e-3, progress: Progress | None = None) -> Toolpath:
     """Read G-code from a path or an open binary file.
 
-    ``arc_step`` (m, file scale) is the longest piece an arc is cut to; no piece stands off its arc by more than a
-    fiftieth of it. Layers come from the markers ``;LAYER:3``, ``;LAYER_CHANGE`` and ``; layer 3``; numbers below zero
-    (a raft's) shift all so that the lowest is 0. A file without markers has one layer per height at which it extrudes,
-    counted upwards; a travel then belongs to the layer extruded last.
+    ``arc_step`` (m, file scale) is the maximum length of the pieces of an arc; their distance from the arc is at most a
+    fiftieth of it. Layers come from the markers ``;LAYER:3``, ``;LAYER_CHANGE`` and ``; layer 3``; negative numbers (of
+    a raft) shift all so that the lowest is 0. A file without markers has one layer per height at which it extrudes,
+    counted upwards; a travel move then belongs to the last extruded layer.
 
-    Raises `InputError`, one line, for a file that cannot be read, is no G-code, is empty, too large, truncated, or lays
-    no material, naming the line and what is allowed.
+    Raises `InputError`, with the line and what is allowed, for a file that cannot be read, is no G-code, is empty, too
+    large, truncated, or lays no material.
     """
     if not SHORTEST_ARC_STEP <= arc_step < float("inf"):
-        raise InputError(f"arc_step = {arc_step!r}: a length of at least {SHORTEST_ARC_STEP} m wanted")
+        raise InputError(f"arc_step = {arc_step!r}: must be a length of at least {SHORTEST_ARC_STEP} m")
     if not isinstance(source, str | Path):
         return _parse_stream(source, str(getattr(source, "name", "G-code")), arc_step, None, progress)
-    with _opened(Path(source)) as stream:
+    with open_regular(Path(source)) as stream:
         return _parse_stream(stream, str(source), arc_step, os.fstat(stream.fileno()).st_size, progress)
-
-
-def _opened(path: Path) -> BinaryIO:
-    """Open a regular file, or raise `InputError`."""
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        return path.open("rb")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a path with a NUL character
-        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
 
 
 def _parse_stream(
     stream: BinaryIO, origin: str, arc_step: float, size: int | None, progress: Progress | None
 ) -> Toolpath:
-    """Read an open file of ``size`` bytes, if that is known."""
+    """Read an open file of ``size`` bytes; None: unknown."""
     controller = Controller(origin, arc_step)
     number = 1
     for lines, unterminated in _blocks_of_lines(stream, origin, size, progress):
@@ -108,7 +97,7 @@ def _parse_stream(
 def _blocks_of_lines(
     stream: BinaryIO, origin: str, size: int | None, progress: Progress | None
 ) -> Iterator[tuple[list[bytes], bool]]:
-    """Yield lists of lines without their ends, and whether the list is the last line, which no line end follows."""
+    """Yield lists of lines without line ends, and whether the list is an unterminated last line."""
     rest = b""
     number = 1
     read = 0
@@ -137,7 +126,7 @@ def _blocks_of_lines(
 
 
 def _refuse_binary(block: bytes, origin: str) -> None:
-    """Raise `InputError` if the beginning of a file is mostly no text."""
+    """Raise `InputError` if more than a tenth of a file's first block is no text."""
     text = block.decode("utf-8", "replace")
     strange = sum(1 for character in text if character == "\ufffd" or (character < " " and character not in "\t\r\n\f"))
     if strange > 0.1 * len(text):
@@ -145,7 +134,7 @@ def _refuse_binary(block: bytes, origin: str) -> None:
 
 
 def _toolpath(controller: Controller, origin: str) -> Toolpath:
-    """Freeze what the controller kept. Raises `InputError` where nothing is extruded."""
+    """Return the moves that the controller recorded. Raises `InputError` where nothing is extruded."""
     rows = np.asarray(controller.rows).reshape(-1, COLUMNS)
     line = np.array(controller.lines, dtype=np.int32)
     k = len(line)
@@ -157,7 +146,7 @@ def _toolpath(controller: Controller, origin: str) -> Toolpath:
     extrusion = rows[:, 3].copy()
     extruding = (extrusion > 0) & (np.linalg.norm(np.diff(points, axis=0), axis=1) > 0)
     if not extruding.any():
-        raise InputError(f"{origin}: no extruding move; at least one move with a growing E is wanted")
+        raise InputError(f"{origin}: no extruding move; at least one move must increase E")
     dwell = np.zeros(k)
     for row, seconds in controller.dwells:
         dwell[row] = seconds
@@ -169,7 +158,7 @@ def _toolpath(controller: Controller, origin: str) -> Toolpath:
 
 
 def _marked_layers(marks: list[tuple[int, int]], k: int) -> NDArray[np.int32]:
-    """(k,) layer of each move, from the row at which each layer begins."""
+    """Return the layer of each move (k,), from the row at which each layer begins."""
     starts = np.array([0, *(row for row, _ in marks), k])
     numbers = np.array([-1, *(number for _, number in marks)], dtype=np.int32)
     numbers[1:] -= min(0, int(numbers[1:].min()))
@@ -177,7 +166,7 @@ def _marked_layers(marks: list[tuple[int, int]], k: int) -> NDArray[np.int32]:
 
 
 def _layers_by_height(height: Array, extruding: Mask) -> NDArray[np.int32]:
-    """(k,) layer of each move, from the distinct heights (m) at which extruding moves end."""
+    """Return the layer of each move (k,), from the distinct heights (m) at which extruding moves end."""
     grains = np.round(height[extruding] / _HEIGHT_GRAIN)
     layer = np.full(len(height), -1, dtype=np.int32)
     layer[extruding] = np.unique(grains, return_inverse=True)[1]

@@ -1,4 +1,4 @@
-"""The height of what lies on a level floor, over a grid of square cells."""
+"""Heights of material on a level floor, on a grid of square cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.errors import InputError, require_positive
 from cablewright.triangle_mesh import TriangleMesh
 
 MAX_CELLS: Final = 25_000_000
@@ -17,7 +17,7 @@ MAX_CELLS: Final = 25_000_000
 
 @dataclass(frozen=True, eq=False)
 class HeightField:
-    """Heights (nx, ny), m, each the mean over a square cell of side ``cell``. What is laid changes them in place."""
+    """Heights (nx, ny), m, each the mean over a square cell of side ``cell``; new material changes them in place."""
 
     low: tuple[float, float]  # m, the corner of the first cell
     cell: float  # m
@@ -25,43 +25,42 @@ class HeightField:
 
     @classmethod
     def flat(cls, low: tuple[float, float], high: tuple[float, float], cell: float, height: float = 0.0) -> HeightField:
-        """A floor at *height* from *low* to at least *high*, m. Raises `InputError`."""
+        """Return a floor at *height* from *low* to at least *high*, m. Raises `InputError`."""
         sides = np.subtract(high, low)
         if not (np.isfinite(sides).all() and (sides > 0.0).all()):
             raise InputError(f"from {low} to {high} m there is no area")
-        if not 0.0 < cell < np.inf:
-            raise InputError(f"cell = {cell:g} m: more than 0 is wanted")
+        require_positive(cell=cell)
         counts = np.ceil(sides / cell - 1e-9)
         if not counts.prod() <= MAX_CELLS:
-            raise InputError(f"cell = {cell:g} m: more than {MAX_CELLS} cells; a larger cell is wanted")
+            raise InputError(f"cell = {cell:g} m: more than {MAX_CELLS} cells; give a larger cell")
         nx, ny = (int(count) for count in counts)
         return cls((float(low[0]), float(low[1])), float(cell), np.full((nx, ny), float(height)))
 
     @property
     def shape(self) -> tuple[int, int]:
-        """How many cells along x and y."""
+        """Number of cells along x and y."""
         return (self.heights.shape[0], self.heights.shape[1])
 
     @property
     def volume(self) -> float:
-        """What lies above height zero, m^3. Cells that nobody knows count for nothing."""
+        """Volume above height zero, m^3; unknown (NaN) cells count as 0."""
         return float(np.nansum(self.heights)) * self.cell**2
 
     def centres(self, axis: int) -> Array:
-        """Middles of the cells along *axis*, m."""
+        """Return the centres of the cells along *axis*, m."""
         return np.asarray(self.low[axis] + self.cell * (np.arange(self.shape[axis]) + 0.5))
 
     def cells_of(self, places: Array) -> NDArray[np.int64]:
-        """(n, 2) the cells in which *places* (n, 2 or more), m, lie; they may be outside."""
+        """Return the cells (n, 2) of *places* (n, 2 or more), m; they may be outside the field."""
         return np.floor((places[:, :2] - self.low) / self.cell).astype(np.int64)
 
     def holds(self, places: Array) -> Mask:
-        """(n,) whether *places* (n, 2 or more), m, lie in a cell of the field."""
+        """Return whether each of *places* (n, 2 or more), m, is in a cell of the field, (n,)."""
         cells = self.cells_of(places)
         return np.asarray(((cells >= 0) & (cells < self.shape)).all(axis=1))
 
     def at(self, places: Array) -> Array:
-        """(n,) heights at *places* (n, 2 or more), m, linear between middles of cells; NaN outside the field."""
+        """Return heights (n,) at *places* (n, 2 or more), m, bilinear between cell centres; NaN outside the field."""
         share = (places[:, :2] - self.low) / self.cell
         outside = ((share < 0.0) | (share > self.shape)).any(axis=1)
         share = np.clip(share - 0.5, 0.0, np.array(self.shape) - 1.0)
@@ -73,9 +72,9 @@ class HeightField:
         return np.where(outside, np.nan, low * (1 - u) + high * u)
 
     def solid(self, floor: float = 0.0) -> TriangleMesh:
-        """The closed body between the heights and *floor*, m.
+        """Return the closed body between the heights and *floor*, m; lower heights count as *floor*.
 
-        Heights are met in the middles of cells, so that half a cell is missing all round; nothing may be below *floor*.
+        Its corners are cell centres, so that half a cell is missing on all sides.
         """
         nx, ny = self.shape
         x, y = np.meshgrid(self.centres(0), self.centres(1), indexing="ij")
@@ -92,7 +91,7 @@ class HeightField:
 
 
 def rebuilt(points: Array, like: HeightField) -> HeightField:
-    """A field of the cells of *like* from scanned *points* (n, 3), m: the median in each cell, NaN where none fell."""
+    """Return a field with the cells of *like*: the median height of *points* (n, 3), m, in each; NaN without points."""
     nx, ny = like.shape
     cells = like.cells_of(points)
     inside = like.holds(points) & np.isfinite(points[:, 2])

@@ -1,9 +1,9 @@
-"""A time law whose jerk is bounded: the running mean of one whose acceleration is.
+"""A time law with bounded jerk: the running mean of one with bounded acceleration.
 
-Let s(t) be a law with accelerations up to a. Its mean over the last w = 2 a / j seconds runs along the same path, its
-acceleration is a difference of speeds over w, at most a, and its jerk a difference of accelerations over w, at most
-2 a / w = j. It is late by up to w, so it is at a place while s is up to w elsewhere: for it to keep to a limit of speed
-there, s keeps to the limit over all that it can pass in w at that speed, before and behind. Where s stands it waits w.
+Let s(t) be a law with accelerations up to a. Its mean over the last w = 2 a / j seconds follows the same path; its
+acceleration is a difference of speeds divided by w, at most a, and its jerk a difference of accelerations divided by w,
+at most 2 a / w = j. The mean is late by up to w. It respects a speed limit at a place if s respects the limit over the
+distance that it covers in w at that speed, before and after the place. At a stop s waits for w.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 
-_NEAR: Final = 1e-9  # m: places that are one
-_STEPS: Final = 60  # of Newton's method in a bracket: as many halvings reach rounding
+_NEAR: Final = 1e-9  # m, distance of places that count as one
+_STEPS: Final = 60  # maximum of Newton's method in a bracket: as many halvings reach rounding
 
 
 class Knots(NamedTuple):
@@ -30,7 +30,7 @@ class Knots(NamedTuple):
 
 
 def refined(distance: Array, limit: Array, corner: Array, window: float) -> Array:
-    """Places (g,), m: *distance* (k,) and the ends of all stretches over which a limit holds in `widened`."""
+    """Return places (g,), m: *distance* (k,) and the ends of all ranges over which a limit holds in `widened`."""
     changes = np.flatnonzero(np.diff(limit)) + 1
     reach = np.concatenate([np.minimum(limit[changes - 1], limit[changes]), corner]) * window
     about = np.concatenate([distance[changes], distance])
@@ -43,9 +43,10 @@ def refined(distance: Array, limit: Array, corner: Array, window: float) -> Arra
 
 
 def widened(places: Array, limit: Array, corner: Array, window: float) -> tuple[Array, Array]:
-    """Limits of the segments between *places* (g,) and at them, m/s, that hold as far as they are passed in *window*.
+    """Return limits of the segments between *places* (g,) and at the places, m/s, widened by *window*, s.
 
-    *limit* (g - 1,) is that of each segment, *corner* (g,) that at each place: inf for none, 0 for a stop.
+    A limit then also holds over the distance covered in *window* at that speed. *limit* (g - 1,) is that of each
+    segment, *corner* (g,) that at each place: inf for none, 0 for a stop.
     """
     moving = np.flatnonzero(np.isfinite(corner) & (corner > 0.0))
     value = np.concatenate([limit, corner[moving]])
@@ -60,9 +61,9 @@ def widened(places: Array, limit: Array, corner: Array, window: float) -> tuple[
 
 
 def _min_over(value: Array, first: NDArray[np.int64], stop: NDArray[np.int64], count: int) -> Array:
-    """(count,) the least of the values whose ranges, first to stop, hold each cell; inf in none's.
+    """Return for each of (count,) cells the minimum of the values whose ranges, first to stop, contain it; else inf.
 
-    A range is two runs of a power of two, and a run is handed down in halves.
+    A range is the union of two ranges whose length is a power of two; each is split into halves, level by level.
     """
     power = np.int64(np.log2(stop - first))
     table = np.full((int(power.max()) + 1, count), np.inf)
@@ -76,9 +77,9 @@ def _min_over(value: Array, first: NDArray[np.int64], stop: NDArray[np.int64], c
 
 
 def averaged(knots: Knots, arrival: Array, places: Array, window: float) -> tuple[Array, Array]:
-    """When the running mean over *window* (s) passes *places* (k,), m, and how fast: (k,) s and m/s.
+    """Return times (k,), s, and speeds (k,), m/s, of the running mean over *window* (s) at *places* (k,), m.
 
-    *arrival* (k,), s, is when the law of *knots* passes them.
+    *arrival* (k,), s: times at which the law of *knots* reaches the places.
     """
     low, high = arrival.copy(), arrival + window
     time, open_ = arrival + 0.5 * window, np.arange(len(places))
@@ -97,14 +98,14 @@ def averaged(knots: Knots, arrival: Array, places: Array, window: float) -> tupl
 
 
 def _running(knots: Knots, time: Array, window: float) -> tuple[Array, Array]:
-    """The mean place over the *window* before *time* (n,), and how fast it moves."""
+    """Return the mean place over the *window* before *time* (n,), and its speed."""
     place, area = _evaluated(knots, time)
     before, less = _evaluated(knots, time - window)
     return (area - less) / window, (place - before) / window
 
 
 def _evaluated(knots: Knots, time: Array) -> tuple[Array, Array]:
-    """Place and its integral at *time* (n,); at rest before the start."""
+    """Return place and its integral at *time* (n,); at rest before the start."""
     row = np.searchsorted(knots.time, time, side="right") - 1
     u = np.where(row < 0, 0.0, time - knots.time[row])
     row = np.maximum(row, 0)

@@ -1,4 +1,4 @@
-"""One row per layer: how high, how much is laid, how far the nozzle travels, how long it takes."""
+"""One row per layer: its height, extruded length, travel length and duration."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cablewright.printing.timing import TimeLaw
 class LayerTable:
     """n visits of layers, in the order of the path. Read-only arrays.
 
-    A file that prints several parts one after the other comes back to the same layer number: each visit is a row. What
-    comes before the first layer is in no row.
+    A file that prints several parts one after the other visits the same layer number again: each visit is a row. Moves
+    before the first layer are in no row.
     """
 
     number: NDArray[np.int32]  # (n,) the layer's number
-    z: Array  # (n,) m, machine: the highest place where material is laid; nan where none is
+    z: Array  # (n,) m, machine: the greatest height with material; NaN without
     extruded_length: Array  # (n,) m
     travel_length: Array  # (n,) m
-    duration: Array  # (n,) s, with dwells
+    duration: Array  # (n,) s, including dwells
     first: NDArray[np.int64]  # (n,) first sample
     stop: NDArray[np.int64]  # (n,) one beyond the last sample
 
@@ -34,7 +34,7 @@ class LayerTable:
 
 
 def layer_table(samples: Samples, law: TimeLaw) -> LayerTable:
-    """Sum up each layer of ``samples`` timed by ``law``. The way to a sample counts to the sample's layer."""
+    """Return the sums over each layer of ``samples`` timed by ``law``. The segment before a sample is of its layer."""
     changes = np.flatnonzero(np.diff(samples.layer)) + 1
     first = np.concatenate([np.zeros(1, dtype=np.int64), changes])
     stop = np.append(changes, len(samples))

@@ -1,15 +1,15 @@
-"""What a printer's controller remembers between lines of G-code, and what each word does to it.
+"""The modal state of a printer's controller, and the effect of each word of G-code on it.
 
-PrintOptions where dialects differ:
+Choices where dialects differ:
 
-* G90 and G91 rule E as well until the first M82 or M83, as RepRap firmwares do.
-* I and J are measured from the start of the arc; arcs lie in the XY plane, G18 and G19 are refused.
-* P of G4 is milliseconds, S seconds; S rules where both stand.
-* G92 shifts the coordinates the file writes, never the machine; bare, it makes all of them zero.
-* G28 travels to the machine's zero along the named axes (all, if none is named) and drops their shift.
+* G90 and G91 apply to E as well until the first M82 or M83, as in RepRap firmwares.
+* I and J are relative to the start of the arc; arcs lie in the XY plane, G18 and G19 are refused.
+* P of G4 is in milliseconds, S in seconds; S applies where both are given.
+* G92 shifts the coordinates of the file, never the machine; without words it sets all of them to zero.
+* G28 travels to the machine's zero along the named axes (all, if none is named) and removes their shift.
 * Every file starts at the machine's zero, in absolute millimetres.
 * A line that only names axes repeats the last of G0 to G3.
-* A code that is not known, and the words behind it, are counted and left alone, unless it would bend or move the path.
+* An unknown code and the words after it are counted and ignored; codes that would change the path are refused.
 """
 
 from __future__ import annotations
@@ -29,15 +29,17 @@ MAX_COORDINATE: Final = 1e6  # m, distance from the origin
 MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath
 MAX_DWELL: Final = 1e6  # s, of one G4
 MAX_LAYER: Final = 1_000_000
-MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others count as one
+MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others are counted together
 COLUMNS: Final = 5  # of a row: x, y, z (m, machine), extrusion (m), feed (m/s)
 
-# Nine lines of ten: G0 or G1 with axes in the usual order and capitals. Groups: F, X, Y, Z, E, F.
+# Nine of ten lines: G0 or G1 with axes in the usual order and capitals. Groups: F, X, Y, Z, E, F.
 _STRAIGHT: Final = re.compile(
     r"G0?[01](?:[ \t]*F(#))?(?:[ \t]*X(#))?(?:[ \t]*Y(#))?(?:[ \t]*Z(#))?(?:[ \t]*E(#))?(?:[ \t]*F(#))?"
     r"[ \t\r]*(?:;.*)?".replace("#", NUMBER).encode(),
     re.DOTALL,
 )
+_Word = bytes | float | None
+
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
 _SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
@@ -57,10 +59,10 @@ _FREE_TEXT = frozenset({"M0", "M1", "M16", "M23", "M28", "M30", "M32", "M117", "
 
 
 class Controller:
-    """Reads lines, in order, and keeps the straight moves they make: `COLUMNS` floats each in `rows`, one in `lines`.
+    """Interprets lines in order and records straight moves: `COLUMNS` floats each in `rows`, a line number in `lines`.
 
-    ``marks`` lists (row, layer) where a layer begins, ``dwells`` (row, s) where the machine waits, ``unknown`` counts
-    the words nothing is done for.
+    ``marks``: (row, layer) at the begin of each layer; ``dwells``: (row, s); ``unknown``: ignored words and their
+    counts.
     """
 
     def __init__(self, origin: str, arc_step: float) -> None:
@@ -78,7 +80,7 @@ class Controller:
         self._x = self._y = self._z = 0.0  # m, machine
         self._shift = [0.0, 0.0, 0.0]  # m, machine minus written
         self._e = 0.0  # m, written
-        self._feed = math.inf  # m/s; a file that never says F is held by the job's limits alone
+        self._feed = math.inf  # m/s; without F only the job's limits apply
         self._motion = ""
         self._marker_kind = ""
         self._number = 0
@@ -86,9 +88,9 @@ class Controller:
         self._unterminated = False
 
     def run(self, lines: list[bytes], first_number: int, unterminated: bool = False) -> None:
-        """Read ``lines``, the first being line ``first_number``; ``unterminated`` where no line end follows them.
+        """Interpret ``lines`` from line ``first_number`` on; ``unterminated``: no line end follows them.
 
-        Raises `InputError` naming file, line number, text and what is allowed.
+        Raises `InputError` with file, line number, text and what is allowed.
         """
         self._unterminated = unterminated
         straight = _STRAIGHT.fullmatch
@@ -101,16 +103,16 @@ class Controller:
                 continue
             early, x, y, z, e, feed = found.groups()
             if early is not None and feed is not None:
-                self._interpret(line)  # refuses: F stands twice
+                self._interpret(line)  # refuses two F
             try:
                 self._straight(x, y, z, e, feed or early)
             except ValueError:
-                self._interpret(line)  # refuses: says which word is no number
+                self._interpret(line)  # refuses the word that is no number
         if len(self.lines) > MAX_MOVES:
             self._refuse(f"more than {MAX_MOVES} moves, the most a file may make")
 
     def _interpret(self, line: bytes) -> None:
-        """Read a line that is not a plain straight move."""
+        """Interpret any line."""
         try:
             if line.startswith(b";"):
                 self._mark(line)
@@ -127,7 +129,7 @@ class Controller:
         if (macro := MACRO.match(text)) is not None:
             self._count(macro[0])
             return
-        action, foreign = "", False  # a code that is not known owns the words behind it, whatever they are
+        action, foreign = "", False  # the words after an unknown code belong to it
         taken = []
         words, rest = split(text)
         for letter, number in words:
@@ -155,7 +157,7 @@ class Controller:
             self._act(action, taken)
 
     def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
-        """Do ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
+        """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
         if not action and any(letter in "XYZEFIJR" for letter, _ in taken):
             action = self._motion
             if not action:
@@ -165,7 +167,7 @@ class Controller:
             if action in ("G2", "G3") and letter in "KP":
                 raise WordError(f"{letter} of an arc is not read; X, Y, Z, E, F with I and J, or with R, are allowed")
             if letter in words:
-                raise WordError(f"{letter} stands twice; once is allowed")
+                raise WordError(f"{letter} is given twice; once is allowed")
             if letter in _LETTERS.get(action, ""):
                 words[letter] = 0.0 if action == "G28" else as_number(letter, number)
             else:
@@ -194,15 +196,8 @@ class Controller:
                 self._e_follows_axes = False
                 self._relative_e = code == "M83"
 
-    def _straight(
-        self,
-        x: bytes | float | None,
-        y: bytes | float | None,
-        z: bytes | float | None,
-        e: bytes | float | None,
-        feed: bytes | float | None,
-    ) -> None:
-        """Move in a line (file units). Raises ValueError for a text that is no number, `InputError` out of range."""
+    def _straight(self, x: _Word, y: _Word, z: _Word, e: _Word, feed: _Word) -> None:
+        """Move in a line (file units). Raises `ValueError` for a text that is no number, `InputError` out of range."""
         unit = self._unit
         if feed is not None:
             self._set_feed(float(feed))
@@ -219,7 +214,7 @@ class Controller:
         self._motion = "G1"
 
     def _add(self, extrusion: float) -> None:
-        """Keep a move that ends at the present position."""
+        """Record a move that ends at the current position."""
         x, y, z = self._x, self._y, self._z
         if not x * x + y * y + z * z <= _FARTHEST_SQUARED:  # nan and inf too
             self._refuse(f"farther than {MAX_COORDINATE:.0f} m from the origin")
@@ -227,7 +222,7 @@ class Controller:
         self.lines.append(self._number)
 
     def _extrude(self, written: float) -> float:
-        """Return the extrusion (m) that an E word asks for."""
+        """Return the extrusion (m) of an E word."""
         value = written * self._unit
         if self._relative_e:
             self._e += value
@@ -293,7 +288,7 @@ class Controller:
             self._add(0.0)
 
     def _rename(self, words: dict[str, float]) -> None:
-        """Let the present place be called by the coordinates of ``words`` from now on (G92)."""
+        """Give the current position the coordinates of ``words`` (G92)."""
         for at, (axis, machine) in enumerate(zip("XYZ", (self._x, self._y, self._z), strict=True)):
             if axis in words:
                 self._shift[at] = machine - words[axis] * self._unit
@@ -301,7 +296,7 @@ class Controller:
             self._e = words["E"] * self._unit
 
     def _mark(self, line: bytes) -> None:
-        """Begin a layer at a marker. The kind of marker a file uses first counts, any other is a plain comment."""
+        """Begin a layer at a marker of the kind that the file uses first; others are plain comments."""
         marker = read_marker(line)
         if marker is None or marker.kind != (self._marker_kind or marker.kind):
             return
@@ -322,7 +317,7 @@ class Controller:
         self.unknown[word] = self.unknown.get(word, 0) + 1
 
     def _refuse(self, reason: str) -> NoReturn:
-        """Raise the `InputError` of the line being read."""
+        """Raise the `InputError` of the current line."""
         text = self._line.decode("utf-8", "replace").strip()
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
         raise InputError(f"{self._origin}, line {self._number}: {shown}: {reason}")

@@ -1,23 +1,24 @@
-"""Paths that a job gives in numbers, round after round at rising heights: a random closed curve, a helix."""
+"""Paths that a job describes by numbers, with rounds at rising heights: a random closed curve, a helix."""
 
 from __future__ import annotations
 
 from typing import Annotated, Final
 
 import numpy as np
-from annotated_types import Ge, Le
+from annotated_types import Ge, Gt, Le
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.printing.curve import Wanted, draw
+from cablewright.printing.curve import CurveRequirements, draw
 from cablewright.printing.gcode import Toolpath
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.units import Length
+from cablewright.validation import Description
 
-CHORD: Final = 0.02  # m: pieces that a round is cut into, at most
-_SLOW_RISE: Final = 50.0  # m gone for each that a round rises from the one below
+CHORD: Final = 0.02  # m, maximum length of the pieces of a round
+_SLOW_RISE: Final = 50.0  # m along the path per m of rise to the next round
 _MAX_PIECES: Final = 5_000_000
 
 _Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
@@ -25,14 +26,12 @@ _Height = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 _Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 
 
-class _Rounds(BaseModel):
-    """Rounds about the job's origin, one over the other."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+class _Rounds(Description):
+    """Rounds about the job's origin, one above the other."""
 
     layers: _Count
     layer_height: Annotated[Length, Ge(0.0), Le(1e3)]
-    """How much higher each round lies than the one below."""
+    """Height between two rounds."""
     first_height: _Height = 0.0
 
 
@@ -43,74 +42,69 @@ class RandomCurve(_Rounds):
     number: Annotated[int, Field(strict=True, ge=0, le=1_000_000)] = 0
     length: _Distance
     area: tuple[_Distance, _Distance]
-    """Sides of the rectangle about the origin that holds it, along x and y."""
+    """Sides of the rectangle about the origin that encloses the curve, along x and y."""
     crossings: Annotated[int, Field(strict=True, ge=0, le=50)] = 2
     least_radius: Annotated[Length, Ge(0.0), Le(1e3)] = 0.3
 
     @property
-    def wanted(self) -> Wanted:
-        """What the curve must be. Raises `InputError`."""
-        return Wanted(self.length, self.area, self.crossings, self.least_radius)
+    def requirements(self) -> CurveRequirements:
+        """Requirements of the curve. Raises `InputError`."""
+        return CurveRequirements(self.length, self.area, self.crossings, self.least_radius)
 
     @property
     def title(self) -> str:
-        """What to call it."""
+        """Name in reports."""
         return f"random curve {self.number} of seed {self.seed}"
 
     def toolpath(self) -> Toolpath:
-        """All rounds, without a stop: each rises from the one below over its beginning. Raises `InputError`."""
+        """Return all rounds as one path: each begins with the rise from the one below. Raises `InputError`."""
         pieces = int(np.ceil(self.length / CHORD))
-        _bound(pieces * self.layers)
-        once = draw(self.wanted, self.seed, self.number).even(pieces)
-        gone = self.length / pieces * np.arange(1, pieces + 1)
+        _limit(pieces * self.layers)
+        once = draw(self.requirements, self.seed, self.number).even(pieces)
+        along = self.length / pieces * np.arange(1, pieces + 1)
         rise = min(_SLOW_RISE * self.layer_height, 0.5 * self.length)
-        risen = np.minimum(gone / rise, 1.0) if rise else np.ones(pieces)
+        risen = np.minimum(along / rise, 1.0) if rise else np.ones(pieces)
         number = np.repeat(np.arange(self.layers, dtype=np.int32), pieces)
         height = np.maximum(number - 1.0 + np.tile(risen, self.layers), 0.0)
         places = np.empty((pieces * self.layers + 1, 3))
         places[0, :2], places[1:, :2] = once[0], np.tile(once[1:], (self.layers, 1))
         places[0, 2], places[1:, 2] = self.first_height, self.first_height + self.layer_height * height
-        return _toolpath(places, np.ones(len(places) - 1, dtype=bool), number)
+        return _toolpath(places, number)
 
 
 class Helix(_Rounds):
-    """A helix about the origin that rises by *layer_height* a turn; each turn is a layer."""
+    """A helix about the origin that rises by *layer_height* per turn; each turn is a layer."""
 
+    layer_height: Annotated[Length, Gt(0.0), Le(1e3)]
     radius: _Distance
-
-    @model_validator(mode="after")
-    def _rises(self) -> Helix:
-        if not self.layer_height > 0.0:
-            raise ValueError("layer_height = 0: a helix rises; more than 0 m is wanted")
-        return self
 
     @property
     def title(self) -> str:
-        """What to call it."""
+        """Name in reports."""
         return f"helix of {self.layers} turns"
 
     def toolpath(self) -> Toolpath:
-        """All turns. Raises `InputError`."""
+        """Return all turns. Raises `InputError`."""
         pieces = max(36, int(np.ceil(2.0 * np.pi * self.radius / CHORD)))
-        _bound(pieces * self.layers)
+        _limit(pieces * self.layers)
         turns = np.arange(pieces * self.layers + 1) / pieces
         angle = 2.0 * np.pi * turns
         height = self.first_height + self.layer_height * turns
         places = np.stack([self.radius * np.cos(angle), self.radius * np.sin(angle), height], axis=1)
         layer = np.repeat(np.arange(self.layers, dtype=np.int32), pieces)
-        return _toolpath(places, np.ones(len(places) - 1, dtype=bool), layer)
+        return _toolpath(places, layer)
 
 
-def _bound(pieces: int) -> None:
+def _limit(pieces: int) -> None:
     if pieces > _MAX_PIECES:
         raise InputError(f"the path has {pieces} pieces of {CHORD} m; at most {_MAX_PIECES} are allowed: fewer layers")
 
 
-def _toolpath(places: Array, laying: Mask, layer: NDArray[np.int32]) -> Toolpath:
-    """Moves from place to place at whatever speed the job allows; each lays its own length of material, or none."""
+def _toolpath(places: Array, layer: NDArray[np.int32]) -> Toolpath:
+    """Return moves from place to place without a feed, each with its own length as extrusion."""
     start, end = places[:-1], places[1:]
     moves = len(start)
-    extrusion = np.where(laying, np.linalg.norm(end - start, axis=1), 0.0)
+    extrusion = np.linalg.norm(end - start, axis=1)
     columns = (start, end, extrusion, np.full(moves, np.inf), np.zeros(moves), layer)
     line = np.arange(1, moves + 1, dtype=np.int32)
     for column in (*columns, line):

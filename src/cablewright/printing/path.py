@@ -1,4 +1,4 @@
-"""The path of the nozzle on the machine: a toolpath scaled, moved to its place and sampled along its length."""
+"""The path of the nozzle in machine coordinates: a toolpath scaled, shifted and sampled along its length."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from cablewright.errors import InputError
 from cablewright.printing.gcode import Toolpath
 from cablewright.printing.modal import MAX_COORDINATE
 
-MAX_SAMPLES: Final = 20_000_000  # about 4 GB while they are made
-_SHORTEST_MOVE: Final = 1e-9  # m: what rounding may leave between two places that are one
+MAX_SAMPLES: Final = 20_000_000  # about 4 GB while they are computed
+_SHORTEST_MOVE: Final = 1e-9  # m, shorter moves are rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """k points along the path, each at the end of a straight segment but the first, where the path starts.
+    """k points along the path: its start, then the end of each straight segment. Read-only arrays.
 
-    ``extruding``, ``layer``, ``line``, ``move`` and ``speed_limit`` tell of the segment that ends at the sample; those
-    of the first sample are the first segment's, except that nothing is extruded there. Read-only arrays.
+    ``extruding``, ``layer``, ``line``, ``move`` and ``speed_limit`` are those of the segment that ends at the sample;
+    the first sample has those of the first segment, but is not extruding.
     """
 
     positions: Array  # (k, 3) m, machine
@@ -40,12 +40,12 @@ class Samples:
 
     @property
     def extruded_length(self) -> float:
-        """Length (m) along which material is laid."""
+        """Length (m) with extrusion."""
         return float(np.diff(self.distance)[self.extruding[1:]].sum())
 
     @property
     def travel_length(self) -> float:
-        """Length (m) along which none is."""
+        """Length (m) without extrusion."""
         return float(np.diff(self.distance)[~self.extruding[1:]].sum())
 
 
@@ -57,14 +57,13 @@ def sample(
     print_speed: float = float("inf"),
     travel_speed: float = float("inf"),
 ) -> Samples:
-    """Sample ``toolpath`` at most every ``step`` (m, machine) and at the end of every move.
+    """Sample ``toolpath`` at the end of every move and in steps of at most ``step`` (m, machine).
 
-    The file's zero comes to ``origin`` (m, machine) and its lengths grow by ``scale``. A move's speed limit is its feed
-    times ``scale``, but no more than ``print_speed`` where it extrudes and ``travel_speed`` where not (m/s). Moves of
-    zero length (a nanometre or less) give no sample; the dwell they ask for is kept at the sample reached.
+    Lengths of the file are multiplied by ``scale``, then shifted by ``origin`` (m, machine). A move's speed limit is
+    its feed times ``scale``, but at most ``print_speed`` where it extrudes and ``travel_speed`` where not (m/s). Moves
+    of zero length (a nanometre or less) give no sample; their dwell is that of the last sample before.
 
-    Raises `InputError` where ``step`` asks for more than `MAX_SAMPLES`, where the path goes farther than
-    `MAX_COORDINATE`, or where nothing is left of it.
+    Raises `InputError` for more than `MAX_SAMPLES`, a path beyond `MAX_COORDINATE`, or one without length.
     """
     start = toolpath.start * scale + origin
     end = toolpath.end * scale + origin
@@ -77,7 +76,7 @@ def sample(
     with np.errstate(over="ignore"):
         pieces = np.maximum(1.0, np.ceil(length[moves] / step - 1e-9))
     if not pieces.sum() < MAX_SAMPLES:
-        raise InputError(f"step = {step:g} m: more than {MAX_SAMPLES} samples; a longer step is wanted")
+        raise InputError(f"step = {step:g} m: more than {MAX_SAMPLES} samples; give a longer step")
     count = pieces.astype(np.int64)
     last = np.cumsum(count)  # the sample at the end of each move that has a length
     move = np.repeat(moves, count)
@@ -86,9 +85,9 @@ def sample(
     positions = np.empty((len(move) + 1, 3))
     positions[0] = start[moves[0]]
     positions[1:] = start[move] + fraction[:, None] * (end - start)[move]
-    positions[last] = end[moves]  # exactly, whatever the fractions rounded to
+    positions[last] = end[moves]  # exactly, without rounding of the fractions
 
-    reached = np.zeros(len(length) + 1, dtype=np.int64)  # the sample reached after each move, of zero length or not
+    reached = np.zeros(len(length) + 1, dtype=np.int64)  # last sample after each move, of zero length or not
     reached[moves + 1] = count
     dwell = np.bincount(np.cumsum(reached)[1:], weights=toolpath.dwell, minlength=len(positions))
     extruding = toolpath.extruding

@@ -1,4 +1,4 @@
-"""STL files, binary and text, read with bounded memory: a stranger may have written them."""
+"""STL files from strangers, binary and text, read with bounded memory."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
+from cablewright.toml_input import open_regular
 from cablewright.triangle_mesh import STL_FACET, TriangleMesh
 
 MAX_TRIANGLES: Final = 2_000_000
-MAX_COORDINATE: Final = 1e6  # m, after scaling: no number within can overflow what is computed from it
+MAX_COORDINATE: Final = 1e6  # m, after scaling, so that no computation overflows
 MIN_SCALE: Final = 1e-9
 _HEADER: Final = 84  # bytes: 80 of anything and the number of triangles
 _MAX_LINE: Final = 4096  # bytes
@@ -23,35 +24,27 @@ _MAX_TEXT: Final = 400 * MAX_TRIANGLES  # bytes
 
 
 def read_stl(path: str | Path, scale: float = 1.0) -> TriangleMesh:
-    """Read a mesh whose numbers, times *scale*, are metres in the machine's frame.
+    """Read a mesh; its numbers times *scale* are metres in the machine's frame.
 
-    Raises `InputError`, one line, for a file that cannot be read, is truncated, empty, no STL or larger than
+    Raises `InputError`, one line, for a file that cannot be read, is truncated, empty, no STL file or has more than
     `MAX_TRIANGLES`, and for numbers that are not finite or too large.
     """
     path = Path(path)
     if not MIN_SCALE <= scale <= 1.0 / MIN_SCALE:
-        raise InputError(f"mesh scale {scale:g}: a number from {MIN_SCALE:g} to {1.0 / MIN_SCALE:g} is wanted")
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        with path.open("rb") as file:
-            corners = _read(file, path, os.fstat(file.fileno()).st_size)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a path with a NUL character
-        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
+        raise InputError(f"mesh scale {scale:g}: must be from {MIN_SCALE:g} to {1.0 / MIN_SCALE:g}")
+    with open_regular(path) as file:
+        corners = _read(file, path, os.fstat(file.fileno()).st_size)
     if len(corners) == 0:
         raise InputError(f"{path}: holds no triangle")
     wrong = np.flatnonzero(~(np.abs(corners) <= MAX_COORDINATE / scale).all(axis=(1, 2)))
     if len(wrong):
-        raise InputError(
-            f"{path}: triangle {wrong[0] + 1}: a coordinate is not finite, or over {MAX_COORDINATE:g} m when scaled"
-        )
+        limit = f"not finite, or over {MAX_COORDINATE:g} m when scaled"
+        raise InputError(f"{path}: triangle {wrong[0] + 1}: a coordinate is {limit}")
     return TriangleMesh.of_corners(corners * scale)
 
 
 def _read(file: BinaryIO, path: Path, size: int) -> Array:
-    """Triangles (F, 3, 3) of an open file of *size* bytes. A text begins with ``solid``; so do some binary files."""
+    """Return triangles (F, 3, 3) of an open file of *size* bytes. Text begins with ``solid``; so do some binaries."""
     header = file.read(_HEADER)
     count = int.from_bytes(header[80:84], "little") if len(header) == _HEADER else -1
     whole = _HEADER + STL_FACET.itemsize * count
@@ -67,12 +60,12 @@ def _read(file: BinaryIO, path: Path, size: int) -> Array:
     data = file.read(STL_FACET.itemsize * count)
     if len(data) < STL_FACET.itemsize * count:
         raise InputError(f"{path}: truncated while it was read")
-    with np.errstate(invalid="ignore"):  # a NaN that signals is found with the others
+    with np.errstate(invalid="ignore"):  # signalling NaN are reported later with other NaN
         return np.frombuffer(data, STL_FACET)["corners"].astype(np.float64)
 
 
 def _text(file: BinaryIO, path: Path) -> Array:
-    """The text form: of each facet the three vertices between ``outer loop`` and ``endloop`` count."""
+    """Return triangles (F, 3, 3) of the text form: the three vertices between each ``outer loop`` and ``endloop``."""
     numbers = array("d")
     corners, ended, number, read = -1, False, 0, 0
     while line := file.readline(_MAX_LINE + 1):
@@ -94,7 +87,7 @@ def _text(file: BinaryIO, path: Path) -> Array:
             corners = -1
         elif word not in (b"solid", b"facet", b"endfacet", b"endsolid") or corners >= 0:
             shown = line[:40].decode("ascii", "replace").strip()
-            raise InputError(f"{path}, line {number}: {shown!r}: a facet of three vertices is wanted here")
+            raise InputError(f"{path}, line {number}: {shown!r}: must be part of a facet of three vertices")
     if not ended:
         raise InputError(f"{path}: truncated: the last line is no endsolid")
     return np.frombuffer(numbers, np.float64).reshape(-1, 3, 3).copy()

@@ -1,9 +1,9 @@
-"""When the nozzle is where: the fastest time law within speed limits, an acceleration and a rule for corners.
+"""The fastest time law of a path within speed limits, an acceleration limit and a rule for corners.
 
-The acceleration bounds the change of speed along the path. At a corner the rule is the junction deviation of GRBL (S.
-Jeon, 2011): the speed at which that acceleration would carry the nozzle round an arc that touches both moves and passes
-the corner at a given distance. As in Klipper, that arc may take at most half of the shorter move, else the many small
-corners of a finely cut circle would be passed faster than the circle itself.
+The acceleration limits the change of speed along the path. The rule for corners is the junction deviation of GRBL (S.
+Jeon, 2011): the speed at which an arc that touches both moves and passes the corner at a given distance has that
+acceleration. As in Klipper, the arc takes at most half of the shorter move; otherwise the many small corners of a
+finely divided circle would allow a higher speed than the circle itself.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cablewright.printing.path import Samples
 class TimeLaw:
     """Arrival and speed at each of k samples. Read-only arrays."""
 
-    time: Array  # (k,) s, when the sample is reached; 0 at the first
+    time: Array  # (k,) s, of arrival at the sample; 0 at the first
     speed: Array  # (k,) m/s, 0 at both ends and where the machine dwells
     duration: float  # s, with the dwell at the last sample
 
@@ -30,11 +30,11 @@ class TimeLaw:
 def time_law(
     samples: Samples, acceleration: float, corner_deviation: float = 5e-3, jerk: float | None = None
 ) -> TimeLaw:
-    """Return the fastest time law from rest to rest, or with *jerk* (m/s^3) a little slower one that is bounded by it.
+    """Return the fastest time law from rest to rest.
 
-    ``acceleration`` (m/s^2) bounds the change of speed along the path and, by ``corner_deviation`` (m), the speed at
+    ``acceleration`` (m/s^2) limits the change of speed along the path and, with ``corner_deviation`` (m), the speed at
     corners. Between two samples the speed may rise above both and fall again, but never above the segment's limit.
-    ``jerk`` bounds the change of acceleration along the path: see `printing/jerk.py`.
+    ``jerk`` (m/s^3) limits the change of acceleration along the path: see `printing/jerk.py`.
     """
     limit = samples.speed_limit[1:]  # (k - 1,)
     corner = corner_speeds(samples, acceleration, corner_deviation)
@@ -49,16 +49,16 @@ def time_law(
 
 
 class _Ride(NamedTuple):
-    """The fastest speeds along a path within limits of it and an acceleration."""
+    """The fastest speeds along a path within its limits and an acceleration."""
 
     speed: Array  # (k,) m/s at each place
     peak: Array  # (k - 1,) m/s on each segment
-    level: Array  # (k - 1,) m passed at the peak speed
+    level: Array  # (k - 1,) m at the peak speed
     spent: Array  # (k - 1,) s on each segment
 
 
 def _ride(distance: Array, limit: Array, corner: Array, acceleration: float) -> _Ride:
-    """Places at *distance* (k,), m; *limit* (k - 1,) of the segments and *corner* (k,) of the places, m/s."""
+    """Return the speeds at *distance* (k,), m, by *limit* (k - 1,) of segments and *corner* (k,) of places, m/s."""
     segment = np.diff(distance)
     allowed = corner**2
     allowed[1:-1] = np.minimum(allowed[1:-1], np.minimum(limit[:-1], limit[1:]) ** 2)
@@ -72,15 +72,15 @@ def _ride(distance: Array, limit: Array, corner: Array, acceleration: float) -> 
     begin, end = speed[:-1], speed[1:]
     mean_square = (squared[:-1] + squared[1:]) / 2
     peak = np.sqrt(np.minimum(limit**2, acceleration * segment + mean_square))
-    np.maximum(peak, np.maximum(begin, end), out=peak)  # what rounding took
+    np.maximum(peak, np.maximum(begin, end), out=peak)  # against rounding
     level = np.maximum(0.0, segment - (peak**2 - mean_square) / acceleration)
     spent = (2 * peak - begin - end) / acceleration + level / peak
-    return _Ride(speed, peak, level, np.maximum(spent, segment / limit))  # so that rounding never makes one free
+    return _Ride(speed, peak, level, np.maximum(spent, segment / limit))  # rounding never makes a duration zero
 
 
 def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, window: float) -> TimeLaw:
-    """The running mean over *window* (s) of a law within limits that are widened by as much."""
-    corner = np.where(corner <= 0.25 * acceleration * window, 0.0, corner)  # to creep would take longer than to stop
+    """Return the running mean over *window* (s) of a law within limits that are widened by *window*."""
+    corner = np.where(corner <= 0.25 * acceleration * window, 0.0, corner)  # a stop is faster
     places = refined(samples.distance, limit, corner, window)
     own = np.searchsorted(places, samples.distance)
     limits = limit[np.clip(np.searchsorted(samples.distance, places[:-1], side="right") - 1, 0, len(limit) - 1)]
@@ -100,7 +100,7 @@ def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, 
 
 
 def _knots(places: Array, ride: _Ride, pause: Array, acceleration: float) -> tuple[Knots, Array]:
-    """Rise, level, fall of each segment and a *pause* (k,), s, at its end; and when each place is reached, s."""
+    """Return rise, level and fall of each segment with a *pause* (k,), s, at its end; and arrival times (k,), s."""
     begin, end, peak = ride.speed[:-1], ride.speed[1:], ride.peak
     rise, fall = (peak - begin) / acceleration, (peak - end) / acceleration
     level = ride.spent - rise - fall
@@ -124,7 +124,7 @@ def _frozen(time: Array, speed: Array, last_dwell: float) -> TimeLaw:
 
 
 def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float) -> Array:
-    """(k,) the greatest speed (m/s) at each sample by the corner there; inf where the path runs on straight."""
+    """Return the maximum speed (k,), m/s, at each sample by the corner there; inf within a move."""
     speeds = np.full(len(samples), np.inf)
     at = np.flatnonzero(np.diff(samples.move[1:])) + 1  # samples between two moves
     if len(at) == 0:
@@ -134,7 +134,7 @@ def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float
     bounds = samples.distance[np.concatenate([[0], at, [len(samples) - 1]])]
     shorter = np.minimum(np.diff(bounds)[:-1], np.diff(bounds)[1:])  # of the two moves, m
 
-    sine = np.linalg.norm(after - before, axis=1) / 2  # of half the angle turned through
+    sine = np.linalg.norm(after - before, axis=1) / 2  # of half the turning angle
     cosine = np.linalg.norm(after + before, axis=1) / 2
     with np.errstate(divide="ignore"):
         by_deviation = corner_deviation * cosine * (1 + cosine) / sine**2  # radius, m
@@ -144,5 +144,5 @@ def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float
 
 
 def _direction(vectors: Array) -> Array:
-    """(n, 3) unit vectors."""
+    """Return unit vectors (n, 3)."""
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))

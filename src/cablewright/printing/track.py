@@ -1,7 +1,7 @@
-"""The path as who follows it needs it: by the length gone, and how far beside it one is.
+"""The path by its arc length, and the offset of points from it.
 
-A path crosses itself and lies above itself, so that the nearest place of all is not the one meant: looked for is near
-where one should be. Seen from above; positive is left of the path. Exact on the straight pieces between samples.
+A path crosses itself and lies above itself, so that the nearest point of the whole path may be on the wrong branch: the
+search is limited to a range about the expected distance. Offsets are in plan view, positive to the left of the path.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from cablewright.arrays import Array, Mask
 from cablewright.printing.path import Samples
 
 WITHIN: Final = 0.5
-"""How far along the path the nearest place is looked for, m either way."""
+"""Half the range along the path in which the nearest point is searched, m."""
 
-_SAME: Final = 1e-12  # m^2: of places as near as each other that one counts which is nearest along the path
-_MAX_PAIRS: Final = 500_000  # of places and pieces that are looked at in one go
+_SAME: Final = 1e-12  # m^2: of points at equal squared distances the one nearest along the path counts
+_MAX_PAIRS: Final = 500_000  # of points and pieces per batch, to limit memory
 
 
 class PathPoint(NamedTuple):
-    """One place of the path and the unit vector along it there."""
+    """A point of the path and the unit tangent there."""
 
     position: Array  # (3,) m
     tangent: Array  # (3,)
 
 
 class Nearest(NamedTuple):
-    """The place of the path that is nearest from above: how far along the path it is, and how far one is beside it."""
+    """The nearest point of the path in plan view: its distance along the path, and the offset from the path."""
 
     distance: float  # m from the path's beginning
     offset: float  # m; positive is left of the path
@@ -41,7 +41,7 @@ class Nearest(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """v visits of layers in the order of the path: from ``begin`` up to the next one's. Read-only arrays."""
+    """v visits of layers in the order of the path, each from its ``begin`` to the next one's. Read-only arrays."""
 
     number: NDArray[np.int32]  # (v,) the layer's number; -1 before the first
     begin: Array  # (v,) m along the path
@@ -49,22 +49,22 @@ class Visits:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """k - 1 straight pieces between k places, by distance along all of them, travel too. Read-only arrays."""
+    """k - 1 straight pieces between k points, by distance along the path, with travel moves. Read-only arrays."""
 
     positions: Array  # (k, 3) m
-    distance: Array  # (k,) m, strictly rising from 0
+    distance: Array  # (k,) m, strictly increasing from 0
     layer: NDArray[np.int32]  # (k - 1,) of each piece
     laying: Mask  # (k - 1,) whether material is laid along it
     visits: Visits
     _x: Array
     _y: Array
-    _along_x: Array  # (k - 1,) unit vectors from above; of an upright piece that of the piece before
+    _along_x: Array  # (k - 1,) unit vectors in plan view; those of a vertical piece are the previous piece's
     _along_y: Array
-    _level: Array  # (k - 1,) m, lengths from above
+    _level: Array  # (k - 1,) m, lengths in plan view
 
     @classmethod
     def of(cls, samples: Samples, shift: ArrayLike = (0.0, 0.0, 0.0)) -> Track:
-        """The path of *samples*, moved by *shift* (3,), m: from the nozzle's places to the platform's, for one."""
+        """Return the path of *samples*, shifted by *shift* (3,), m, for example from the nozzle to the platform."""
         positions = samples.positions + np.asarray(shift, dtype=np.float64)
         way = np.diff(positions[:, :2], axis=0)
         level = np.hypot(way[:, 0], way[:, 1])
@@ -83,15 +83,15 @@ class Track:
 
     @property
     def length(self) -> float:
-        """All of it, m."""
+        """Length of the path, m."""
         return float(self.distance[-1])
 
     def piece(self, distance: float) -> int:
-        """The piece at *distance*, m; where two meet the one that begins there, beyond an end the one at the end."""
+        """Return the piece at *distance*, m: of two the one that begins there, beyond the ends the first or last."""
         return min(max(bisect_right(self.distance, distance) - 1, 0), len(self.layer) - 1)
 
     def at(self, distance: float) -> PathPoint:
-        """The place at *distance*, m; beyond an end of the path that end."""
+        """Return the point at *distance*, m, clamped at both ends of the path."""
         i = self.piece(distance)
         start, end = self.positions[i], self.positions[i + 1]
         begin, whole = float(self.distance[i]), float(self.distance[i + 1] - self.distance[i])
@@ -99,20 +99,20 @@ class Track:
         return PathPoint(start + tangent * min(max(distance - begin, 0.0), whole), tangent)
 
     def places(self, distances: ArrayLike) -> Array:
-        """Places (k, 3), m, at *distances* (k,), m; beyond an end of the path that end."""
-        wanted = np.asarray(distances, dtype=np.float64)
-        return np.stack([np.interp(wanted, self.distance, column) for column in self.positions.T], axis=-1)
+        """Return points (k, 3), m, at *distances* (k,), m, clamped at both ends of the path."""
+        along = np.asarray(distances, dtype=np.float64)
+        return np.stack([np.interp(along, self.distance, column) for column in self.positions.T], axis=-1)
 
     def pieces(self, distances: ArrayLike) -> NDArray[np.int64]:
-        """As `piece`, of many: (k,)."""
+        """Return the pieces (k,) at *distances* (k,), m, as `piece`."""
         found = np.searchsorted(self.distance, distances, side="right") - 1
         return np.asarray(np.clip(found, 0, len(self.layer) - 1))
 
     def nearest(self, point: Sequence[float] | Array, around: float, within: float = WITHIN) -> Nearest:
-        """The place nearest to *point* (2 or more), m, from above, of the pieces up to *within* (m) from *around* (m).
+        """Return the path point nearest to *point* (2 or more), m, in plan view.
 
-        At the path's own ends what one is before or beyond them does not count as being beside it. A point above an
-        upright piece is at its lower end.
+        Only pieces up to *within* (m) along the path from the distance *around* (m) count. Beyond the path's ends the
+        offset is from the path's straight continuation. A point above a vertical piece is at its lower end.
         """
         first, stop = self._window(around, within)
         part = slice(first, stop)
@@ -131,13 +131,13 @@ class Track:
         same = np.flatnonzero(squared <= smallest + _SAME)
         if len(same) > 1:
             chosen = min(same.tolist(), key=lambda i: abs(self._reached(first + i, float(along[i])) - around))
-        i, gone = first + chosen, float(along[chosen])
+        i, reach = first + chosen, float(along[chosen])
         return Nearest(
-            self._reached(i, gone), self._signed(i, gone, float(x[chosen]), float(y[chosen]), float(squared[chosen]))
+            self._reached(i, reach), self._signed(i, reach, float(x[chosen]), float(y[chosen]), float(squared[chosen]))
         )
 
     def nearest_of_each(self, points: Array, around: Array, within: float = WITHIN) -> tuple[Array, Array]:
-        """As `nearest` for *points* (k, 2 or more) *around* (k,): distances (k,) and offsets (k,), m."""
+        """Return distances (k,) and offsets (k,), m, as `nearest`, for *points* (k, 2 or more) and *around* (k,)."""
         distance, offset = np.full(len(points), np.nan), np.full(len(points), np.nan)
         first = np.clip(np.searchsorted(self.distance, around - within, side="right") - 1, 0, len(self.layer) - 1)
         stop = np.maximum(np.clip(np.searchsorted(self.distance, around + within), 0, len(self.layer)), first + 1)
@@ -152,7 +152,7 @@ class Track:
     def _nearest(
         self, points: Array, around: Array, first: NDArray[np.int64], stop: NDArray[np.int64]
     ) -> tuple[Array, Array]:
-        """All points at once, each with the pieces from *first* to before *stop*, as one long list of pairs."""
+        """Compare each point with its pieces from *first* to before *stop*, as one long list of pairs."""
         count = stop - first
         begin = np.cumsum(count) - count
         piece = np.arange(int(count.sum())) + np.repeat(first - begin, count)
@@ -177,24 +177,24 @@ class Track:
         return reached[chosen], np.array([self._signed(*row) for row in rows])
 
     def _window(self, around: float, within: float) -> tuple[int, int]:
-        """The first piece within *within* of *around*, and one beyond the last."""
+        """Return the first piece within *within* of *around*, and one beyond the last."""
         first = self.piece(around - within)
         return first, max(first + 1, min(bisect_left(self.distance, around + within), len(self.layer)))
 
-    def _reached(self, i: int, gone: float) -> float:
-        """Distance of a place *gone* m, from above, into piece *i*."""
+    def _reached(self, i: int, along: float) -> float:
+        """Return the distance along the path of the point *along* m, in plan view, into piece *i*."""
         whole = float(self._level[i])
         begin = float(self.distance[i])
-        return begin + gone * (float(self.distance[i + 1]) - begin) / whole if whole else begin
+        return begin + along * (float(self.distance[i + 1]) - begin) / whole if whole else begin
 
-    def _signed(self, i: int, gone: float, x: float, y: float, squared: float) -> float:
-        """The offset (x, y) from a place of piece *i* as a number: at a corner left is left of its middle direction."""
+    def _signed(self, i: int, along: float, x: float, y: float, squared: float) -> float:
+        """Return the offset (x, y) from a point of piece *i* with its sign: at a corner, left of the mean direction."""
         ux, uy = float(self._along_x[i]), float(self._along_y[i])
-        if gone <= 0.0:
+        if along <= 0.0:
             if i == 0:
                 return ux * y - uy * x
             ux, uy = ux + float(self._along_x[i - 1]), uy + float(self._along_y[i - 1])
-        elif gone >= self._level[i]:
+        elif along >= self._level[i]:
             if i + 1 == len(self.layer):
                 return ux * y - uy * x
             ux, uy = ux + float(self._along_x[i + 1]), uy + float(self._along_y[i + 1])
@@ -202,7 +202,7 @@ class Track:
 
 
 def _filled(along: Array, upright: Mask) -> Array:
-    """Unit vectors (n, 2): of an *upright* piece that of the piece before, else of the one after, else along x."""
+    """Return unit vectors (n, 2); an *upright* piece gets the previous piece's, else the next one's, else x."""
     if upright.all():
         return np.tile([1.0, 0.0], (len(along), 1))
     number = np.where(upright, -1, np.arange(len(along)))

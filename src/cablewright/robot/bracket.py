@@ -1,24 +1,22 @@
-"""The bracket that holds a sheave: baseplate, uprights, bearing block, lever and axle, as sizes of plain plates.
+"""The bracket that holds a sheave: sizes of its baseplate, uprights, bearing block, lever and axle.
 
-Its frame has its origin in the joint (the line's exit point), x level and outward, the way the mounting faces, z up.
-The baseplate is a vertical plate that four bolts hold at -x. Two uprights, vertical plates too, stand off it on both
-sides of a block, which they carry above the joint. In the block's vertical bore two bearings hold the spindle; below
-the block it carries the joint's pin, and on that turn the two cheeks of the lever with the sheave between them.
+Its frame has its origin at the joint (the line's exit point), x horizontal in the direction that the mounting faces,
+z up. The baseplate is a vertical plate with four bolts at -x. Two uprights, vertical plates on it, carry a block above
+the joint between them. Two bearings in the block's vertical bore hold the spindle; below the block it carries the
+joint's pin, on which the two cheeks of the lever turn, with the sheave between them.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Final, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Length, Positive, Pressure
+from cablewright.validation import Description, refusal, validated
 
-NEWEST_SCHEMA: Final = 1
 _LARGEST: Final = 10.0  # m
 _THINNEST: Final = 1e-4  # m
 
@@ -26,7 +24,7 @@ _Size = Annotated[Length, Field(ge=_THINNEST, le=_LARGEST)]
 
 
 class Material(Description):
-    """What a part is made of: isotropic, linear up to its ``yield_strength``."""
+    """Isotropic material, linear up to its ``yield_strength``."""
 
     name: Annotated[str, Field(max_length=60)] = ""
     young_modulus: Positive[Pressure]
@@ -35,7 +33,7 @@ class Material(Description):
 
 
 class Baseplate(Description):
-    """The vertical plate: ``width`` along y, ``height`` along z, ``bolts`` their spacing along both.
+    """The vertical plate: ``width`` along y, ``height`` along z, ``bolts``: their spacing along both.
 
     Each bolt clamps a square of side ``clamped`` around it: the washer's footprint.
     """
@@ -57,7 +55,7 @@ class Baseplate(Description):
 
 
 class Uprights(Description):
-    """The two plates that stand off the baseplate, ``gap`` apart: ``height`` along z, ``thickness`` along y."""
+    """The two plates on the baseplate, ``gap`` apart: ``height`` along z, ``thickness`` along y."""
 
     thickness: _Size
     height: _Size
@@ -89,17 +87,17 @@ class Lever(Description):
 
 
 class Axle(Description):
-    """The sheave's axle, a round bar in the cheeks: ``sheave_width`` is how wide the sheave's hub bears on it."""
+    """The sheave's axle, a round bar in the cheeks; ``sheave_width``: of the sheave's hub on it."""
 
     material: Material
     sheave_width: _Size
 
 
 class Bracket(Description):
-    """All of a bracket but what the line's own sheave says: lever length, radius, weight and its centre.
+    """A bracket without the values of the line's sheave: length, weight and mass centre of the lever, radius.
 
-    ``standoff``: from the baseplate's front to the spindle's axis. ``rise``: from the joint up to the middle of
-    baseplate, uprights and block.
+    ``standoff``: from the baseplate's front to the spindle's axis. ``rise``: height of the middle of baseplate,
+    uprights and block above the joint.
     """
 
     standoff: _Size
@@ -112,7 +110,7 @@ class Bracket(Description):
     axle: Axle
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
+    def _parts_fit(self) -> Self:
         gap, uprights, baseplate = self.uprights.gap, self.uprights, self.baseplate
         if 1.5 * self.bearing.bore > gap:
             raise refusal("bore", f"must be at most two thirds of the uprights' gap, {gap:g} m", within=("bearing",))
@@ -131,18 +129,9 @@ class Bracket(Description):
         return self
 
 
-class _File(Bracket):
-    """A bracket in a file of its own."""
-
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
-
-
 def load_bracket(path: str | Path) -> Bracket:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    """Read a TOML file. Raises `InputError`, one line with file, key, value and what is allowed."""
     table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        read: dict[str, Any] = _File.model_validate(table).model_dump(exclude={"schema_version"})
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
-    return Bracket.model_validate(read)
+    require_schema(table, path)
+    del table["schema"]  # a bracket within a robot file has none
+    return validated(Bracket, table, path)

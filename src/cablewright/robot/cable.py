@@ -1,4 +1,4 @@
-"""The cable: how it stretches, what it weighs, when it breaks."""
+"""The cable: its stiffness, weight and breaking load."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from typing import Self
 
 from pydantic import model_validator
 
-from cablewright.robot.description import Description, refusal
 from cablewright.units import Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure, ThermalExpansion
+from cablewright.validation import Description, refusal
 
 
 class Cable(Description):
     """A cable's properties per metre.
 
-    Its axial stiffness EA is given either as ``young_modulus`` and ``section`` or as ``axial_stiffness``, because a
-    rope's section is often a matter of definition while its EA is measured. ``thermal_expansion`` (1/K) is the strain
-    per degree warmer; aramid and Dyneema shrink, theirs is negative. None: not known.
+    Its axial stiffness EA is given either as ``young_modulus`` and ``section`` or as ``axial_stiffness``, because the
+    section of a rope is often a matter of definition while its EA is measured. ``thermal_expansion`` (1/K): strain per
+    degree, negative for aramid and Dyneema; None: unknown.
     """
 
     young_modulus: Positive[Pressure] | None = None
@@ -38,9 +38,8 @@ class Cable(Description):
 
     @property
     def stiffness(self) -> float:
-        """EA, N: the force that would double the cable's length if it stayed linear."""
-        if self.axial_stiffness is not None:
-            return self.axial_stiffness
-        assert self.young_modulus is not None  # _one_stiffness saw to both
-        assert self.section is not None
-        return self.young_modulus * self.section
+        """EA, N."""
+        if self.young_modulus is not None and self.section is not None:
+            return self.young_modulus * self.section
+        assert self.axial_stiffness is not None  # checked by _one_stiffness
+        return self.axial_stiffness

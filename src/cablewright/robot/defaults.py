@@ -1,19 +1,19 @@
-"""The tables ``[cable] [sheave] [winch] [line]`` of a robot file: what every line has unless it says otherwise."""
+"""The tables ``[cable] [sheave] [winch] [line]`` of a robot file: defaults for every line."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from cablewright.errors import InputError, suggestion
-from cablewright.robot.faults import KeyPath, look_up, spell
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
+from cablewright.validation import KeyPath, look_up, spell
 
 PARTS = ("cable", "sheave", "winch")
-"""The tables of a line that have a default table of their own."""
+"""Tables of a line that have a default table of the same name."""
 
 LINE_KEYS = tuple(key for key in Line.model_fields if key not in (*PARTS, "name"))
-"""What ``[line]`` may give."""
+"""Keys that ``[line]`` may give."""
 
 FILE_KEYS = (*(field.alias or name for name, field in Robot.model_fields.items()), *PARTS, "line")
 
@@ -21,9 +21,9 @@ Tables = dict[str, Any]
 
 
 def merge(document: Tables, origin: str) -> Tables:
-    """Return the document with its default tables merged key by key into each line, ready for `Robot`.
+    """Return the document with its default tables merged key by key into each line, as `Robot` reads it.
 
-    Raises `InputError` for a default table that is not one, or holds what it cannot.
+    Raises `InputError` for a default that is no table, or has a key that it cannot have.
     """
     _check(document, origin)
     merged = {key: value for key, value in document.items() if key not in (*PARTS, "line")}
@@ -33,7 +33,7 @@ def merge(document: Tables, origin: str) -> Tables:
 
 
 def holder(document: Tables, index: int, key: KeyPath) -> KeyPath | None:
-    """Return the path in the document of the table that gives line ``index`` its ``key``, or None if none does.
+    """Return the path of the table in the document that gives line ``index`` its ``key``; None if none does.
 
     ``key`` is relative to the line: ``("tension_limits",)`` or ``("cable", "breaking_load")``.
     """
@@ -50,7 +50,7 @@ def holder(document: Tables, index: int, key: KeyPath) -> KeyPath | None:
 
 
 def locate(document: Tables, path: KeyPath) -> tuple[KeyPath, str]:
-    """Return where a person finds a key path of the merged document in the file, and a note naming the line."""
+    """Return the place in the file of a key path of the merged document, and a note with the line's name."""
     if len(path) < 3 or path[0] != "lines" or not isinstance(look_up(document, path[:2]), dict):
         return path, ""
     index, key = path[1], path[2:]
@@ -83,15 +83,12 @@ def _merge_line(document: Tables, entry: Any) -> Any:
         return entry
     merged = {**document.get("line", {}), **entry}
     for part in PARTS:
-        if part in document:
-            merged[part] = _merge_part(document[part], entry.get(part, {}))
+        own, default = entry.get(part, {}), document.get(part)
+        if default is not None and isinstance(own, dict) and not _replaces(own, default):
+            merged[part] = {**default, **own}
     return merged
 
 
-def _merge_part(default: Tables, own: Any) -> Any:
-    return own if not isinstance(own, dict) or _replaces(own, default) else {**default, **own}
-
-
 def _replaces(own: Tables, default: Tables) -> bool:
-    """Whether a line's own sheave is of another kind than the default and so takes nothing from it."""
+    """Whether a line's own sheave is of another kind than the default, which then gives it nothing."""
     return "kind" in own and "kind" in default and own["kind"] != default["kind"]

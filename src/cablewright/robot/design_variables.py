@@ -1,6 +1,6 @@
-"""One number that changes a robot: how far neighbouring exits are apart, how wide the platform is, any of its figures.
+"""Design variables: single numbers that change a robot, as the distance between exits or the platform's width.
 
-A name is one of `NAMED`, a kind of `KINDS` for all lines or the platform, or a kind of one line, as in
+A name is one of `NAMED`, a kind of `KINDS` for all lines or the platform, or a kind for one line, as in
 ``exit_point.z@south``. Names joined by + take the same value: ``width-top-x+width-bottom-y``.
 """
 
@@ -13,26 +13,24 @@ from itertools import combinations, product
 from types import MappingProxyType
 from typing import Final
 
-from pydantic import ValidationError
-
 from cablewright.errors import InputError, UnknownName
-from cablewright.robot.faults import explain
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import AXES, with_exit_point
 from cablewright.robot.parameters import KINDS, KINDS_OF, Parameter, parameters_of, with_value
 from cablewright.robot.platform import RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.units import Vec3
+from cablewright.validation import validated
 
 SAME = 1e-9
-"""Lengths that differ by less, as a share of the frame's diagonal, are one."""
+"""Lengths that differ by less, as a share of the frame's diagonal, count as equal."""
 
 _Setter = Callable[[Robot, float], Robot]
 
 
 @dataclass(frozen=True)
 class Change:
-    """What one number changes; ``name`` as in this module's head. Raises `InputError` for an unknown part of it."""
+    """A design variable; ``name`` as in this module's docstring. Raises `InputError` for an unknown part of it."""
 
     name: str
 
@@ -49,7 +47,7 @@ class Change:
 
     @property
     def parts(self) -> tuple[tuple[str, str | None], ...]:
-        """The names that are joined, each with its line or None."""
+        """The names joined by +, each with its line or None."""
         split = [part.strip().partition("@") for part in self.name.split("+")]
         return tuple((kind.strip(), line.strip() or None) for kind, _, line in split)
 
@@ -59,9 +57,9 @@ class Change:
         return "m" if (kind := self.parts[0][0]) in NAMED else KINDS[kind].unit
 
     def on(self, robot: Robot, value: float) -> Robot:
-        """Return the robot with this at ``value`` (SI). Raises `InputError` if it has no such thing or value."""
+        """Return the robot with the variable at ``value`` (SI). Raises `InputError` if the robot cannot have it."""
         if not math.isfinite(value):
-            raise InputError(f"{self.name} = {value}: a finite number is wanted")
+            raise InputError(f"{self.name} = {value}: must be a finite number")
         try:
             for kind, line in self.parts:
                 if kind in NAMED:
@@ -71,11 +69,7 @@ class Change:
                     robot = with_value(robot, parameter, value)
         except InputError as reason:
             raise InputError(f"{self.name} = {value:g}: {reason}") from None
-        data = robot.model_dump()
-        try:
-            return Robot.model_validate(data)
-        except ValidationError as error:
-            raise explain(error, data, f"{self.name} = {value:g}") from None
+        return validated(Robot, robot.model_dump(), f"{self.name} = {value:g}")
 
 
 def changed(robot: Robot, values: Mapping[Change, float]) -> Robot:
@@ -86,9 +80,9 @@ def changed(robot: Robot, values: Mapping[Change, float]) -> Robot:
 
 
 def with_box_inertia(robot: Robot) -> Robot:
-    """Return the robot with the inertia of a uniform box that reaches as far as its platform points (Jung 2020, Eq. 6).
+    """Return the robot with the inertia of a uniform box around its platform points (Jung 2020, Eq. 6).
 
-    Mass and centre of mass stay. Raises `InputError` for a point platform, or points on one line, which have none.
+    Mass and centre of mass stay. Raises `InputError` for a point platform, or platform points on one line.
     """
     platform = robot.platform
     if not isinstance(platform, RigidPlatform):
@@ -102,32 +96,33 @@ def with_box_inertia(robot: Robot) -> Robot:
 
 
 def nearest_exits(robot: Robot) -> tuple[float, tuple[str, str]] | None:
-    """Return the smallest distance of two exit points, m, and the lines whose they are; None for a single line."""
+    """Return the smallest distance between two exit points, m, and their lines; None for a single line."""
     pairs = [(math.dist(a.exit_point, b.exit_point), (a.name, b.name)) for a, b in combinations(robot.lines, 2)]
     return min(pairs, default=None)
 
 
-def _apart(robot: Robot, value: float) -> Robot:
-    """Exits that are each other's nearest, so far apart.
+def _set_exit_distance(robot: Robot, value: float) -> Robot:
+    """Set the distance between exits that are each other's nearest.
 
-    Two at a corner of the frame, each on one of its walls, slide along those; others go along the line between them.
+    Two at a corner of the frame, each on one of its walls, move along the walls; others along the line between them.
     """
-    _require(value >= 0.0, "a length of 0 or more is wanted")
+    _require(value >= 0.0, "must be a length of 0 or more")
     exits = [line.exit_point for line in robot.lines]
-    for i, j in _neighbours(robot):
+    for i, j in _nearest_pairs(robot):
         now = math.dist(exits[i], exits[j])
         if now <= _tolerance(robot):
             names = f"lines {robot.lines[i].name!r} and {robot.lines[j].name!r}"
-            raise InputError(f"the exits of {names} coincide: nothing says which way to part them")
-        fixed = _corner(robot, exits[i], exits[j]) or _middle(exits[i], exits[j])
+            raise InputError(f"the exits of {names} coincide: they have no direction to move apart")
+        middle = [0.5 * (a + b) for a, b in zip(exits[i], exits[j], strict=True)]
+        fixed = _corner(robot, exits[i], exits[j]) or middle
         for k in (i, j):
             x, y, z = (f + (a - f) * value / now for f, a in zip(fixed, exits[k], strict=True))
             exits[k] = (x, y, z)
     return _with_lines(robot, [with_exit_point(line, at) for line, at in zip(robot.lines, exits, strict=True)])
 
 
-def _neighbours(robot: Robot) -> list[tuple[int, int]]:
-    """Pairs of lines whose exits are each other's nearest. Raises `InputError` if a line has two as near."""
+def _nearest_pairs(robot: Robot) -> list[tuple[int, int]]:
+    """Return pairs of lines whose exits are each other's nearest. Raises `InputError` for two at equal distances."""
     exits, nearest = [line.exit_point for line in robot.lines], []
     for i, own in enumerate(exits):
         order = sorted((math.dist(own, other), j) for j, other in enumerate(exits) if j != i)
@@ -140,7 +135,7 @@ def _neighbours(robot: Robot) -> list[tuple[int, int]]:
 
 
 def _corner(robot: Robot, one: Vec3, other: Vec3) -> Vec3 | None:
-    """The corner of the walls at which two exits of one height are, each on another wall; None if they are not."""
+    """Return the corner of two walls, on each of which is one of two exits of equal height; None if there is none."""
     same, scene = _tolerance(robot), robot.scene
     if abs(one[2] - other[2]) > same:
         return None
@@ -151,20 +146,15 @@ def _corner(robot: Robot, one: Vec3, other: Vec3) -> Vec3 | None:
     return None
 
 
-def _middle(one: Vec3, other: Vec3) -> Vec3:
-    x, y, z = (0.5 * (a + b) for a, b in zip(one, other, strict=True))
-    return x, y, z
-
-
 def _tolerance(robot: Robot) -> float:
     return SAME * math.dist(robot.scene.frame_min, robot.scene.frame_max)
 
 
-def _wide(axis: int, upper: bool | None) -> _Setter:
-    """Set how far the platform's points reach along an axis: all of them, or those of its upper or lower half."""
+def _width_setter(axis: int, upper: bool | None) -> _Setter:
+    """Return the setter of the width of the platform's points along an axis: all, or the upper or lower half."""
 
-    def widened(robot: Robot, value: float) -> Robot:
-        _require(value >= 0.0, "a length of 0 or more is wanted")
+    def set_width(robot: Robot, value: float) -> Robot:
+        _require(value >= 0.0, "must be a length of 0 or more")
         chosen = _half(robot, upper)
         along = [robot.lines[i].platform_point[axis] for i in chosen]
         now, middle = _extent(along), 0.5 * (min(along) + max(along))
@@ -176,11 +166,11 @@ def _wide(axis: int, upper: bool | None) -> _Setter:
             lines[i] = KINDS_OF["platform_point"][axis].put(lines[i], at)
         return _with_lines(robot, lines)
 
-    return widened
+    return set_width
 
 
 def _half(robot: Robot, upper: bool | None) -> list[int]:
-    """Lines tied above the middle of the platform's points, or not above it; all where None."""
+    """Return the lines whose platform points are in the upper half, or the lower half; all for None."""
     _require(isinstance(robot.platform, RigidPlatform), f"{robot.name!r} is a point platform, which has no width")
     heights = [line.platform_point[2] for line in robot.lines]
     if upper is None:
@@ -195,8 +185,8 @@ def _with_lines(robot: Robot, lines: Sequence[Line]) -> Robot:
 
 
 def _extent(values: Iterable[float]) -> float:
-    held = list(values)
-    return max(held) - min(held)
+    known = list(values)
+    return max(known) - min(known)
 
 
 def _require(fine: bool, why: str) -> None:
@@ -206,16 +196,16 @@ def _require(fine: bool, why: str) -> None:
 
 NAMED: Final[Mapping[str, _Setter]] = MappingProxyType(
     {
-        "exit-distance": _apart,
-        "width-x": _wide(0, None),
-        "width-y": _wide(1, None),
-        "width-top-x": _wide(0, True),
-        "width-top-y": _wide(1, True),
-        "width-bottom-x": _wide(0, False),
-        "width-bottom-y": _wide(1, False),
+        "exit-distance": _set_exit_distance,
+        "width-x": _width_setter(0, None),
+        "width-y": _width_setter(1, None),
+        "width-top-x": _width_setter(0, True),
+        "width-top-y": _width_setter(1, True),
+        "width-bottom-x": _width_setter(0, False),
+        "width-bottom-y": _width_setter(1, False),
         "retraction": Robot.retracted,
     }
 )
-"""Changes by name, each a length in m."""
+"""Design variables with a setter of their own, each a length in m."""
 
 _OF_A_ROBOT: Final = tuple(kind.name for kind in KINDS.values() if kind.role == "hardware")

@@ -1,4 +1,4 @@
-"""The JSON Schema of a robot file, for editors that complete and check while one types."""
+"""The JSON Schema of a robot file, for completion and checks in editors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHEAVES = ("Eyelet", "Swivel", "UniversalJoint")
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the file format.
 
-    It asks less than `loads`: a line may leave a key to a default table, which JSON Schema cannot follow.
+    It requires less than `loads`: a line may leave a key to a default table, which JSON Schema cannot express.
     """
     schema = Robot.model_json_schema()
     definitions = schema["$defs"]

@@ -1,4 +1,4 @@
-"""Robots in and out of TOML: a file, a text, or one of the library's names."""
+"""Robots from TOML: a file, a text, or a name of the library."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.defaults import locate, merge
-from cablewright.robot.faults import explain
-from cablewright.robot.robot import NEWEST_SCHEMA, Robot
+from cablewright.robot.robot import Robot
 from cablewright.toml_input import MAX_BYTES, parse_table, read_table, require_schema
+from cablewright.validation import validated
 
 
 def load(name_or_path: str | Path) -> Robot:
-    """Return the robot of that library name, or of that TOML file. Raises `InputError`.
+    """Return the robot of a library name or of a TOML file. Raises `InputError`.
 
-    A text that is a library name means the library, unless it has a path separator or ends in ``.toml``.
+    A text with a path separator or the ending ``.toml`` is a file; any other that is a library name is of the library.
     """
     if isinstance(name_or_path, str) and not _looks_like_a_path(name_or_path):
         if name_or_path in library_names():
@@ -42,9 +40,8 @@ def loads(text: str, origin: str = "the text") -> Robot:
 
 def library_names() -> tuple[str, ...]:
     """Return the names of the robots that come with cablewright, sorted."""
-    return tuple(
-        sorted(item.name.removesuffix(".toml") for item in _library().iterdir() if item.name.endswith(".toml"))
-    )
+    names = (item.name for item in _library().iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
 def library_text(name: str) -> str:
@@ -68,9 +65,5 @@ def _looks_like_a_path(name: str) -> bool:
 
 
 def _build(document: dict[str, Any], origin: str) -> Robot:
-    require_schema(document, NEWEST_SCHEMA, origin)
-    merged = merge(document, origin)
-    try:
-        return Robot.model_validate(merged)
-    except ValidationError as error:
-        raise explain(error, merged, origin, partial(locate, document)) from None
+    require_schema(document, origin)
+    return validated(Robot, merge(document, origin), origin, partial(locate, document))

@@ -1,4 +1,4 @@
-"""One kind of changeable number: where it stands in a line or a platform, and how it is read and set there."""
+"""Kinds of parameters: where each is in a line or a platform, and how it is read and set."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from cablewright.units import Dimension, Vec3
 AXES: Final = "xyz"
 Owner = Literal["line", "all lines", "platform"]
 Room = tuple[float, float, str]
-"""What another part of a line leaves a number: above the first value and below the second; and why."""
+"""Range that another part of a line allows a number: above the first value, below the second; and the reason."""
 
 _Part = TypeVar("_Part", bound=Line | Platform)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """An entry of the registry of changeable numbers.
+    """An entry of the registry of parameters.
 
-    ``of``: each "line" has its own value, or all have one together, or the platform. ``dimension``: None for what is
-    in ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is how true lengths differ from the
-    commanded ones; "winch" is what its counts stand for, which only a calibration knows. ``path``: where it stands, by
-    keys and axes (its name, where not given), or what it acts by; a line without that is told ``absent``. ``body``:
-    only rigid platforms have it. ``shareable``: lines may have one value in common. ``nominal``: the value that stands
-    for the robot as its file describes it; None where the file gives it. Only values above ``min_value``, and in the
-    ``room`` that a line leaves what has that name, have a physical meaning. ``setter``: puts a value at a path, and
-    moves what goes with it.
+    ``of``: whether each line has its own value, all lines have one value, or the platform. ``dimension``: None for a
+    number in ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is a difference between true
+    and commanded lengths; "winch" is known from a calibration only. ``path``: keys and axes of the value in the line
+    or platform, by default the name, or of a value that the number needs; ``absent``: the message for a line without
+    it. ``body``: only rigid platforms have it. ``shareable``: lines may have one value in common. ``nominal``: the
+    value of the robot as its file describes it; None: the value in the file. Valid values are above ``min_value`` and
+    in the ``room`` that the line allows the number of that name. ``setter``: sets a value at a path, with all that
+    depends on it.
     """
 
     name: str
@@ -72,20 +72,20 @@ class Kind:
 
     @property
     def described(self) -> bool:
-        """Whether a robot's description has it, and so can be given another value."""
+        """Whether a robot's description has it, so that it can be set."""
         return self.nominal is None or self.setter is not None
 
     @property
     def bound(self) -> str:
-        """Which values have a physical meaning, as the end of a sentence."""
+        """Which values are valid, as the end of a sentence."""
         return f"must be above {self.min_value:g}"
 
     def allows(self, value: float) -> bool:
-        """Whether a ``value`` (SI) has a physical meaning."""
+        """Whether a ``value`` (SI) is above the minimum."""
         return value > self.min_value
 
     def value(self, part: Line | Platform) -> float | None:
-        """Return the value (SI) of a line or the platform; None where it has no such number."""
+        """Return the value (SI) of a line or the platform; None if it has no such number."""
         if self.nominal is not None and not self.path:
             return self.nominal
         found: Any = part
@@ -96,13 +96,13 @@ class Kind:
         return float(found) if self.nominal is None else self.nominal
 
     def put(self, part: _Part, value: float) -> _Part:
-        """Return the line or the platform with another value (SI); nothing is validated."""
+        """Return the line or the platform with another value (SI), not validated."""
         changed: _Part = (self.setter or _with)(part, self.path or self.name, value)
         return changed
 
 
 def _with(part: Any, path: str, value: float) -> Any:
-    """The part of a robot with another value at ``path``."""
+    """Return a part of a robot with another value at ``path``."""
     key, _, rest = path.partition(".")
     if isinstance(part, tuple):
         return tuple(value if axis == key else old for axis, old in zip(AXES, part, strict=True))
@@ -115,7 +115,7 @@ def with_exit(line: Line, path: str, value: float) -> Line:
 
 
 def with_exit_point(line: Line, point: Vec3, rise: float = 0.0) -> Line:
-    """Return the line with another exit point; a modelled winch exit follows sideways and goes up by ``rise`` (m)."""
+    """Return the line with another exit point (m); a modelled winch exit moves along in x and y, and up by ``rise``."""
     update: dict[str, Vec3] = {"exit_point": point}
     if line.winch_exit is not None:
         (x, y, z), was = line.winch_exit, line.exit_point
@@ -124,13 +124,13 @@ def with_exit_point(line: Line, point: Vec3, rise: float = 0.0) -> Line:
 
 
 def with_modulus(line: Line, _path: str, factor: float) -> Line:
-    """Return the line with a cable ``factor`` times as stiff, by whichever key its file says how stiff it is."""
+    """Return the line with ``factor`` times the axial stiffness, in the key that its file has."""
     key = "young_modulus" if line.cable.axial_stiffness is None else "axial_stiffness"
     return line.model_copy(update={"cable": _with(line.cable, key, factor * getattr(line.cable, key))})
 
 
 def up_to_lever(line: Line, _name: str) -> Room | None:
-    """Return what a universal joint leaves the radius of its sheave: as long as the lever is allowed."""
+    """Return the range of the sheave radius on a universal joint: up to the length of the lever."""
     if not isinstance(line.sheave, UniversalJoint):
         return None
     why = f"the lever of {line.name!r} is shorter, {line.sheave.lever:g} m"
@@ -138,7 +138,7 @@ def up_to_lever(line: Line, _name: str) -> Room | None:
 
 
 def above_winch(line: Line, name: str) -> Room | None:
-    """Return what a modelled winch exit, which does not follow in height, leaves that of an exit point."""
+    """Return the range of an exit point's height, which a modelled winch exit does not follow."""
     if not name.endswith(".z") or line.winch_exit is None or isinstance(line.sheave, Eyelet):
         return None
     height = line.winch_exit[2]

@@ -1,7 +1,7 @@
-"""The registry of a robot's changeable numbers: what each is called, which robots have it, how it is read and set.
+"""The registry of a robot's parameters: the name of each, which robots have it, how it is read and set.
 
-Uncertainty files, design variables, calibrations, the simulated machine's tolerances and the linearisation speak of
-these. Adding one is an entry of `KINDS`, and its columns in `cablewright.models.parameters`.
+Uncertainty files, design variables, calibrations, the simulated machine's tolerances and the linearisation use it. A
+new parameter is an entry of `KINDS`, and its columns in `cablewright.models.parameters`.
 """
 
 from __future__ import annotations
@@ -55,20 +55,20 @@ _ALL: Final = (
 )  # fmt: skip
 
 KINDS: Final[Mapping[str, Kind]] = MappingProxyType({kind.name: kind for kind in _ALL})
-"""Every kind by its name, in the order in which tables list them."""
+"""Every kind by its name, in the order of tables."""
 
 KINDS_OF: Final[Mapping[str, tuple[Kind, ...]]] = MappingProxyType(
     {base: tuple(each for each in _ALL if each.base == base) for base in dict.fromkeys(kind.base for kind in _ALL)}
     | {name: (kind,) for name, kind in KINDS.items()}
 )
-"""As `KINDS`, and what is short for the three axes of a point or a vector: ``exit_point``."""
+"""As `KINDS`, and the three axes of a point or a vector by one name: ``exit_point``."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number: its kind, and the line it is of; None: of the platform, or one number all lines share.
+    """One number: its kind, and its line; None: a number of the platform, or one that all lines share.
 
-    Raises `InputError` for an unknown kind, a line of a kind that has none, or None for a kind lines cannot share.
+    Raises `InputError` for an unknown kind, a line for a kind without lines, or None for a kind lines cannot share.
     """
 
     kind: str
@@ -92,7 +92,7 @@ class Parameter:
 
     @property
     def label(self) -> str:
-        """What people read: "modulus of south-west", "exit point x of south-west", "modulus of all lines", "mass"."""
+        """The name in texts: "modulus of south-west", "exit point x of south-west", "modulus of all lines", "mass"."""
         words = self.kind.replace("_", " ").replace(".", " ")
         if not self.entry.per_line:
             return words
@@ -102,10 +102,10 @@ class Parameter:
 def parameters_of(
     robot: Robot, kind: str, lines: Sequence[str] | None = None, shared: bool = False
 ) -> tuple[Parameter, ...]:
-    """Return the parameters of one ``kind``: one per line, in the robot's order, or one alone.
+    """Return the parameters of one ``kind``: one per line, in the robot's order, or a single one.
 
-    ``lines`` names the lines, None means all; ``shared`` asks for one number that all lines have in common. Raises
-    `InputError` for an unknown kind or line, and for what this robot does not have or no robot can.
+    ``lines``: names of the lines, None for all; ``shared``: one number that all lines have in common. Raises
+    `InputError` for an unknown kind or line, and for a parameter that this robot does not have.
     """
     fault = why_not(robot, _kind(kind), lines, shared)
     if fault is not None:
@@ -116,21 +116,21 @@ def parameters_of(
 
 
 def nominal(robot: Robot, parameter: Parameter) -> float:
-    """Return the value (SI) that the robot file gives; 1 for a factor, 0 for an offset.
+    """Return the value (SI) in the robot file; 1 for a factor, 0 for an offset.
 
-    Raises `InputError` if the robot has no such line or number, or if lines that should share a number differ in it.
+    Raises `InputError` if the robot has no such line or number, or if the lines that share it have different values.
     """
     _require(robot, parameter)
     line = next(line for line in robot.lines if parameter.line in (None, line.name))
     value = parameter.entry.value(robot.platform if parameter.entry.of == "platform" else line)
-    assert value is not None  # why_not saw to it
+    assert value is not None  # checked by why_not
     return value
 
 
 def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
-    """Return the robot with another ``value`` (SI) of one number of its description, otherwise not validated.
+    """Return the robot with another ``value`` (SI) of one parameter; the whole robot is not validated.
 
-    Raises `InputError` as `nominal`, for a value without a physical meaning and for what no description has.
+    Raises `InputError` as `nominal`, for a value out of the kind's bounds and for a parameter that no robot file has.
     """
     kind = parameter.entry
     _require(robot, parameter)
@@ -145,7 +145,7 @@ def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
 
 
 def _require(robot: Robot, parameter: Parameter) -> None:
-    """Raise `InputError` for what a robot does not have."""
+    """Raise `InputError` if the robot does not have the parameter."""
     shared = parameter.entry.per_line and parameter.line is None
     fault = why_not(robot, parameter.entry, None if parameter.line is None else (parameter.line,), shared)
     if fault is not None:
@@ -153,7 +153,7 @@ def _require(robot: Robot, parameter: Parameter) -> None:
 
 
 def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
-    """Return which of "lines" and "shared" no robot can give this ``kind``, and why; None where some can."""
+    """Return which of "lines" and "shared" is wrong for this ``kind`` in any robot, and why; None if neither."""
     if lines is not None:
         if shared:
             return "shared", "is one number for all lines: leave out this or lines"
@@ -172,7 +172,7 @@ def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, 
 
 
 def why_not(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
-    """Return which of "name", "lines" and "shared" this robot refuses, and why; None where it has the parameters."""
+    """Return which of "name", "lines" and "shared" is wrong for this robot, and why; None if it has the parameters."""
     return misuse(kind, lines, shared) or next(_refusals(robot, kind, lines, shared), None)
 
 
@@ -191,7 +191,7 @@ def _refusals(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: boo
 
 
 def _differences(robot: Robot, kind: Kind) -> Iterator[tuple[str, str]]:
-    """Yield where lines that should share one number have different ones."""
+    """Yield the lines whose value differs from the first line's."""
     first, *others = robot.lines
     for other in others:
         one, two = kind.value(first), kind.value(other)

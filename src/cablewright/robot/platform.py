@@ -1,17 +1,17 @@
-"""The platform: what the lines carry. A point mass, or a rigid body that may turn."""
+"""The platform that the lines carry: a point mass, or a rigid body."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
 from cablewright.errors import UnknownName
-from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.inertia import check_inertia
 from cablewright.robot.scene import MAX_SHAPES
 from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
+from cablewright.validation import Description, KeyPath, refusal, require_box, require_unique_names
 
 _ZERO = (0.0, 0.0, 0.0)
 _Number = Annotated[float, Strict()]
@@ -19,10 +19,10 @@ _OF_A_BODY = ("centre_of_mass", "inertia", "inertia_products", "moment")
 
 
 class Load(Description):
-    """A state of payload: an empty hopper, a full one, wind on the platform. What is None is as the platform's own.
+    """A state of payload: an empty hopper, a full one, wind on the platform.
 
-    Fields, units and frames are those of `RigidPlatform`; of a point platform a load may give ``mass`` and ``force``.
-    Values replace the platform's, they are not added to them.
+    Fields, units and frames are those of `RigidPlatform`; a load of a point platform has ``mass`` and ``force`` only.
+    A value replaces the platform's, it is not added to it; None leaves the platform's.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
@@ -35,42 +35,57 @@ class Load(Description):
 
     @property
     def changes(self) -> dict[str, Any]:
-        """What the load says, by field of the platform."""
+        """The values that the load gives, by field of the platform."""
         return {key: value for key, value in self if key != "name" and value is not None}
 
 
 class Box(Description):
-    """A part of the platform's body that lines may touch: a box from ``lowest`` to ``highest``, (3,) m, its frame."""
+    """A part of the platform's body that lines may touch: from ``lowest`` to ``highest``, (3,) m, platform frame."""
 
     lowest: Vec3
     highest: Vec3
 
     @model_validator(mode="after")
     def _has_a_volume(self) -> Self:
-        for axis, low, high in zip("xyz", self.lowest, self.highest, strict=True):
-            if not low < high:
-                raise refusal("highest", f"must be above lowest in {axis}, where they are {high:g} and {low:g} m")
+        require_box("lowest", self.lowest, "highest", self.highest)
         return self
 
 
-_Boxes = Annotated[tuple[Box, ...], Field(max_length=MAX_SHAPES)]
+class _PlatformWithLoads(Description):
+    """What both kinds of platform have in common."""
 
+    freedoms: ClassVar[int]
 
-class PointPlatform(Description):
-    """A mass in which all lines meet: it has three freedoms, its position (m, world).
-
-    ``force``: (3,) N, world, what acts on it besides its weight and the lines. ``boxes``: its body, unrotated.
-    """
-
-    kind: Literal["point"] = "point"
     mass: Positive[Mass]
     force: Force3 = _ZERO
     loads: tuple[Load, ...] = ()
-    boxes: _Boxes = ()
+    boxes: Annotated[tuple[Box, ...], Field(max_length=MAX_SHAPES)] = ()
+
+    @model_validator(mode="after")
+    def _loads_have_unique_names(self) -> Self:
+        require_unique_names("loads", (load.name for load in self.loads))
+        return self
+
+    def under_load(self, name: str) -> Self:
+        """Return the platform with the values of its load ``name``, and no loads. Raises `UnknownName`."""
+        for load in self.loads:
+            if load.name == name:
+                return self.model_copy(update=load.changes | {"loads": ()})
+        raise UnknownName("load", name, (load.name for load in self.loads))
+
+
+class PointPlatform(_PlatformWithLoads):
+    """A mass at the point where all lines meet: it has three freedoms, its position (m, world).
+
+    ``force``: (3,) N, world, on the platform besides its weight and the lines. ``boxes``: its body, unrotated.
+    """
+
+    freedoms: ClassVar[int] = 3
+
+    kind: Literal["point"] = "point"
 
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
-        _check_names(self.loads)
         for index, load in enumerate(self.loads):
             for key in _OF_A_BODY:
                 if key in load.changes:
@@ -78,22 +93,13 @@ class PointPlatform(Description):
                     raise refusal(key, why, within=("loads", index))
         return self
 
-    @property
-    def freedoms(self) -> int:
-        """The number n of pose coordinates."""
-        return 3
-
-    def under_load(self, name: str) -> PointPlatform:
-        """Return the platform with the values of its load ``name`` in place, and no loads. Raises `UnknownName`."""
-        return self.model_copy(update=_named(self.loads, name).changes | {"loads": ()})
-
 
 class Retraction(Description):
     """A platform whose length changes: the platform points of some lines move along it.
 
-    ``length``: m, the one at which the robot's platform points are given; ``least`` and ``most``: m, its range;
-    ``direction``: (3,) platform frame, of any length but zero, the way the points move as it grows; ``lines``: the
-    names of the lines whose platform points move. At a length l they are at b + (l - length) direction / |direction|.
+    ``length``: m, at which the robot's platform points are given; ``least`` and ``most``: m, its range; ``direction``:
+    (3,) platform frame, not zero, in which the points move as it grows; ``lines``: names of the lines whose platform
+    points b move. At a length l they are at b + (l - length) direction / |direction|.
     """
 
     length: Positive[Length]
@@ -129,68 +135,44 @@ class Retraction(Description):
         return x + by * dx, y + by * dy, z + by * dz
 
 
-class RigidPlatform(Description):
+class RigidPlatform(_PlatformWithLoads):
     """A rigid body: it has six freedoms, the position of its origin (m, world) and its rotation.
 
     ``centre_of_mass`` and ``nozzle``, the point that prints: (3,) m, platform frame. ``inertia``: (3,) Ixx, Iyy, Izz
     and ``inertia_products``: (3,) Ixy, Ixz, Iyz, kg m^2, the entries of the tensor about the centre of mass along the
-    platform's axes, as in a URDF: the products have the sign of the tensor's entries. ``force``: (3,) N, in the
-    platform's origin, and ``moment``: (3,) N m about it, both world: what acts on it besides its weight and the lines.
-    ``boxes``: its body, which does not move with a retraction.
+    platform's axes, with the tensor's signs, as in a URDF. ``force``: (3,) N, at the platform's origin, and ``moment``:
+    (3,) N m about it, both world: on the platform besides its weight and the lines. ``boxes``: its body, which does not
+    move with a retraction.
     """
 
+    freedoms: ClassVar[int] = 6
+
     kind: Literal["rigid"] = "rigid"
-    mass: Positive[Mass]
     centre_of_mass: Vec3 = _ZERO
     inertia: Inertia3 | None = None
     inertia_products: Inertia3 = _ZERO
     nozzle: Vec3 = _ZERO
-    force: Force3 = _ZERO
     moment: Torque3 = _ZERO
-    loads: tuple[Load, ...] = ()
     retraction: Retraction | None = None
-    boxes: _Boxes = ()
 
     @model_validator(mode="after")
     def _is_a_body(self) -> Self:
-        _check_body(self, within=())
-        _check_names(self.loads)
+        _check_inertia(self, within=())
         for index, load in enumerate(self.loads):
-            _check_body(self.under_load(load.name), within=("loads", index))
+            _check_inertia(self.under_load(load.name), within=("loads", index))
         return self
 
-    @property
-    def freedoms(self) -> int:
-        """The number n of pose coordinates."""
-        return 6
 
-    def under_load(self, name: str) -> RigidPlatform:
-        """Return the platform with the values of its load ``name`` in place, and no loads. Raises `UnknownName`."""
-        return self.model_copy(update=_named(self.loads, name).changes | {"loads": ()})
-
-
-def _check_body(platform: RigidPlatform, within: tuple[str | int, ...]) -> None:
+def _check_inertia(platform: RigidPlatform, within: KeyPath) -> None:
     if platform.inertia is not None:
         check_inertia(platform.inertia, platform.inertia_products, within)
     elif platform.inertia_products != _ZERO:
         raise refusal("inertia_products", "needs inertia, the moments that go with it", within)
 
 
-def _check_names(loads: tuple[Load, ...]) -> None:
-    if loads:
-        require_own_names("loads", (load.name for load in loads))
-
-
-def _named(loads: tuple[Load, ...], name: str) -> Load:
-    for load in loads:
-        if load.name == name:
-            return load
-    raise UnknownName("load", name, (load.name for load in loads))
-
-
-def _point_unless_said(platform: Any) -> Any:
-    """Files from before rigid platforms need not say ``kind``."""
+def _point_by_default(platform: Any) -> Any:
+    """A platform without ``kind`` is a point: files older than rigid platforms have none."""
     return {"kind": "point", **platform} if isinstance(platform, dict) else platform
 
 
-Platform = Annotated[PointPlatform | RigidPlatform, Field(discriminator="kind"), BeforeValidator(_point_unless_said)]
+Platform = Annotated[PointPlatform | RigidPlatform, Field(discriminator="kind"), BeforeValidator(_point_by_default)]

@@ -1,4 +1,4 @@
-"""A whole cable robot, as it is bolted together."""
+"""The description of a cable robot."""
 
 from __future__ import annotations
 
@@ -11,22 +11,20 @@ from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.bracket import Bracket
-from cablewright.robot.description import Description, refusal, require_own_names
 from cablewright.robot.line import Line
-from cablewright.robot.platform import Platform, PointPlatform, Retraction
+from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
+from cablewright.validation import FileDescription, refusal, require_unique_names
 
-NEWEST_SCHEMA = 1
 MAX_LINES = 64
 
 
-class Robot(Description):
-    """m lines, one platform of n freedoms, and the scene they are in. ``source`` names the paper or the origin.
+class Robot(FileDescription):
+    """m lines, one platform with n freedoms, and the scene. ``source``: paper or origin of the numbers.
 
-    ``bracket`` is what holds each sheave, where that is known.
+    ``bracket``: the bracket that holds each sheave; None: unknown.
     """
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]
     description: str = ""
     source: str = ""
@@ -36,37 +34,32 @@ class Robot(Description):
     bracket: Bracket | None = None
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
-        if not self.lines:  # not by min_length, which also complains when every line has a fault of its own
+    def _parts_fit(self) -> Self:
+        if not self.lines:  # not by min_length, which also reports an error where every line has its own
             raise refusal("lines", "must have at least 1 entry")
-        require_own_names("lines", (line.name for line in self.lines))
-        if isinstance(self.platform, PointPlatform):
-            self._check_lines_meet()
-        else:
+        require_unique_names("lines", (line.name for line in self.lines))
+        points = {line.platform_point for line in self.lines}
+        if isinstance(self.platform, RigidPlatform):
+            if len(points) == 1 and len(self.lines) > 1:
+                raise refusal("lines", 'all platform points coincide: that is a point platform, kind = "point"')
             self._check_lines_differ()
-        if self.retraction is not None:
-            self._check_retraction(self.retraction)
-        return self
-
-    def _check_lines_meet(self) -> None:
-        if len({line.platform_point for line in self.lines}) > 1:
-            why = 'a point platform has all lines meet in one platform_point; one that may turn has kind = "rigid"'
+        elif len(points) > 1:
+            why = (
+                'all lines of a point platform must have one platform_point; a platform that rotates has kind = "rigid"'
+            )
             raise refusal("lines", why)
-
-    def _check_lines_differ(self) -> None:
-        if len(self.lines) > 1 and len({line.platform_point for line in self.lines}) == 1:
-            raise refusal("lines", 'all platform points coincide: that is a point platform, kind = "point"')
-        for one, other in combinations(self.lines, 2):  # sharing only the platform point is fine: NIST RoboCrane
-            if (one.exit_point, one.platform_point) == (other.exit_point, other.platform_point):
-                why = f"lines {one.name!r} and {other.name!r} are one line: same exit_point and platform_point"
-                raise refusal("lines", why)
-
-    def _check_retraction(self, retraction: Retraction) -> None:
         names = [line.name for line in self.lines]
-        for name in retraction.lines:
+        for name in () if self.retraction is None else self.retraction.lines:
             if name not in names:
                 why = f"no line is named {name!r}; {suggestion(name, names)}"
                 raise refusal("lines", why, within=("platform", "retraction"))
+        return self
+
+    def _check_lines_differ(self) -> None:
+        for one, other in combinations(self.lines, 2):  # a common platform point is allowed: NIST RoboCrane
+            if (one.exit_point, one.platform_point) == (other.exit_point, other.platform_point):
+                why = f"lines {one.name!r} and {other.name!r} are one line: same exit_point and platform_point"
+                raise refusal("lines", why)
 
     @property
     def m(self) -> int:
@@ -81,47 +74,44 @@ class Robot(Description):
     @property
     def retraction(self) -> Retraction | None:
         """The platform's retraction, if it has one."""
-        return None if isinstance(self.platform, PointPlatform) else self.platform.retraction
+        return self.platform.retraction if isinstance(self.platform, RigidPlatform) else None
 
     def under_load(self, name: str) -> Robot:
-        """Return the robot with the values of its platform's load ``name`` in place, and no loads.
-
-        Raises `UnknownName`, which lists the loads.
-        """
+        """Return the robot with the values of its platform's load ``name``, and no loads. Raises `UnknownName`."""
         return self.model_copy(update={"platform": self.platform.under_load(name)})
 
     def under_wrench(self, force: Sequence[float], moment: Sequence[float] = (0.0, 0.0, 0.0)) -> Robot:
-        """Return the robot with *force* (N) and *moment* (N m, about its origin), world, as the platform's own.
+        """Return the robot with *force* (N) and *moment* (N m, about the origin), world, as those of the platform.
 
-        Raises `InputError` for what is not three finite numbers each, or a moment on a point platform.
+        Raises `InputError` unless each is three finite numbers, and for a moment on a point platform.
         """
         changes = {"force": _three("force", force)}
-        turning = _three("moment", moment)
+        about_origin = _three("moment", moment)
         if self.n == 6:
-            changes["moment"] = turning
-        elif any(turning):
-            raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {turning} N m")
+            changes["moment"] = about_origin
+        elif any(about_origin):
+            raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {about_origin} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
-        """Return the robot with *tension_limits*, lowest and highest (N), in place of those of every line."""
+        """Return the robot with *tension_limits*, min and max (N), of every line."""
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in self.lines)
         return self.model_copy(update={"lines": lines})
 
     def retraction_to(self, length: float) -> Retraction:
-        """Return the platform's retraction. Raises `InputError` if it has none, or none that goes to ``length`` (m)."""
+        """Return the platform's retraction. Raises `InputError` without one that has ``length`` (m) in its range."""
         retraction = self.retraction
         if retraction is None:
             raise InputError(f"robot {self.name!r} has no retraction: its platform has one length")
         if not retraction.least <= length <= retraction.most:
             reach = f"{retraction.least:g} to {retraction.most:g} m"
-            raise InputError(f"retraction length {length:g} m: the platform of {self.name!r} goes from {reach}")
+            raise InputError(f"retraction length {length:g} m: the platform of {self.name!r} retracts from {reach}")
         return retraction
 
     def retracted(self, length: float) -> Robot:
-        """Return the robot with its platform at the retraction ``length`` (m): the platform points that move, moved.
+        """Return the robot with its platform, and the platform points that move, at the retraction ``length`` (m).
 
-        Mass, centre of mass and inertia stay. Raises `InputError` if the platform has no retraction, or not this far.
+        Mass, centre of mass and inertia stay. Raises `InputError` as `retraction_to`.
         """
         retraction = self.retraction_to(length)
         lines = tuple(
@@ -142,5 +132,5 @@ def _three(what: str, values: Sequence[float]) -> tuple[float, ...]:
     except (TypeError, ValueError):
         parts = ()
     if len(parts) != 3 or not all(map(math.isfinite, parts)):
-        raise InputError(f"{what} = {values!r}: 3 finite numbers are wanted")
+        raise InputError(f"{what} = {values!r}: must be 3 finite numbers")
     return parts

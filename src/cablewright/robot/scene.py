@@ -1,4 +1,4 @@
-"""The surroundings: gravity, the box the platform may be in, and the beams of the frame."""
+"""The surroundings: gravity, the box in which the platform may be, and the beams of the frame."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.robot.description import Description, refusal
 from cablewright.units import Acceleration, Length, Positive, Vec3
+from cablewright.validation import Description, require_box
 
 MAX_SHAPES = 200
-"""Beams of a frame, or boxes of a platform, at most."""
+"""Maximum number of beams of a frame, or of boxes of a platform."""
 
 
 class Beam(Description):
@@ -22,9 +22,9 @@ class Beam(Description):
 
 
 class Scene(Description):
-    """Gravity (along -z) and the box, from ``frame_min`` to ``frame_max`` (m, world), in which the platform may be.
+    """Gravity (along -z) and the box from ``frame_min`` to ``frame_max`` (m, world) in which the platform may be.
 
-    ``beams``: what lines may touch of the frame.
+    ``beams``: the parts of the frame that lines may touch.
     """
 
     gravity: Positive[Acceleration] = 9.81
@@ -34,7 +34,5 @@ class Scene(Description):
 
     @model_validator(mode="after")
     def _box_has_a_volume(self) -> Self:
-        for axis, low, high in zip("xyz", self.frame_min, self.frame_max, strict=True):
-            if not low < high:
-                raise refusal("frame_max", f"must be above frame_min in {axis}, where they are {high:g} and {low:g} m")
+        require_box("frame_min", self.frame_min, "frame_max", self.frame_max)
         return self

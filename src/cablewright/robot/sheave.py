@@ -1,4 +1,4 @@
-"""The sheave a cable leaves by: a plain eyelet, a sheave that swivels, or a sheave on a universal joint."""
+"""The sheave that guides a cable: a plain eyelet, a sheave that swivels, or a sheave on a universal joint."""
 
 from __future__ import annotations
 
@@ -8,28 +8,24 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
-from cablewright.robot.description import Description, refusal
 from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive
+from cablewright.validation import Description, refusal, require_rising
 
 Wrap = Literal["over", "under"]
-"""``over``: fed from below and laid over the sheave's top. ``under``: fed from above and laid under it."""
+"""``over``: the cable comes from below and passes over the sheave; ``under``: from above and under it."""
 
 _HalfTurn = Annotated[float, Ge(-math.pi), Le(math.pi), ANGLE]
 
 
 class Eyelet(Description):
-    """No sheave: the cable turns in one point, the line's exit point."""
+    """No sheave: the cable bends at one point, the line's exit point."""
 
     kind: Literal["eyelet"] = "eyelet"
 
 
-class Swivel(Description):
-    """A sheave that turns about the vertical axis through the exit point; its centre is ``radius`` away from that axis.
+class _TurningSheave(Description):
+    """What `Swivel` and `UniversalJoint` have in common."""
 
-    ``facing`` is the azimuth its mounting faces (0 is world +x) and ``swing`` how far it may turn to either side.
-    """
-
-    kind: Literal["swivel"] = "swivel"
     radius: Positive[Length]
     wrap: Wrap = "over"
     facing: Angle | None = None
@@ -37,41 +33,40 @@ class Swivel(Description):
 
     @model_validator(mode="after")
     def _swing_needs_facing(self) -> Self:
-        _check_swing(self)
+        if self.swing is not None and self.facing is None:
+            raise refusal("swing", "needs facing, the azimuth it swings about")
         return self
 
 
-class UniversalJoint(Description):
-    """A sheave at the end of a lever which is free to turn in azimuth and elevation about the exit point.
+class Swivel(_TurningSheave):
+    """A sheave that turns about the vertical axis through the exit point, with its centre ``radius`` from that axis.
 
-    ``lever`` goes from the joint to the sheave's centre; ``lever_weight`` (N) is the weight of all that moves with it,
-    acting ``lever_mass_centre`` from the joint along it. ``lever_range`` bounds its angle above the horizontal.
-    ``facing`` and ``swing`` are as for `Swivel`.
+    ``facing``: azimuth that its mounting faces, 0 is world +x; ``swing``: how far it can turn to either side of that.
+    """
+
+    kind: Literal["swivel"] = "swivel"
+
+
+class UniversalJoint(_TurningSheave):
+    """A sheave at the end of a lever that is free to turn in azimuth and elevation about the exit point.
+
+    ``lever``: from the joint to the sheave's centre; ``lever_weight``: N, of all that moves with the lever;
+    ``lever_mass_centre``: distance of its centre of mass from the joint, along the lever. ``lever_range``: lowest and
+    highest angle of the lever above the horizontal. ``facing`` and ``swing`` as for `Swivel`.
     """
 
     kind: Literal["universal-joint"] = "universal-joint"
-    radius: Positive[Length]
     lever: Positive[Length]
     lever_weight: NonNegative[Force]
     lever_mass_centre: NonNegative[Length]
-    wrap: Wrap = "over"
-    facing: Angle | None = None
-    swing: Positive[_HalfTurn] | None = None
     lever_range: tuple[_HalfTurn, _HalfTurn] | None = None
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
-        _check_swing(self)
+    def _lever_fits(self) -> Self:
         if self.lever < self.radius:
             raise refusal("lever", f"must be at least the sheave's radius, {self.radius:g} m")
-        if self.lever_range is not None and not self.lever_range[0] < self.lever_range[1]:
-            raise refusal("lever_range", "must rise: the lowest angle, then the highest")
+        require_rising("lever_range", self.lever_range)
         return self
-
-
-def _check_swing(sheave: Swivel | UniversalJoint) -> None:
-    if sheave.swing is not None and sheave.facing is None:
-        raise refusal("swing", "needs facing, the azimuth it swings about")
 
 
 Sheave = Annotated[Eyelet | Swivel | UniversalJoint, Field(discriminator="kind")]

@@ -1,4 +1,4 @@
-"""How uncertain the numbers of a robot are: a TOML file that says it, and what it means for one robot."""
+"""The uncertainty of a robot's parameters: its TOML file, and the ranges that follow for one robot."""
 
 from __future__ import annotations
 
@@ -7,26 +7,24 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
 
-from pydantic import Field, Strict, StrictBool, ValidationError, model_validator
+from pydantic import Field, Strict, StrictBool, model_validator
 
 from cablewright.errors import InputError, suggestion
-from cablewright.robot.description import Description, refusal
-from cablewright.robot.faults import explain
 from cablewright.robot.parameter_values import Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
 from cablewright.robot.robot import MAX_LINES, Robot
-from cablewright.toml_input import read_table, require_schema
+from cablewright.toml_input import load_model
+from cablewright.validation import Description, FileDescription, refusal, require_rising
 
-NEWEST_SCHEMA: Final = 1
 MAX_ENTRIES: Final = 200
 
 _KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role != "winch"}
-"""What may be uncertain, by name."""
+"""Parameters that may be uncertain, by name."""
 
 _WAYS: Final = ("factor", "range", "plus_minus", "deviation", "relative_deviation")
 _WITH_UNIT: Final = ("range", "plus_minus", "deviation")
 _RELATIVE: Final = {"factor": "plus_minus", "relative_deviation": "deviation"}
-"""The ways that scale the nominal value, and what does instead where that is 0."""
+"""The ways that scale the nominal value, and the way to give instead where that is 0."""
 
 _Number = Annotated[float, Strict()]
 _Width = Annotated[float, Strict(), Field(gt=0)]
@@ -34,11 +32,11 @@ _Width = Annotated[float, Strict(), Field(gt=0)]
 
 @dataclass(frozen=True)
 class Range:
-    """What is known of one uncertain number, SI: it lies between ``low`` and ``high``.
+    """The range of one uncertain parameter, SI: from ``low`` to ``high``.
 
     With a ``deviation`` it is normal about ``nominal``, the robot file's value, with that standard deviation; None:
-    uniform between the ends. ``nominal`` may then be anywhere, also outside. No robot has it at ``min_value`` or below,
-    or at ``max_value`` or above.
+    uniform between the ends, and ``nominal`` may be outside. Valid values are between ``min_value`` and ``max_value``,
+    without both.
     """
 
     parameter: Parameter
@@ -51,26 +49,26 @@ class Range:
 
     @property
     def middle(self) -> float:
-        """Half way from ``low`` to ``high``."""
+        """The mean of ``low`` and ``high``."""
         return 0.5 * self.low + 0.5 * self.high
 
     @property
     def half_width(self) -> float:
-        """Half of what is between ``low`` and ``high``; over 0."""
+        """Half the distance from ``low`` to ``high``; positive."""
         return 0.5 * (self.high - self.low)
 
     @property
     def sigma(self) -> float:
-        """The standard deviation: the given one, or that of a number uniform between the ends."""
+        """The given standard deviation, or that of the uniform distribution between the ends."""
         return (self.high - self.low) / math.sqrt(12.0) if self.deviation is None else self.deviation
 
 
 class Uncertain(Description):
-    """One entry of the file: a kind of number, the lines whose it is, and one of five ways to say how uncertain it is.
+    """One entry of the file: a kind of parameter, its lines, and its uncertainty in one of five ways, SI.
 
-    ``factor``: lowest and highest, times the nominal value; ``range``: lowest and highest value; ``plus_minus``: how
-    far it may be from the nominal value; ``deviation``: its standard deviation; ``relative_deviation``: that, times the
-    nominal value. SI. Without ``lines`` it is said of each line on its own; ``shared`` makes it one number for all.
+    ``factor``: lowest and highest, times the nominal value; ``range``: lowest and highest value; ``plus_minus``:
+    largest difference from the nominal value; ``deviation``: standard deviation; ``relative_deviation``: the same, as a
+    share of the nominal value. ``lines``: None for every line, each on its own; ``shared``: one number for all lines.
     """
 
     name: str
@@ -85,7 +83,7 @@ class Uncertain(Description):
     @model_validator(mode="before")
     @classmethod
     def _read_units(cls, data: Any) -> Any:
-        """Turn texts with a unit to SI. Which units a key may have depends on the entry's name."""
+        """Convert texts with a unit to SI; the entry's name decides which units are allowed."""
         name = data.get("name") if isinstance(data, dict) else None
         if not isinstance(name, str):
             return data
@@ -95,7 +93,7 @@ class Uncertain(Description):
         return data | {key: _si(kind, key, data[key]) for key in _WITH_UNIT if key in data}
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
+    def _is_consistent(self) -> Self:
         given = [way for way in _WAYS if getattr(self, way) is not None]
         if not given:
             raise refusal("range", f"is missing: give one of {', '.join(_WAYS)}")
@@ -105,26 +103,21 @@ class Uncertain(Description):
         fault = misuse(kind, self.lines, self.shared)
         if fault is not None:
             raise refusal(*fault)
-        for key in ("factor", "range"):
-            if key in given:
-                self._check_ends(key, kind, *getattr(self, key))
+        for key, ends in (("factor", self.factor), ("range", self.range)):
+            require_rising(key, ends)
+            if ends is not None and not kind.allows(ends[0]):  # a factor too: bounds are 0, nominal values above them
+                raise refusal(key, kind.bound)
         return self
-
-    def _check_ends(self, key: str, kind: Kind, low: float, high: float) -> None:
-        if not low < high:
-            raise refusal(key, "must rise: the lowest, then the highest")
-        if not kind.allows(low):  # a factor too: what has a bound has it at 0, and a nominal value that is not below
-            raise refusal(key, kind.bound)
 
     @property
     def way(self) -> str:
-        """The key that says how uncertain it is."""
+        """The key that gives the uncertainty."""
         return next(way for way in _WAYS if getattr(self, way) is not None)
 
     def of(self, robot: Robot, coverage: float) -> tuple[Range, ...]:
-        """Return what the entry says of each of its numbers; `coverage` as in `Uncertainty`.
+        """Return the range of each parameter of the entry; `coverage` as in `Uncertainty`.
 
-        Raises `InputError`, which begins with the key to blame, if it does not fit the robot.
+        Raises `InputError`, which begins with the wrong key, if the entry does not fit the robot.
         """
         found: list[Range] = []
         for kind in _KINDS[self.name]:
@@ -158,29 +151,28 @@ class Uncertain(Description):
         return InputError(f"{key} = {shown!r}: {why}")
 
 
-class Uncertainty(Description):
-    """What is known of the uncertain numbers of a robot.
+class Uncertainty(FileDescription):
+    """The uncertain parameters of a robot.
 
-    ``coverage``: from the nominal value to the ends of the range it is so many standard deviations, where only a
-    deviation is given.
+    ``coverage``: distance from the nominal value to the ends of the range, in standard deviations, where a deviation
+    is given.
     """
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(max_length=100)] = ""
     coverage: Annotated[float, Strict(), Field(gt=0, le=100)] = 2.0
     parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MAX_ENTRIES)]
 
     @model_validator(mode="after")
-    def _says_something(self) -> Self:
-        if not self.parameters:  # not by min_length, which also complains when every entry has a fault of its own
+    def _is_not_empty(self) -> Self:
+        if not self.parameters:  # not by min_length, which also reports an error where every entry has its own
             raise refusal("parameters", "must have at least 1 entry")
         return self
 
     def of(self, robot: Robot, origin: str = "the uncertainty") -> tuple[Range, ...]:
-        """Return the range of every uncertain number of ``robot``, in the order of the entries.
+        """Return the range of every uncertain parameter of ``robot``, in the order of the entries.
 
-        Raises `InputError`, one line naming ``origin`` (the file), entry and key, for what the robot does not have, a
-        number given twice, and a range with values that no robot can have.
+        Raises `InputError`, one line with ``origin`` (the file), entry and key, for a parameter that the robot does not
+        have or that is given twice, and for a range with invalid values.
         """
         ranges: list[Range] = []
         givers: dict[tuple[str, str], int] = {}  # by kind and line
@@ -196,24 +188,19 @@ class Uncertainty(Description):
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
-    table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    try:
-        return Uncertainty.model_validate(table)
-    except ValidationError as error:
-        raise explain(error, table, str(path)) from None
+    """Read a TOML file. Raises `InputError`, one line with file, key, value and what is allowed."""
+    return load_model(Uncertainty, path)
 
 
 def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
-    """Return the ranges of every line's modulus, on its own, between two factors. Raises `InputError`."""
+    """Return the range of each line's modulus between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
-        raise InputError(f"modulus range {low:g} to {high:g}: two finite factors above 0 that rise are wanted")
+        raise InputError(f"modulus range {low:g} to {high:g}: must be two finite factors above 0 that rise")
     return tuple(Range(parameter, 1.0, low, high, min_value=0.0) for parameter in parameters_of(robot, "modulus"))
 
 
 def _si(kind: Kind, key: str, value: Any) -> Any:
-    """Return what an entry gives under ``key`` in SI; what is no number or text at all is left to the field."""
+    """Return the value of ``key`` with texts converted to SI; other values are left to the field's own check."""
     if isinstance(value, list | tuple):
         return [_si(kind, key, part) for part in value]
     if kind.dimension is None or not isinstance(value, str):
@@ -221,11 +208,11 @@ def _si(kind: Kind, key: str, value: Any) -> Any:
     try:
         return kind.dimension.read(value)
     except ValueError:
-        raise refusal(key, kind.dimension.wanted) from None
+        raise refusal(key, kind.dimension.requirement) from None
 
 
 def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, float, float | None]:
-    """Return low, high and the standard deviation, None if uniform, about the nominal ``value``."""
+    """Return low, high and the standard deviation (None if uniform) for the nominal ``value``."""
     match way:
         case "range":
             return (*given, None)
@@ -240,16 +227,16 @@ def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, f
 
 
 def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
-    """Return what no robot's value is at or below, and at or above, and why: by itself, and by what its lines leave."""
+    """Return the ranges that the kind itself and the robot's lines allow, each with its reason."""
     kind, lines = parameter.entry, (line for line in robot.lines if parameter.line in (None, line.name))
     rooms = (kind.room(line, kind.name) for line in lines)
     return [(kind.min_value, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
 
 
 def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:
-    """Note that entry ``index`` gives a parameter. Raises `InputError` if it is given already.
+    """Record that entry ``index`` gives a parameter. Raises `InputError` if another entry does.
 
-    One number that all lines share is one of each line.
+    A number that all lines share counts for each line.
     """
     whole = parameter.entry.per_line and parameter.line is None
     for name in [line.name for line in robot.lines] if whole else [parameter.line or ""]:

@@ -1,15 +1,15 @@
-"""The winch: what its drum can pay out, how fast and against what."""
+"""The winch: radius and capacity of its drum, its speed and torque."""
 
 from __future__ import annotations
 
-from cablewright.robot.description import Description
 from cablewright.units import Length, Positive, Speed, Torque
+from cablewright.validation import Description
 
 
 class Winch(Description):
-    """A winch. Each value may be unknown; what needs it then says so.
+    """A winch. Each value may be unknown, None; a function that needs it then raises an error.
 
-    ``max_speed`` is the cable's, ``max_torque`` is at the drum, ``capacity`` is the length of cable the drum can hold.
+    ``max_speed``: of the cable; ``max_torque``: at the drum; ``capacity``: length of cable that the drum can hold.
     """
 
     drum_radius: Positive[Length] | None = None

@@ -1,4 +1,4 @@
-"""Writing a changed robot back into its own file: only what changed is touched, comments and units stay."""
+"""Writing a changed robot back into its own file: comments, units and all that did not change stay."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from tomlkit.exceptions import TOMLKitError
 
 from cablewright.errors import InputError
 from cablewright.robot.defaults import PARTS, holder
-from cablewright.robot.faults import KeyPath, look_up
 from cablewright.robot.files import loads
 from cablewright.robot.robot import Robot
 from cablewright.units import respell
+from cablewright.validation import KeyPath, look_up
 
 _ORIGIN = "the file to update"
 
 
 def update(text: str, robot: Robot) -> str:
-    """Return a robot file's ``text`` changed so that it describes ``robot``.
+    """Return the ``text`` of a robot file with the values of ``robot``.
 
-    A changed value keeps its unit and its comment. One that all lines take from a default table is changed there if it
-    changed alike for all of them, else in the lines. Raises `InputError` if the text is not a robot file, or if the
-    change is more than one of values (lines added or removed, a default that one line no longer has).
+    A changed value keeps its unit and its comment. A value from a default table is changed there if it is the same for
+    all lines that take it, else in the lines. Raises `InputError` if the text is not a robot file, or if more than
+    values differs (lines added or removed, a default that one line no longer has).
     """
     before, after = loads(text, _ORIGIN).model_dump(), robot.model_dump()
     try:
@@ -34,12 +34,12 @@ def update(text: str, robot: Robot) -> str:
     except TOMLKitError as error:
         raise InputError(f"{_ORIGIN}: {error}") from None
     if loads(result, _ORIGIN) != robot:
-        raise InputError(f"{_ORIGIN}: the change is more than one of values; edit the file by hand")
+        raise InputError(f"{_ORIGIN}: more than values differs; edit the file by hand")
     return result
 
 
 def _places(document: Any, before: Any, after: Any) -> Iterator[tuple[KeyPath, Any]]:
-    """Yield where in the document to put which value."""
+    """Yield the key paths in the document to set, and their values."""
     if len(before["lines"]) != len(after["lines"]):
         raise InputError(f"{_ORIGIN}: has {len(before['lines'])} lines, the robot has {len(after['lines'])}")
     inherited: dict[KeyPath, dict[int, Any]] = {}
@@ -59,7 +59,7 @@ def _places(document: Any, before: Any, after: Any) -> Iterator[tuple[KeyPath, A
 
 
 def _as_written(document: Any, path: KeyPath, value: Any, after: Any) -> tuple[KeyPath, Any]:
-    """Return place and value; where the file leaves a list to its default, those of the whole list."""
+    """Return key path and value; those of the whole list where the file does not give the list."""
     for end, part in enumerate(path):
         if isinstance(part, int) and look_up(document, path[:end]) is None:
             return path[:end], look_up(after, path[:end])
@@ -67,7 +67,7 @@ def _as_written(document: Any, path: KeyPath, value: Any, after: Any) -> tuple[K
 
 
 def _inherited_places(document: Any, m: int, key: KeyPath, values: dict[int, Any]) -> Iterator[tuple[KeyPath, Any]]:
-    """Yield the default's place if all its heirs changed alike, else one place in each line that changed."""
+    """Yield the default's key path if all lines that take it have one new value, else those of the lines."""
     homes = {index: holder(document, index, key) for index in range(m)}
     home = homes[next(iter(values))]
     heirs = {index for index in range(m) if homes[index] == home}
@@ -80,7 +80,7 @@ def _inherited_places(document: Any, m: int, key: KeyPath, values: dict[int, Any
 
 
 def _changes(before: Any, after: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
-    """Yield the leaves that differ, with their new values; None where a key is gone."""
+    """Yield the key paths of values that differ, with the new values; None where a key is gone."""
     if before == after:
         return
     if isinstance(before, dict) and isinstance(after, dict):
@@ -94,7 +94,7 @@ def _changes(before: Any, after: Any, path: KeyPath = ()) -> Iterator[tuple[KeyP
 
 
 def _put(document: Any, path: KeyPath, value: Any) -> None:
-    """Set, or for None remove, the value at a path, in the unit that stands there."""
+    """Set the value at a path in the unit of the present value, or remove it for None."""
     *parents, last = path
     table = document
     for part in parents:
@@ -108,7 +108,7 @@ def _put(document: Any, path: KeyPath, value: Any) -> None:
 
 
 def _spelled(value: Any, like: Any) -> Any:
-    """Return ``value`` with the units that ``like`` has, where it has any, and without what is None."""
+    """Return ``value`` in the units of ``like``, where it has any, and without keys whose value is None."""
     if isinstance(value, dict):
         return {key: _spelled(entry, look_up(like, (key,))) for key, entry in value.items() if entry is not None}
     if isinstance(value, tuple):

@@ -18,7 +18,7 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
-from cablewright.printing.curve import Wanted, draw
+from cablewright.printing.curve import CurveRequirements, draw
 from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
@@ -206,7 +206,7 @@ def random_loop(robot: Robot, length: float, seed: int) -> Array:
         raise InputError(f"seed = {seed}: a whole number from 0 on is wanted")
     low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
     wide, deep = (high - low - 2.0 * INSET).tolist()
-    curve = draw(Wanted(length, (wide, deep)), seed, 0)
+    curve = draw(CurveRequirements(length, (wide, deep)), seed, 0)
     return np.asarray(curve.even(max(16, round(length / _STEP))) + 0.5 * (low + high))
 
 

@@ -60,7 +60,7 @@ def test_people_get_the_designs_side_by_side(cli) -> None:
 
 def test_limits_of_the_paper_exclude_the_pose(cli) -> None:
     found = cli("bracket", "paty2021", *AT, "--json")
-    assert "under its least, 510 N" in found.no
+    assert "below its minimum, 510 N" in found.no
     assert found.json["status"] == "infeasible"
     assert found.json["universal_joint"] is None
     assert found.json["conventional"] is None

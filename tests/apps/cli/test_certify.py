@@ -121,7 +121,7 @@ def test_where_there_is_no_answer_nothing_is_certified(cli) -> None:
 
 
 def test_rigid_cables_are_refused(cli) -> None:
-    assert "leave tensions undecided" in cli(*CERTIFY, "--cable", "rigid").refusal
+    assert "do not determine tensions" in cli(*CERTIFY, "--cable", "rigid").refusal
 
 
 def test_it_prints_the_box_that_the_solver_proves(cli) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cablewright.apps.cli.main import run
-from cablewright.printing.curve import Wanted, draw
+from cablewright.printing.curve import CurveRequirements, draw
 
 
 def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -19,7 +19,7 @@ def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytes
     distances = [row["mean_distance"] for row in found["curves"]]
     assert distances == sorted(distances)
     first = found["curves"][0]
-    again = draw(Wanted(28.0, (3.6, 8.0)), 3, first["number"])
+    again = draw(CurveRequirements(28.0, (3.6, 8.0)), 3, first["number"])
     assert len(again.crossings) == first["crossings"] >= 2
     assert again.min_radius == first["least_radius"] >= 0.3
     assert sheet.read_bytes().startswith(b"\x89PNG")

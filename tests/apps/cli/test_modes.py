@@ -102,7 +102,7 @@ def test_people_get_a_table(cli) -> None:
 
 def test_a_pose_out_of_its_limits_has_modes_and_is_a_no(cli) -> None:
     answer = cli("modes", "house-printer", "--at", "0,0,14.9", "--json")
-    assert "over its most, 5150 N" in answer.no
+    assert "above its maximum, 5150 N" in answer.no
     assert answer.json["status"] == "infeasible"
     assert len(answer.json["frequencies"]) == 3
 
@@ -142,7 +142,7 @@ def test_a_picture_is_written(cli, tmp_path, robot: str, at: str) -> None:
 def test_a_body_of_unknown_inertia_is_refused(cli, tmp_path, at: str) -> None:
     lines = library_text("cogiro").splitlines()
     (tmp_path / "bare.toml").write_text("\n".join(line for line in lines if not line.startswith("inertia")))
-    assert "platform has no inertia" in cli("modes", tmp_path / "bare.toml", "--at", at).refusal
+    assert "platform.inertia is required" in cli("modes", tmp_path / "bare.toml", "--at", at).refusal
 
 
 def test_along_the_boundary(cli, tmp_path) -> None:
@@ -226,7 +226,7 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
         (["--at", "here"], "numbers with commas"),
         ([*AT, "--cable", "rope"], "'rope' is not one of"),
         ([*AT, "--sheave", "swivel"], "has only a sheave of kind eyelet"),
-        ([*AT, "--retraction", "3"], "goes from 1.2 to 2 m"),
+        ([*AT, "--retraction", "3"], "retracts from 1.2 to 2 m"),
         ([*AT, "--tension-limits", "20,10"], "0 <= lowest < highest"),
         ([*AT, "--plot", "modes.pdf"], "a name that ends in .png"),
     ],

@@ -58,7 +58,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--layers", "0"), "layers = 0: 1 to 1 is wanted"),
+        (("--layers", "0"), "layers = 0: must be 1 to 1"),
         (("--plant", "real"), "plant"),
         (("--estimator", "magic"), "estimator"),
         (("--control", "magic"), "law"),

@@ -107,7 +107,7 @@ def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
 def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
     text = cli("machines", "merlet2023").out
     for old, new, says in (
-        ('powder = "20 kg"', 'powder = "60 kg"', "powder: must be at most capacity, 50 kg"),
+        ('powder = "20 kg"', 'powder = "60 kg"', "must be at most capacity, 50 kg"),
         ("rate = 10.0 ", "rate = 30.0 ", "distance.rate = 30 Hz"),
         ('substep = "2 ms"', 'substep = "3 ms"', "substep = 0.003 s"),
         ("loss = 1e-3", "loss = 2.0", "wifi.loss = 2.0"),

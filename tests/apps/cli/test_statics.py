@@ -99,7 +99,7 @@ def test_overstretched_names_the_line_and_by_how_much(cli, as_json: bool) -> Non
 @pytest.mark.parametrize(
     ("at", "status", "says"),
     [
-        ("0,0,14.9", "infeasible", "over its most, 5150 N"),
+        ("0,0,14.9", "infeasible", "above its maximum, 5150 N"),
         ("0,0,20", "infeasible", "a line would have to push"),  # above the frame: lines cannot push down
         ("9,0,1", "infeasible", "a line would have to push"),  # outside the lines
         ("7.4,7.4,14.95", "inside-sheave", "inside a sheave"),
@@ -126,15 +126,15 @@ def test_an_infeasible_pose_is_told_with_the_numbers_it_prints(cli, at: str) -> 
     i = [line.name for line in load("house-printer").lines].index(name)
     ends = [found[key][i] for key in ("tensions", "platform_tensions", "winch_tensions")]
     under, over = 20 - min(ends), max(ends) - 5150
-    assert (under if "under" in said else over) == pytest.approx(excess, rel=0.01, abs=0.1)
+    assert (under if "below" in said else over) == pytest.approx(excess, rel=0.01, abs=0.1)
     assert found["margin"] == pytest.approx(-excess, rel=0.01, abs=0.1)
 
 
 def test_tension_limits_decide(cli) -> None:
     at = ("inverse", "house-printer", "--at", "0,0,1", "--json", "--tension-limits")
     assert cli(*at, "100,2000").code == 0
-    assert "384.2 N under its least, 1000 N" in cli(*at, "1000,2000").no
-    assert "over its most, 600 N" in cli(*at, "20,600").no
+    assert "384.2 N below its minimum, 1000 N" in cli(*at, "1000,2000").no
+    assert "above its maximum, 600 N" in cli(*at, "20,600").no
 
 
 def test_numbers_that_are_not_finite_are_null(cli) -> None:

@@ -181,11 +181,11 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--box", "0,1,0,1"], "box: 6 finite numbers"),
         (["--box", "1,0,0,1,0,1"], "x from 1 to 0 m"),
         (["--point", "tip"], "'tip' is not one of"),
-        (["--retraction", "3"], "goes from 1.2 to 2 m"),
+        (["--retraction", "3"], "retracts from 1.2 to 2 m"),
         (["--retraction", "1.5", "--retraction-law", "0,1.5"], "give one of them"),
         (["--retraction-law=-1,2.4"], "leaves its range at height 0 m"),
         (["--retraction-law", "1"], "expected C,D"),
-        (["--retraction-law=-1,2.4,1,2"], "goes from 1.2 to 2 m"),
+        (["--retraction-law=-1,2.4,1,2"], "retracts from 1.2 to 2 m"),
         (["--retraction-law=-1,2.4,2,1.2"], "least < most"),
         (["--wrench-box", "1,2"], "expected 6 numbers"),
         (["--wrench-box", "0,1,0,1,0,1"], "goes with criterion capacity"),
@@ -255,7 +255,7 @@ def test_what_no_length_reaches_is_a_no(cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["jung2020", "--from", "1"], "goes from 1.2 to 2 m"),
+        (["jung2020", "--from", "1"], "retracts from 1.2 to 2 m"),
         (["jung2020", "--from", "1.8", "--to", "1.4"], "rising lengths"),
         (["jung2020", "--steps", "1"], "steps = 1"),
         (["house-printer"], "has no retraction"),

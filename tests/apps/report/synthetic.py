@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from cablewright.analyses.feasibility import Finding, LineQuantities
-from cablewright.printing import LayerTable, TimeLaw, layer_table, load_job
+from cablewright.printing.job import load_job
+from cablewright.printing.layers import LayerTable, layer_table
+from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
 from cablewright.studies.check import Check, PathStatics
 

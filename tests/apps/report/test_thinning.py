@@ -5,7 +5,7 @@ import pytest
 
 from apps.report.synthetic import EXAMPLES
 from cablewright.apps.report.thinning import coarse_corners, worst_of_each_place
-from cablewright.printing import load_job
+from cablewright.printing.job import load_job
 
 
 @pytest.fixture(scope="module")

@@ -107,7 +107,7 @@ def simulate(
 def _with_faults(settings: MachineSettings, faults: list[str], gaps: list[str]) -> MachineSettings:
     """The settings with what the command line breaks."""
     from cablewright.machine.simulated.settings import Link
-    from cablewright.toml_input import validated
+    from cablewright.validation import validated
 
     plans = tuple(_fault(text) for text in faults)
     given = tuple(tuple(_numbers(text, 2, "--wifi-gap")) for text in gaps)
@@ -117,7 +117,7 @@ def _with_faults(settings: MachineSettings, faults: list[str], gaps: list[str]) 
 
 def _fault(text: str) -> FaultPlan:
     from cablewright.machine.simulated.settings import FaultPlan
-    from cablewright.toml_input import validated
+    from cablewright.validation import validated
 
     parts = text.split(",")
     if len(parts) not in (3, 4):

@@ -19,8 +19,8 @@ _TITLE = 0.19  # inches, for a curve's number
 
 def curves_picture(found: Curves) -> Figure:
     """Draw numbered curves row by row, each in its area, m, all at one scale."""
-    curves, wanted = found.ranked, found.wanted
-    x, y = wanted.area
+    curves, required = found.ranked, found.requirements
+    x, y = required.area
     gap = _GAP * min(x, y)
     columns = min(len(curves), max(4, round(_WIDE * math.sqrt(y / x))))
     rows = math.ceil(len(curves) / columns)
@@ -28,7 +28,7 @@ def curves_picture(found: Curves) -> Figure:
     pitch = np.array([x + gap, y + gap + _TITLE / scale])
     drawn = style.figure(_WIDTH, rows * pitch[1] * scale + 0.4)
     axes = drawn.add_subplot()
-    axes.set_title(f"{len(curves)} closed curves of {wanted.length:g} m in {x:g} x {y:g} m, the best cover first")
+    axes.set_title(f"{len(curves)} closed curves of {required.length:g} m in {x:g} x {y:g} m, the best cover first")
     lines, frames = [], []
     for place, one in enumerate(curves):
         row, column = divmod(place, columns)

@@ -15,11 +15,10 @@ from typing import Annotated, Final, Literal, NamedTuple, Self, get_args
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.robot.description import Description, refusal
-from cablewright.toml_input import read_table, require_schema, validated
+from cablewright.toml_input import load_model
 from cablewright.units import Angle, Length, NonNegative, Positive, Vec3
+from cablewright.validation import Description, FileDescription, refusal
 
-NEWEST_SCHEMA: Final = 1
 MAX_POINTS: Final = 5000
 
 SCHEME: Final = (
@@ -97,10 +96,9 @@ class Frame(Description):
     origin: Literal["station", "exits"] = "station"
 
 
-class SurveyPlan(Description):
-    """A survey's plan. ``points`` gives the features of markers whose names do not: ``P17 = "exit south-west"``."""
+class SurveyPlan(FileDescription):
+    """A survey's plan. ``points`` says what markers are on whose names do not: ``P17 = "exit south-west"``."""
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     instrument: Instrument = Instrument()
     exit: Placing = Placing()
     winch: Placing = Placing()
@@ -123,10 +121,8 @@ class SurveyPlan(Description):
 
 
 def load_plan(path: str | Path) -> SurveyPlan:
-    """Read a plan from a TOML file. Raises `InputError` for a file or a value that cannot be used."""
-    table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    return validated(SurveyPlan, table, path)
+    """Read a plan from a TOML file. Raises `InputError`."""
+    return load_model(SurveyPlan, path)
 
 
 def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Feature | None:

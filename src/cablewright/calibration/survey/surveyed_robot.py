@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-from pydantic import ValidationError
-
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Exit, Survey
 from cablewright.errors import InputError
@@ -14,6 +12,7 @@ from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet
 from cablewright.units import Vec3
+from cablewright.validation import validated
 
 _DIGITS: Final = 5  # of a metre: 0.01 mm is far below the accuracy of a survey
 _OFF_AXIS: Final = 5e-3  # m: horizontal distance of a winch from its swivel's axis that needs a note
@@ -37,10 +36,8 @@ def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
     if missing:
         notes.append(f"not surveyed, so kept as they are: {', '.join(missing[:8])}")
     lines = [_line(line, by_line[line.name], notes) if line.name in by_line else line for line in robot.lines]
-    try:
-        return Robot.model_validate(robot.model_dump() | {"lines": [line.model_dump() for line in lines]}), tuple(notes)
-    except ValidationError as error:
-        raise InputError(f"the robot with the surveyed exits is not valid: {error.errors()[0]['msg']}") from None
+    surveyed = robot.model_dump() | {"lines": [line.model_dump() for line in lines]}
+    return validated(Robot, surveyed, "the robot cannot be as surveyed"), tuple(notes)
 
 
 def _line(line: Line, exit_: Exit, notes: list[str]) -> Line:

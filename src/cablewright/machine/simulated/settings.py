@@ -10,11 +10,10 @@ from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.printing.job import Bead
-from cablewright.robot.description import Description, refusal, require_own_names
-from cablewright.toml_input import parse_table, read_table, require_schema, validated
+from cablewright.toml_input import load_model, parse_table
 from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
+from cablewright.validation import Description, FileDescription, refusal, require_unique_names, validated
 
-NEWEST_SCHEMA: Final = 1
 MAX_WALLS: Final = 200
 MAX_RAYS: Final = 20_000
 MAX_FAULTS: Final = 1000
@@ -146,7 +145,7 @@ class RoomSettings(Description):
     @model_validator(mode="after")
     def _walls_have_names(self) -> Self:
         if self.walls:
-            require_own_names("walls", (wall.name for wall in self.walls))
+            require_unique_names("walls", (wall.name for wall in self.walls))
         return self
 
 
@@ -277,10 +276,9 @@ class FaultPlan(Description):
         return self
 
 
-class MachineSettings(Description):
-    """All settings. ``period``: s, time of one step of the machine; ``substep``: s, of the dynamic plant within it."""
+class MachineSettings(FileDescription):
+    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it."""
 
-    schema_version: Annotated[int, Field(alias="schema", strict=True, ge=1, le=NEWEST_SCHEMA)] = NEWEST_SCHEMA
     name: Annotated[str, Field(min_length=1, max_length=100)]
     period: Positive[Duration]
     substep: Positive[Duration]
@@ -313,9 +311,7 @@ def load_machine(name_or_path: str | Path) -> MachineSettings:
     if not str(name_or_path).endswith(".toml") and not path.is_file():
         hint = suggestion(str(name_or_path), machine_names())
         raise InputError(f"no machine {str(name_or_path)!r} in the library and no file of that name; {hint}")
-    table, _ = read_table(path)
-    require_schema(table, NEWEST_SCHEMA, path)
-    return validated(MachineSettings, table, path)
+    return load_model(MachineSettings, path)
 
 
 def machine_names() -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from cablewright.errors import InputError
 from cablewright.file_output import whole_file
 from cablewright.machine.log.messages import decode, encode
 from cablewright.signals import Reading
-from cablewright.toml_input import one_line, read_bytes
+from cablewright.toml_input import read_bytes
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
 _START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of what follows
@@ -229,7 +229,7 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
     try:
         head = _Head.model_validate_json(bytes(body[:length]))
     except ValidationError as error:
-        raise one_line(error, f"{path}: the snapshot's head", _Head) from None
+        raise InputError(f"{path}: the snapshot's head: {error.errors()[0]['msg']}") from None
     found, rest = dict[str, Snapshot](), body[length:]
     for name, part in head.parts.items():
         arrays = {}
