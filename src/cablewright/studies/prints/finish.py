@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from cablewright.file_output import write_whole
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
 from cablewright.progress import Progress
-from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.record import UNUSED, Recorder
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing
-
-METRICS = "metrics.json"
 
 
 def finish(
@@ -29,7 +23,9 @@ def finish(
     true_structure: HeightField | None = None,
     progress: Progress | None = None,
 ) -> tuple[PrintRecord, Path]:
-    """Join the log of the print in *folder* and make its record; return both. May be done again.
+    """Join the log of the print in *folder* and make its record; return the record and the joined log's path.
+
+    *track*, *print_speed* (m/s) and *true_structure*: as in `Recorder`. May be repeated.
 
     Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
     """
@@ -43,18 +39,11 @@ def finish(
         return recorder.finish(true_structure, notes=tuple(log.notes)), joined
 
 
-def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> dict[str, Any]:
-    """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
-    text = metrics_text(found, {"step_time": step_times(timing), **more})
-    write_whole(folder / METRICS, text.encode())
-    values: dict[str, Any] = json.loads(text)
-    return values
-
-
 def step_times(timing: Timing) -> dict[str, float | int]:
-    """Duration of the control steps, s, by the wall clock and by the processor, and how many exceeded the period.
+    """Statistics of the duration of control steps, s, by wall clock and by processor time (``processor_``).
 
-    ``over``: by the wall clock; ``over_by_itself``: by the processor. Of a real-time print also how many ended late.
+    ``over``: number of steps longer than the period by the wall clock; ``over_by_itself``: by processor time. A
+    real-time print also has ``late``, the number of steps that ended late, and ``latest``, the largest delay, s.
     """
     if not timing.wall:
         return {"count": 0}

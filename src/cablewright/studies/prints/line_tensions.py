@@ -13,7 +13,7 @@ from cablewright.robot import Robot
 from cablewright.signals import Estimate
 from cablewright.solvers.taut import Taut, taut_at
 from cablewright.studies.estimator_settings import with_drum_mass
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 
 _ROUNDING: Final = 1e-6  # share of the drum's weight, of a negative tension that counts as zero
 
@@ -61,7 +61,7 @@ class LineTensions:
         speed = np.sqrt(np.maximum(tensions, 0.0) * self.robot.scene.gravity / self._weight)
         return np.where(tensions > 0.0, speed / (2.0 * taut.free), np.nan)
 
-    def series(self, rows: Columns, masses: Array) -> tuple[Array, Array]:
+    def series(self, rows: Rows, masses: Array) -> tuple[Array, Array]:
         """Taut angles (k, m), rad, and tensions (k, m), N, of all *rows*, with the drum's *masses* (k,), kg."""
         angles, pulls = np.full((2, len(rows), self.robot.m), np.nan)
         for k, (place, slack, mass) in enumerate(zip(rows["position"], rows["slack"], masses.tolist(), strict=True)):

@@ -9,7 +9,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.printing.track import Track
 from cablewright.studies.prints.result import ErrorLocation, LayerErrors, PathFollowing
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 from cablewright.studies.running_statistics import Histogram, Moments
 
 _SEARCH: Final = 0.3  # m along the path, before and after the current distance
@@ -28,7 +28,7 @@ class PathErrors:
         self._errors = Histogram(-_MAX_ERROR, _MAX_ERROR, 400)
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
-    def add(self, rows: Columns) -> tuple[Array, Array]:
+    def add(self, rows: Rows) -> tuple[Array, Array]:
         """Add *rows* that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
         places, distance = rows[f"{self._prefix}position"], rows["distance"]
         reached, error = self._track.nearest_of_each(places, distance, _SEARCH)
@@ -48,7 +48,7 @@ class PathErrors:
             self._layers[each].add(error[visit == each])
         return error, speed
 
-    def _update_worst(self, rows: Columns, reached: Array, error: Array) -> None:
+    def _update_worst(self, rows: Rows, reached: Array, error: Array) -> None:
         """Update the place of the largest error."""
         if not np.isfinite(error).any():
             return

@@ -14,7 +14,7 @@ from cablewright.printing.track import Track
 from cablewright.signals import PrintState
 from cablewright.studies.fault_count import FaultCount
 from cablewright.studies.prints.spooling import SpoolRadii
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 from cablewright.studies.prints.structure import PrintedStructure
 from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Histogram, Summary
@@ -114,8 +114,7 @@ class PrintRecord:
     refills: int
     faults: FaultCount
     notices: Counter[str]  # steps by condition
-    rows: Columns
-    plotted: dict[str, Array]  # by row; see `Recorder`
+    rows: Rows
     lines: tuple[LineUse, ...]
     spools: tuple[SpoolRadii, ...]
     vibration: LineVibration

@@ -16,9 +16,11 @@ import numpy as np
 from cablewright.arrays import Array, Mask
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
+from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, Scan
+from cablewright.studies.error_statistics import spread
 
 CELL: Final = 0.02
 """Cell size of the reconstruction, m."""
@@ -70,7 +72,8 @@ class StructureScans:
         where = self._poses.at(scan.times[good])
         x, y = self._axes
         rays = np.cos(angles[good])[:, None] * x + np.sin(angles[good])[:, None] * y
-        points = where[:, :3] + _rotated(self._place + scan.ranges[good, None] * rays, where[:, 3:])
+        arms = self._place + scan.ranges[good, None] * rays
+        points = where[:, :3] + (matrices(where[:, 3:]) @ arms[..., None])[..., 0]
         kept = _has_near_neighbour(scan.ranges[good]) & (points[:, 2] > -_NOISE)
         points[:, 2] += _floor_correction(points[kept, 2], self._sigma)
         self._points.append(np.column_stack([points, scan.times[good]])[kept])
@@ -125,15 +128,6 @@ def _has_near_neighbour(ranges: Array) -> Mask:
     return np.asarray(np.append(near, False) | np.append(False, near))
 
 
-def _rotated(points: Array, rotations: Array) -> Array:
-    """Points (k, 3) rotated by rotation vectors (k, 3), rad: Rodrigues' formula."""
-    angle = np.linalg.norm(rotations, axis=1, keepdims=True)
-    sine = np.sinc(angle / np.pi)
-    cosine = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
-    once = np.cross(rotations, points)
-    return np.asarray(points + sine * once + cosine * np.cross(rotations, once))
-
-
 @dataclass(frozen=True, eq=False)
 class CrossSection:
     """Heights across the path at one place; NaN: unknown. Positive offsets are left of the path."""
@@ -148,7 +142,7 @@ class CrossSection:
 
 @dataclass(frozen=True)
 class HeightDifference:
-    """Differences of the reconstructed and the true heights (reconstructed less true) over the scanned cells."""
+    """Reconstructed heights less true ones, over the scanned cells."""
 
     mean: float  # m
     rms: float  # m
@@ -217,23 +211,13 @@ def _cells(track: Track, true: HeightField | None) -> HeightField:
 def _difference(estimated: HeightField, true: HeightField) -> HeightDifference:
     x, y = np.meshgrid(estimated.centres(0), estimated.centres(1), indexing="ij")
     there = true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(estimated.shape)
-    off = estimated.heights - there
+    off, structure = estimated.heights - there, there > _MIN_HEIGHT
     known = np.isfinite(off)
-    heap = there > _MIN_HEIGHT
     if not known.any():
         return HeightDifference(*(math.nan,) * 4, share_seen=0.0)
-    on = off[known & heap]
-    return HeightDifference(
-        float(off[known].mean()),
-        _rms(off[known]),
-        float(np.abs(off[known]).max()),
-        _rms(on) if len(on) else math.nan,
-        float(np.count_nonzero(known & heap)) / max(1, int(np.count_nonzero(heap))),
-    )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt((values**2).mean()))
+    all_cells, on_structure = spread(off), spread(off[structure])
+    seen = on_structure.count / max(1, int(np.count_nonzero(structure)))
+    return HeightDifference(float(off[known].mean()), all_cells.rms, all_cells.most, on_structure.rms, seen)
 
 
 def _sections(
@@ -241,7 +225,7 @@ def _sections(
 ) -> tuple[CrossSection, ...]:
     """Sections where the path is farthest from its other passes in a layer, and where the structure is highest."""
     best = true if true is not None else estimated
-    assert best is not None  # asked for where there is one
+    assert best is not None  # `structure_of` requires one of the two
     begin, end = _layer(track, distance)
     along = np.linspace(begin, end, max(2, min(600, int((end - begin) / 0.05))))
     places = track.places(along)[:, :2]
