@@ -184,7 +184,7 @@ def random_loop(robot: Robot, length: float, seed: int) -> Array:
     of that length is found.
     """
     if seed < 0:
-        raise InputError(f"seed = {seed}: must be 0 or more")
+        raise InputError(f"seed = {seed}: must be at least 0")
     low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
     wide, deep = (high - low - 2.0 * INSET).tolist()
     curve = draw(Wanted(length, (wide, deep)), seed, 0)
