@@ -50,12 +50,12 @@ class DriveSettings:
         """Raise `InputError` for numbers out of their ranges."""
         for name in ("speed", "ramp", "ease", "memory", "gain"):
             if not 0.0 < getattr(self, name) < 1e6:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g}: must be finite and over 0")
         for name in ("slack", "error"):
             if not 0.0 <= getattr(self, name) <= 1.0:
-                raise InputError(f"{name} = {getattr(self, name):g} m: 0 to 1 m is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g} m: must be from 0 to 1 m")
         if not 0.0 <= self.valve <= 1.0:
-            raise InputError(f"valve = {self.valve:g}: 0 (shut) to 1 (open) is wanted")
+            raise InputError(f"valve = {self.valve:g}: must be from 0 (shut) to 1 (open)")
 
 
 class Pilot:
@@ -213,7 +213,7 @@ def drive(
     """
     steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
     if steps < 1:
-        raise InputError(f"duration = {duration:g} s: at least one step of {machine.period:g} s is wanted")
+        raise InputError(f"duration = {duration:g} s: must be at least one step, {machine.period:g} s")
     pilot = Pilot(machine, path, settings or DriveSettings(), seed)
     found = Drive(tuple(line.name for line in machine.robot.lines))
     full, rounds = machine.truth.powder, 0

@@ -6,8 +6,8 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from itertools import product
@@ -232,18 +232,21 @@ def trade(
     ranges = {change: tuple(float(value) for value in values) for change, values in named.items()}
     robots = _robots(model.robot, ranges, settings)
     question = _question(model, ranges, settings)
-    done = _Done(file, question)
-    left = [values for values in robots if values not in done.known]
-    report = progress or silent
+    done = {} if file is None else _read(file, question)
+    left = [values for values in robots if values not in done]
+    report, written = progress or silent, time.monotonic()
     try:
         for k, values in enumerate(left):
             report("combinations", k, len(left))
-            done.add(_combination(replace(model, robot=robots[values]), values, settings))
+            done[values] = _combination(replace(model, robot=robots[values]), values, settings)
+            if file is not None and time.monotonic() - written > WRITTEN_EVERY:
+                _write(file, question, done.values())
+                written = time.monotonic()
         report("combinations", len(left), len(left))
     finally:
-        if left and done.known:
-            done.write()
-    return Trade(model, ranges, settings, tuple(done.known[values] for values in robots))
+        if file is not None and left and done:
+            _write(file, question, done.values())
+    return Trade(model, ranges, settings, tuple(done[values] for values in robots))
 
 
 def _robots(
@@ -333,37 +336,23 @@ class _Stored:
 _STORED = TypeAdapter(_Stored)
 
 
-@dataclass
-class _Done:
-    """The finished combinations, and the file that keeps them."""
+def _read(file: Path, question: str) -> dict[tuple[float, ...], Combination]:
+    """Return the combinations in *file* by their values; none if there is no such file or its inputs were others.
 
-    file: Path | None
-    question: str
-    known: dict[tuple[float, ...], Combination] = field(default_factory=dict)
-    written: float = field(default_factory=time.monotonic)
+    Raises `InputError` if it is no sweep's file.
+    """
+    if not file.exists():
+        return {}
+    if file.stat().st_size > MAX_BYTES:
+        raise InputError(f"{file}: more than {MAX_BYTES} bytes; no sweep has as many")
+    try:
+        stored = _STORED.validate_json(file.read_bytes())
+    except (OSError, ValidationError):
+        raise InputError(f"{file}: not a sweep of this program; remove it or choose another --out") from None
+    return {each.values: each for each in stored.combinations} if stored.question == question else {}
 
-    def __post_init__(self) -> None:
-        """Read the combinations of the same sweep from the file. Raises `InputError` if it is no sweep's file."""
-        if self.file is None or not self.file.exists():
-            return
-        if self.file.stat().st_size > MAX_BYTES:
-            raise InputError(f"{self.file}: more than {MAX_BYTES} bytes; no sweep has as many")
-        try:
-            stored = _STORED.validate_json(self.file.read_bytes())
-        except (OSError, ValidationError):
-            raise InputError(f"{self.file}: not a sweep of this program; remove it or choose another --out") from None
-        if stored.question == self.question:
-            self.known.update((each.values, each) for each in stored.combinations)
 
-    def add(self, found: Combination) -> None:
-        """Add a combination; write the file every few seconds."""
-        self.known[found.values] = found
-        if time.monotonic() - self.written > WRITTEN_EVERY:
-            self.write()
-
-    def write(self) -> None:
-        """Write all combinations; the file appears complete, by rename."""
-        if self.file is not None:
-            stored = asdict(_Stored(self.question, list(self.known.values())))
-            write_whole(self.file, (json.dumps(stored, indent=1) + "\n").encode(), parents=True)
-            self.written = time.monotonic()
+def _write(file: Path, question: str, combinations: Iterable[Combination]) -> None:
+    """Write *combinations*; the file appears complete, by rename."""
+    stored = asdict(_Stored(question, list(combinations)))
+    write_whole(file, (json.dumps(stored, indent=1) + "\n").encode(), parents=True)

@@ -1,4 +1,4 @@
-"""Walls in a planar lidar's scan, and in a surveyed room the lidar's place and yaw."""
+"""`walls`: walls in a planar lidar's scan, and the lidar's place and yaw in a surveyed room."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_l
 from cablewright.results import Figure, Pictured, Result
 from cablewright.toml_input import read_bytes
 
-_PARALLEL: Final = math.radians(10.0)  # walls that differ by less leave the place along them open
-_MOST_ROOM: Final = 4 << 20
+_PARALLEL: Final = math.radians(10.0)  # if all walls differ by less, the place along them is unknown
+_MAX_SURVEY: Final = 4 << 20  # bytes
 _CANDIDATE: Final = ("position", "yaw", "variance", "explained", "laser_misfit")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LidarPlace(Result):
-    """Where the lidar is in the room."""
+    """Place and yaw of the lidar in the room."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or why there is no place.", "pose.status"),
@@ -50,7 +50,7 @@ class LidarPlace(Result):
 
     @property
     def walls(self) -> list[str]:
-        """Names of the room's walls that the place comes from."""
+        """Names of the room's walls from which the place is computed."""
         return sorted({self.room.walls[self.pose.constraints[i].wall].name for i in self.pose.used})
 
 
@@ -70,7 +70,7 @@ def _wall(line: WallLine) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Walls(Pictured):
-    """The walls in a scan, in the lidar's frame, and where a room is given, the lidar's place in it."""
+    """The walls in a scan, in the lidar's frame, and the lidar's place if a room is given."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, parallel (the place along the walls is open), or no-wall."),
@@ -95,32 +95,32 @@ class Walls(Pictured):
     place: LidarPlace | None
 
     def __len__(self) -> int:
-        """How many walls are in sight."""
+        """Number of walls in the scan."""
         return len(self.lines)
 
     def __getitem__(self, number: int) -> WallLine:
-        """The wall of that number, counted from 0."""
+        """Return wall *number*, counted from 0."""
         return self.lines[number]
 
     @property
     def status(self) -> str:
-        """One word: no-wall, parallel or ok."""
+        """``no-wall``, ``parallel`` or ``ok``."""
         if not self.lines:
             return "no-wall"
         angles = [line.angle for line in self.lines]
-        open_ = all(abs(math.remainder(angle - angles[0], math.pi)) < _PARALLEL for angle in angles)
-        return "parallel" if open_ else "ok"
+        parallel = all(abs(math.remainder(angle - angles[0], math.pi)) < _PARALLEL for angle in angles)
+        return "parallel" if parallel else "ok"
 
     @property
     def ok(self) -> bool:
-        """Whether a wall is in sight, and where a room is given, the place is known."""
+        """Whether there is a wall, and, if a room is given, a place."""
         return bool(self.lines) and (self.place is None or self.place.pose.status == "ok")
 
     @property
     def verdict(self) -> str:
-        """The status in a sentence; none where it is ok."""
+        """The status in a sentence; empty if it is ok."""
         if self.status == "no-wall":
-            few = f"{len(self.points)} points that count" if len(self.points) else "no point counts"
+            few = f"{len(self.points)} points within limits" if len(self.points) else "no point within limits"
             return f"no wall is in sight: {few}, and no straight run of 10 points over 0.4 m among them"
         if self.status == "parallel":
             return "note: all walls in sight are nearly parallel: the place along them is not known"
@@ -137,13 +137,13 @@ def walls(
     yaw: tuple[float, float] = (-math.pi / 4, math.pi / 4),
     lasers: Sequence[Laser] = (),
 ) -> Walls:
-    """Walls in a planar lidar's *scan*, or the file that has it: direction, distance, and how straight each is.
+    """Walls in a planar lidar's *scan*, or in the file of one: direction, distance and straightness of each.
 
-    Ranges within *limits* (m) count, but at bearings between those of *masks* (rad), which see the machine itself.
-    *noise*: sigma of one range, m, by default estimated. With a *room*, a survey or the file with the JSON of one, the
-    lidar's place and yaw in it are found, the yaw (rad) between the two of *yaw*; *lasers* are distances to walls that
-    an operator measured. Raises `InputError` for options that contradict, and files that cannot be used. Source:
-    Merlet, Papegay 2023, III.A.
+    Ranges within *limits* (m) are used, except at bearings within *masks* (pairs, rad), where the machine itself is
+    seen. *noise*: standard deviation of one range, m; estimated by default. In a *room* (a survey, or the file with its
+    JSON) the lidar's place and yaw are found, the yaw between the two values of *yaw* (rad); *lasers* are distances to
+    walls that an operator measured. Raises `InputError` for contradictory options and files that cannot be used.
+    Source: Merlet, Papegay 2023, III.A.
 
     Examples
     --------
@@ -168,19 +168,19 @@ def walls(
 
 
 def _room(survey: str | Path | Survey) -> RoomMap:
-    """The room that a survey found, or `survey --json` printed."""
+    """The room of a survey, or of a file with the output of `survey --json`."""
     if isinstance(survey, Survey):
         return _room_of(survey.to_dict(), "survey")
     file = Path(survey)
     try:
-        found = json.loads(read_bytes(file, _MOST_ROOM, "survey"))
+        found = json.loads(read_bytes(file, _MAX_SURVEY, "survey"))
     except (ValueError, RecursionError):
-        raise InputError(f"{file}: not JSON; what `cablewright survey FILE --json` printed is wanted") from None
+        raise InputError(f"{file}: not JSON; expected the output of `cablewright survey FILE --json`") from None
     return _room_of(found, str(file))
 
 
 def _room_of(found: Any, origin: str) -> RoomMap:
-    """The upright walls among the figures of a survey."""
+    """The vertical walls among the figures of a survey."""
     try:
         sigmas = found["sigma"]["walls"]
         walls_ = [
@@ -195,8 +195,8 @@ def _room_of(found: Any, origin: str) -> RoomMap:
             if not wall["normal"][2]
         ]
     except (KeyError, IndexError, TypeError, ValueError, AttributeError):
-        wanted = "walls with normal and distance, and their sigma, as `cablewright survey FILE --json` prints them"
-        raise InputError(f"{origin}: {wanted}, are wanted") from None
+        expected = "walls with normal and distance, and their sigma, as `cablewright survey FILE --json` prints them"
+        raise InputError(f"{origin}: expected {expected}") from None
     return RoomMap(tuple(walls_))
 
 

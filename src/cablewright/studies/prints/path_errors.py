@@ -17,10 +17,10 @@ _MAX_ERROR: Final = 0.1  # m, range of the histogram
 
 
 class PathErrors:
-    """Errors of one column of positions from the path near the current distance."""
+    """Accumulates the errors of true or estimated positions from the path near the current distance."""
 
     def __init__(self, track: Track, print_speed: float, prefix: str) -> None:
-        """Of the columns that begin with *prefix*: ``true_`` or none."""
+        """*prefix* of the columns of positions and velocities: ``true_``, or empty for estimates."""
         self._track, self._prefix = track, prefix
         self._error, self._height, self._speed = Moments(), Moments(), Moments()
         self._layers = [Moments() for _ in track.visits.begin]

@@ -44,9 +44,9 @@ def record(
     print_speed: float,
     true_structure: HeightField | None = None,
 ) -> PrintRecord:
-    """Make the record of the print whose log has *entries* and *head*, and which followed *track* (of the platform).
+    """Return the record of the print that followed *track* (of the platform), from the *entries* and *head* of its log.
 
-    *print_speed*: m/s, planned. *true_structure*: the true structure at the end, if known.
+    *print_speed*: m/s, planned. *true_structure*: at the end, if known.
     """
     recorder = Recorder(head, track, print_speed)
     for entry in entries:
@@ -55,10 +55,10 @@ def record(
 
 
 class Recorder:
-    """Accumulates the steps of a print. Its memory grows with the number of layers alone."""
+    """Accumulates the steps of a print. Its memory grows only with the number of layers."""
 
     def __init__(self, head: LogHead, track: Track, print_speed: float) -> None:
-        """Start with no steps."""
+        """Start with no steps; arguments: see `record`."""
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
         self._table = StepsTable(m, head.settings, head.period, _BLOCK)
@@ -94,32 +94,27 @@ class Recorder:
         for notice in entry.frame.notices:
             subject = f"{notice.subject}: " if notice.subject else ""
             self._notices[subject + notice.condition.value] += 1
-        self._add_readings(entry)
-        if self._table.full:
-            self._flush()
-
-    def _add_readings(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
             if isinstance(reading, LineAngles):
                 self._add_vibration(reading, entry)
             elif isinstance(reading, Scan) and reading.source == "vertical" and self._structure is not None:
                 self._structure.add(reading)
+        if self._table.full:
+            self._flush()
 
     def _add_vibration(self, reading: LineAngles, entry: Entry) -> None:
         """Add the lines' angles; expected frequencies are computed at both ends of a window."""
-        whole = self._vibration.add(reading)
-        if not whole and not self._vibration.window_begins:
+        complete = self._vibration.add(reading)
+        if not complete and not self._vibration.window_begins:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
-            expected = self._tensions.frequencies(estimate, self._mass(self._table.left))
-        if whole:
+            mass = self.head.settings.drum.empty_mass + max(self._table.left, 0.0)
+            expected = self._tensions.frequencies(estimate, mass)
+        if complete:
             self._vibration.close(self._table.temperature, 0.5 * (self._expected + expected))
         else:
             self._expected = expected
-
-    def _mass(self, powder: float) -> float:
-        return self.head.settings.drum.empty_mass + max(powder, 0.0)
 
     def _add_progress(self, entry: Entry) -> None:
         """Add distance and state."""
