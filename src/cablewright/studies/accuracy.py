@@ -27,6 +27,8 @@ from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 from cablewright.studies.job_poses import along, require_lines
 from cablewright.studies.places import Places, workspace_nodes
 
+Ranges = Sequence[Range] | None
+
 
 def _of_workspace(study: AccuracyStudy) -> bool:
     return study.workspace is not None
@@ -64,36 +66,24 @@ class AccuracyStudy(Result):
 
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Places | Job | str | Path,
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Places | Job | str | Path, ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> AccuracyStudy: ...
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Sequence[float],
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Sequence[float], ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> AccuracyAtPose: ...
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Sequence[Sequence[float]],
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Sequence[Sequence[float]], ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> Accuracy: ...
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Array,
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Array, ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> Accuracy | AccuracyAtPose: ...
 def accuracy(
     robot: Robot | Model,
     where: ArrayLike | Places | Job | str | Path,
-    ranges: Sequence[Range] | None = None,
+    ranges: Ranges = None,
     *,
     compensation: str = "none",
     method: Method | str = "vertices",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -64,16 +65,11 @@ def estimator(
         return _WithTensions(started, own.chain.model) if isinstance(own, FilterSettings) else started
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    reckoning = reckoning_settings(robot, settings)
-    return _SteppedEstimator(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
-
-
-def reckoning_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
-    """Return the settings of dead reckoning from a machine's description."""
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)
-    model = Model(with_drum_mass(robot, settings))
-    return ReckoningSettings(model, winch.counts * winch.ratio / (2.0 * np.pi), coils, winch.held)
+    counts_per_radian = winch.counts * winch.ratio / math.tau
+    reckoning = ReckoningSettings(Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held)
+    return _SteppedEstimator(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
 
 
 class _SteppedEstimator:

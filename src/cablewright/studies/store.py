@@ -18,6 +18,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.printing.job import Job
@@ -139,20 +140,26 @@ def write_places(study: AccuracyStudy, folder: Path) -> None:
     columns: dict[str, object] = {"status": found.codes}
     if study.places.distance is not None:
         columns["distance"] = study.places.distance
-    for prefix, points in (
-        ("", found.wanted_nozzle),
-        ("nominal_error_", found.nominal_offset),
-        ("worst_error_", found.worst_offset),
-        ("lowest_error_", spread.low),
-        ("highest_error_", spread.high),
-        ("deviation_", spread.deviation),
-    ):
-        columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    columns |= _by_axis(
+        {
+            "": found.wanted_nozzle,
+            "nominal_error_": found.nominal_offset,
+            "worst_error_": found.worst_offset,
+            "lowest_error_": spread.low,
+            "highest_error_": spread.high,
+            "deviation_": spread.deviation,
+        }
+    )
     for name in ("max_error", "max_deviation", "max_turn", "likely_error", "nonlinearity", "unsolved"):
         columns[name] = getattr(spread, name)
     columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
     with pa.OSFile(str(folder / "places.parquet"), "wb") as sink:
         pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
+
+
+def _by_axis(points: Mapping[str, Array]) -> dict[str, Array]:
+    """Columns of the x, y and z of some points or vectors (k, 3), named by their prefix and the axis."""
+    return {f"{prefix}{axis}": values[:, k] for prefix, values in points.items() for k, axis in enumerate("xyz")}
 
 
 def robot_hash(robot: str) -> str:
@@ -180,15 +187,11 @@ def _table(check: Check, names: list[str]) -> pa.Table:
         "extruding": samples.extruding,
         "status": check.codes,
     }
-    for prefix, points in (
-        ("", samples.positions),
-        ("uncompensated_", check.nozzle(check.statics.uncompensated)),
-        ("elastic_only_", check.nozzle(check.statics.elastic_only)),
-        ("compensated_", check.nozzle(check.statics.compensated)),
-    ):
-        columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    reached = ("uncompensated", "elastic_only", "compensated")
+    nozzles = {f"{name}_": check.nozzle(getattr(check.statics, name)) for name in reached}
+    columns |= _by_axis({"": samples.positions} | nozzles)
     if check.robot.n == 6:
-        columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
+        columns |= _by_axis({"rotation_": check.poses[:, 3:]})
         columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
     if check.retraction is not None:
         columns["retraction"] = check.retraction

@@ -17,9 +17,9 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot, load
 from cablewright.studies import store
-from cablewright.studies.prints.finish import finish, step_times
 from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, twin_of
+from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import PrintRun, run_print
 
@@ -105,7 +105,7 @@ def print_job(
 
 def _written_metrics(run: PrintRun, record: PrintRecord, log: Path, page: Path | None = None) -> dict[str, Any]:
     """Write metrics.json; return its content."""
-    of_run = {"step_time": step_times(run.timing), "status": run.status, "reason": run.reason}
+    of_run = {"step_time": run.timing.statistics(), "status": run.status, "reason": run.reason}
     text = metrics_text(record, of_run | {"log": log, "report": page})
     write_whole(run.folder / "metrics.json", text.encode())
     values: dict[str, Any] = json.loads(text)

@@ -10,13 +10,16 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from cablewright.machine.log.log import Entry, LogHead
+from cablewright.machine.log.join import join_log
+from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
+from cablewright.progress import Progress
 from cablewright.signals import Distance, Inertial, LineAngles, PrintState, Scan
 from cablewright.studies.fault_count import FaultCount, count_faults
 from cablewright.studies.prints.line_tensions import LineTensions
@@ -52,6 +55,29 @@ def record(
     for entry in entries:
         recorder.add(entry)
     return recorder.finish(true_structure)
+
+
+def finish(
+    folder: Path,
+    track: Track,
+    print_speed: float,
+    true_structure: HeightField | None = None,
+    progress: Progress | None = None,
+) -> tuple[PrintRecord, Path]:
+    """Join the log of the print in *folder* and make its record; return the record and the joined log's path.
+
+    *track*, *print_speed* (m/s) and *true_structure*: as in `Recorder`. May be repeated.
+
+    Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
+    """
+    joined = join_log(folder)
+    with read_log(joined) as log:
+        recorder = Recorder(log.head, track, print_speed)
+        for count, entry in enumerate(log.entries(without=UNUSED)):
+            recorder.add(entry)
+            if progress is not None and count % 1000 == 0:
+                progress("reading the log (bytes)", log.position, log.size)
+        return recorder.finish(true_structure, notes=tuple(log.notes)), joined
 
 
 class Recorder:

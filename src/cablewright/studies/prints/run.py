@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from cablewright.arrays import Array
@@ -52,6 +53,31 @@ class Timing:
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
     lateness: array[float] = field(default_factory=lambda: array("d"))  # of a real-time print; negative: early
+
+    def statistics(self) -> dict[str, float | int]:
+        """Return statistics of the durations, s: by wall clock, and by processor time (``processor_``).
+
+        ``over``: number of steps longer than the period by the wall clock; ``over_by_itself``: by processor time. A
+        real-time print also has ``late``, the number of steps that ended late, and ``latest``, the largest delay, s.
+        """
+        if not self.wall:
+            return {"count": 0}
+        wall, processor = np.array(self.wall), np.array(self.processor)
+        times: dict[str, float | int] = {
+            "count": len(wall),
+            "mean": float(wall.mean()),
+            "p99": float(np.percentile(wall, 99.0)),
+            "max": float(wall.max()),
+            "processor_mean": float(processor.mean()),
+            "processor_p99": float(np.percentile(processor, 99.0)),
+            "processor_max": float(processor.max()),
+            "over": int(np.count_nonzero(wall > self.period)),
+            "over_by_itself": int(np.count_nonzero(processor > self.period)),
+        }
+        if self.lateness:
+            late = np.array(self.lateness)
+            times |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
+        return times
 
 
 @dataclass(eq=False)
