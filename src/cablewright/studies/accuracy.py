@@ -158,5 +158,7 @@ def _studied(
     """The study of *poses* (N, n) that bring the nozzle to *places*."""
     found = question.answer(question.hold(poses, retraction))
     if not np.isfinite(found.spread.max_error).any():
-        raise AnswerError(f"robot {found.robot.name}: at no place is there an equilibrium for all uncertain values")
+        raise AnswerError(
+            f"robot {found.robot.name}: no place has an equilibrium for any values of the uncertain parameters"
+        )
     return AccuracyStudy(places, found, limits, sheave_rules(found.robot))
