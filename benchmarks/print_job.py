@@ -10,8 +10,8 @@ from benchmarks.timing import Row
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.studies.prints.finish import finish, step_times
 from cablewright.studies.prints.plan import PrintOptions, twin_of
+from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing, run_print
 
@@ -39,7 +39,7 @@ def rows(job: Job) -> Iterator[Row]:
         yield Row(f"{name}: speed off by", 100.0 * off, "%", "<= 0.6", off <= 6e-3)
         variance = 1e4 * speed.variance
         yield Row(f"{name}: its variance", variance, "(cm/s)^2", "<= 0.027", variance <= 0.027)
-        told = step_times(timing)
+        told = timing.statistics()
         yield Row(f"{name}: a step of control and log", 1e3 * told["mean"], "ms", "<= 1", told["mean"] <= 1e-3)
         yield Row(f"{name}: 99 of 100 steps", 1e3 * told["p99"], "ms", "<= 5", told["p99"] <= 5e-3)
 

@@ -8,7 +8,8 @@ import pytest
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log.log import LogHead, LogWriter, read_log
 from cablewright.robot import load
-from cablewright.studies.drive import SLACK, DriveSettings, drive, path_length, random_loop
+from cablewright.studies.drive import DriveSettings, drive, path_length, random_loop
+from cablewright.studies.error_statistics import SLACK
 from twins import SETTINGS, machine
 
 LOOP = random_loop(load("merlet2023"), 28.0, seed=2)

@@ -86,7 +86,7 @@ def test_the_layer_that_first_reaches_a_line_is_found(job: Job, model: Model) ->
     x, _, z = found.samples.positions[found.first_sample]
     assert x == pytest.approx(1.0)
     assert 0.02 <= z < 0.05  # on its way down, or there
-    assert set(seen) == {"reading G-code", "holding lines against all", "free region"}
+    assert set(seen) == {"reading G-code", "distances of lines", "free region"}
     contact = found.contacts.part
     assert contact.line == "west"
     assert contact.margin < 0.0

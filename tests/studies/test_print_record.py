@@ -18,7 +18,7 @@ from cablewright.signals import Estimate, LineAngles, PrintState, Progress, Sens
 from cablewright.studies.prints.metrics import metrics, metrics_text
 from cablewright.studies.prints.record import UNUSED, record
 from cablewright.studies.prints.spooling import SpoolStatistics
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import row_type
 from cablewright.studies.prints.structure import _floor_correction
 from cablewright.studies.prints.vibration import WINDOW, VibrationWindows, peak_frequency
 from printed import SPEED, head, printed, rounds, standard, without
@@ -93,9 +93,9 @@ def test_what_is_drawn_is_of_the_steps(made, found) -> None:
     entries, _, _ = made
     assert len(found.rows) == len(entries)
     assert found.rows["true_position"] == pytest.approx(np.array([e.truth.position for e in entries]))
-    assert found.plotted["taut"].shape == (len(entries), 4)
+    assert found.rows["taut"].shape == (len(entries), 4)
     slack = found.rows["slack"] == 1.0
-    off = np.abs(found.rows["measured"] - found.plotted["taut"])
+    off = np.abs(found.rows["measured"] - found.rows["taut"])
     assert np.nanmedian(off[slack]) > 3.0 * np.nanmedian(off[~slack])
 
 
@@ -262,7 +262,7 @@ def test_a_regular_coil_is_regular_and_a_walk_is_not() -> None:
 
 
 def test_columns_have_their_own_places() -> None:
-    rows = Columns(4, np.arange(float(Columns.width(4)))[None])
+    rows = np.arange(row_type(4).itemsize / 8).view(row_type(4))
     values = np.concatenate([np.ravel(rows[name]) for name in ("time", "step", "target", "position", "excess")])
     assert len(np.unique(values)) == len(values)
     assert rows["excess"].shape == (1, 4)

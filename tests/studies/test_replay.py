@@ -77,9 +77,8 @@ def test_slack_lines_are_counted_as_defined(recording, path: Path) -> None:
             continue
         due += 1
         right += bool(estimate.slack[truth.excess > 5e-3].all() and not estimate.slack[truth.excess <= 0.0].any())
-    count, share = found.slack_identified()
-    assert count == due
-    assert share == pytest.approx(right / due if due else np.nan, nan_ok=True)
+    assert found.slack_errors["steps"] == due
+    assert found.slack_errors["named_share"] == pytest.approx(right / due if due else np.nan, nan_ok=True)
 
 
 def test_a_log_without_truth_is_replayed_without_errors(recording, tmp_path: Path) -> None:

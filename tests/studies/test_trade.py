@@ -216,10 +216,10 @@ def test_bad_sweeps_are_refused_before_any_work(
     [
         ({"count": "cells"}, "unknown count"),
         ({"inertia": "cylinder"}, "unknown inertia"),
-        ({"count": "nodes", "tolerance": 0.1}, "does not go with count nodes"),
-        ({"clearance": -1.0}, "a length of 0 or more"),
-        ({"clearance": float("nan")}, "a length of 0 or more"),
-        ({"inertia": "box", "retraction": RetractionLaw(0.0, 1.5)}, "does not go with a retraction law"),
+        ({"count": "nodes", "tolerance": 0.1}, "cannot be combined with count nodes"),
+        ({"clearance": -1.0}, "must be at least 0 m"),
+        ({"clearance": float("nan")}, "must be at least 0 m"),
+        ({"inertia": "box", "retraction": RetractionLaw(0.0, 1.5)}, "cannot be combined with a retraction law"),
     ],
 )
 def test_bad_questions_are_refused(given: dict[str, object], says: str) -> None:

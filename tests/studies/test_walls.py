@@ -46,7 +46,7 @@ def test_a_room_is_a_survey_or_its_file(tmp_path: Path) -> None:
 def test_an_empty_scan_has_no_wall() -> None:
     found = cw.walls(cw.FileScan(np.zeros(0), np.zeros(0), "m", "rad", ()))
     assert [len(found), found.status, found.ok] == [0, "no-wall", False]
-    assert "no point counts" in found.refusal
+    assert "no point within limits" in found.refusal
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""How far off the nozzle is: at a pose, at poses, over a shape or along a job's path."""
+"""`accuracy`: errors of the nozzle at a pose, at poses, over a shape or along a job's path."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions
 from cablewright.analyses.accuracy.spread import Method
 from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
-from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
@@ -25,8 +24,10 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.arguments import as_poses
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
-from cablewright.studies.job_poses import along
-from cablewright.studies.places import Places
+from cablewright.studies.job_poses import along, require_lines
+from cablewright.studies.places import Places, workspace_nodes
+
+Ranges = Sequence[Range] | None
 
 
 def _of_workspace(study: AccuracyStudy) -> bool:
@@ -35,7 +36,7 @@ def _of_workspace(study: AccuracyStudy) -> bool:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyStudy(Result):
-    """How far off the machine is over a shape. Rows of `accuracy` are its places: of a workspace, those reached."""
+    """Errors of the nozzle over a shape. A row of `accuracy` is a place; of a workspace, a grid node inside it."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
@@ -65,36 +66,24 @@ class AccuracyStudy(Result):
 
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Places | Job | str | Path,
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Places | Job | str | Path, ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> AccuracyStudy: ...
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Sequence[float],
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Sequence[float], ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> AccuracyAtPose: ...
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Sequence[Sequence[float]],
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Sequence[Sequence[float]], ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> Accuracy: ...
 @overload
 def accuracy(
-    robot: Robot | Model,
-    where: Array,
-    ranges: Sequence[Range] | None = None,
-    **options: Unpack[AccuracyOptions],
+    robot: Robot | Model, where: Array, ranges: Ranges = None, **options: Unpack[AccuracyOptions]
 ) -> Accuracy | AccuracyAtPose: ...
 def accuracy(
     robot: Robot | Model,
     where: ArrayLike | Places | Job | str | Path,
-    ranges: Sequence[Range] | None = None,
+    ranges: Ranges = None,
     *,
     compensation: str = "none",
     method: Method | str = "vertices",
@@ -104,21 +93,21 @@ def accuracy(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> AccuracyAtPose | Accuracy | AccuracyStudy:
-    """How far off the nozzle of *robot* is *where* it is wanted, while numbers are uncertain by *ranges*.
+    """Errors of the nozzle of *robot* at the places or poses *where*, while parameters are uncertain by *ranges*.
 
-    *where* is one pose (n,), m and rad, for all there is to say of it (`AccuracyAtPose`); poses (N, n) (`Accuracy`);
-    `Places`, gone through unrotated, or a `Job` or its file, held as its schedule has it (`AccuracyStudy`).
+    *where* is one pose (n,), m and rad (returns `AccuracyAtPose`, the most detailed result); poses (N, n) (`Accuracy`);
+    `Places`, with the platform unrotated, or a `Job` or its file, with the rotations of its schedule (`AccuracyStudy`).
 
-    *ranges*: every line's modulus between 0.7 and 1.3 of its nominal value when left out. *compensation*: the model
-    that the commanded lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: what finds the
-    spread, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
+    *ranges*: by default each line's modulus between 0.7 and 1.3 of its nominal value. *compensation*: the model that
+    the commanded lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: how the spread of errors
+    is found, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
-    commanded lengths are true. *retraction* (N,), m, belongs to poses. *seed*: of the random points that are tried
-    against the corners of the ranges at one pose. Errors are those against all physics: a model under another law is
-    refused.
+    commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: of the random points inside the ranges that
+    are compared with their corners at one pose. The machine follows the full model (catenary, real sheaves): a model
+    under another law is refused.
 
-    Raises `InputError` for what cannot be used, `AnswerError` where the robot can be at none of the places. Source:
-    Paty 2021, section 2.3.
+    Raises `InputError` for arguments that cannot be used, `AnswerError` if no place can be reached. Source: Paty 2021,
+    section 2.3.
 
     Examples
     --------
@@ -127,51 +116,49 @@ def accuracy(
     >>> found.nominal_error.round(4)
     array([0.019 , 0.0238])
     """
-    asked = AccuracyQuestion.of(robot, ranges, compensation, method, tension_limits, home, progress)
+    question = AccuracyQuestion.of(robot, ranges, compensation, method, tension_limits, home, progress)
     if seed < 0:
-        raise InputError(f"seed = {seed}: at least 0 is wanted")
+        raise InputError(f"seed = {seed}: must be at least 0")
     if isinstance(where, str | Path):
         where = load_job(where)
     if isinstance(where, Places | Job):
-        return _over_shape(asked, where, retraction)
-    poses, single = as_poses(asked.model, where, "pose", free=True)
+        return _over_shape(question, where, retraction)
+    poses, single = as_poses(question.model, where, "pose", free=True)
     if not single:
-        return asked.answer(asked.hold(poses, retraction))
+        return question.answer(question.hold(poses, retraction))
     if retraction is not None:
         raise InputError("retraction: of poses (N, n); at one pose give the robot retracted")
-    return at_pose(asked, poses, seed)
+    return at_pose(question, poses, seed)
 
 
-def _over_shape(asked: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None) -> AccuracyStudy:
-    """The study of a shape. Raises `InputError` where it cannot be gone through unrotated."""
-    robot = asked.model.robot
+def _over_shape(question: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None) -> AccuracyStudy:
+    """The study of a shape. Raises `InputError` for a robot with fewer lines than freedoms."""
+    model, robot = question.model, question.model.robot
     if retraction is not None:
         raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
-    if robot.m < robot.n:
-        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms over a shape")
+    require_lines(robot, "over a shape")
     if isinstance(where, Job):
-        samples = where.samples(where.toolpath(asked.progress))
+        samples = where.samples(where.toolpath(question.progress))
         places = Places("path", samples.positions, samples.distance)
-        return _studied(asked, places, *along(robot, where, samples))
+        return _studied(question, places, *along(robot, where, samples))
     if where.step is None:
-        return _studied(asked, where, asked.model.unrotated_at(where.positions))
-    nodes = count_nodes(asked.model, "static", step=where.step, progress=asked.progress)
-    if not nodes.counted:
-        raise AnswerError(f"robot {robot.name}: no place of a grid of {where.step:g} m is within all limits")
+        return _studied(question, where, model.unrotated_at(where.positions))
+    nodes = workspace_nodes(model, where.step, question.progress)
     places = Places("workspace", nodes.places, axes=nodes.axes)
-    return _studied(asked, places, asked.model.unrotated_at(places.positions), limits=boundary_limits(nodes))
+    return _studied(question, places, model.unrotated_at(places.positions), limits=boundary_limits(nodes))
 
 
 def _studied(
-    asked: AccuracyQuestion,
+    question: AccuracyQuestion,
     places: Places,
     poses: Array,
     retraction: Array | None = None,
     limits: BoundaryLimits | None = None,
 ) -> AccuracyStudy:
     """The study of *poses* (N, n) that bring the nozzle to *places*."""
-    found = asked.answer(asked.hold(poses, retraction))
-    robot = found.robot
+    found = question.answer(question.hold(poses, retraction))
     if not np.isfinite(found.spread.max_error).any():
-        raise AnswerError(f"robot {robot.name}: at no place do the uncertain numbers leave an equilibrium")
-    return AccuracyStudy(places, found, limits, sheave_rules(robot))
+        raise AnswerError(
+            f"robot {found.robot.name}: no place has an equilibrium for any values of the uncertain parameters"
+        )
+    return AccuracyStudy(places, found, limits, sheave_rules(found.robot))

@@ -1,4 +1,4 @@
-"""Accuracy at one place: the region of the nozzle, what each compensation leaves, the tensions that hold it best."""
+"""Accuracy at one pose: region of the nozzle, remaining error of each compensation, tensions that hold it best."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cablewright.errors import AnswerError
 from cablewright.results import Figure, Result
 
 INNER = 4000
-"""Random points inside the box of ranges that are tried against its corners."""
+"""Random points inside the box of ranges that are compared with its corners."""
 
 
 def _only_moduli(found: AccuracyAtPose) -> bool:
@@ -29,13 +29,13 @@ def _only_moduli(found: AccuracyAtPose) -> bool:
 
 
 def _of_row(name: str) -> Callable[[AccuracyAtPose], Any]:
-    """What reads the one row of an array of the accuracy."""
+    """Return a function that reads the one row of an array of the accuracy."""
     return lambda found: attrgetter(name)(found.accuracy)[0]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyAtPose(Result):
-    """What there is to say of one pose."""
+    """Errors of the nozzle at one pose: by corner of the ranges, by parameter, by compensation, by tensions."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
@@ -69,8 +69,8 @@ class AccuracyAtPose(Result):
 
     accuracy: Accuracy  # one row
     region: Region  # of the corners of the ranges
-    remains: dict[str, Accuracy]  # by compensation, each one row; those whose lengths lead somewhere
-    best: BestTensions | None  # None where tensions cannot be chosen, or there are too many ways to
+    remains: dict[str, Accuracy]  # by compensation, each one row; those whose lengths have an equilibrium
+    best: BestTensions | None  # None if tensions cannot be chosen, or have too many freedoms
 
     def _worst_values(self) -> dict[str, float]:
         return dict(zip(self.accuracy.labels, self.accuracy.spread.worst_values[0].tolist(), strict=True))
@@ -97,7 +97,7 @@ class AccuracyAtPose(Result):
         return None if self.best is None else {name: getattr(self.best, name) for name in names}
 
     def _vertices(self) -> list[dict[str, object]]:
-        """Every corner: its values, where the nozzle is, its error and its distance from the nominal point."""
+        """Every corner: values, nozzle position, error, and distance from the nominal nozzle position."""
         corners = self.region
         errors = np.linalg.norm(corners.points - corners.wanted, axis=1)
         away = np.linalg.norm(corners.points - corners.nominal, axis=1)
@@ -105,19 +105,21 @@ class AccuracyAtPose(Result):
         return [{"values": v, "nozzle": p, "error": float(e), "deviation": float(d)} for v, p, e, d in rows]
 
 
-def at_pose(asked: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPose:
-    """All there is to say of one *pose* (1, n); see `accuracy`. Raises `AnswerError` where it cannot be held."""
-    robot, there = asked.model.robot, asked.hold(pose)
-    found = asked.answer(there)
+def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPose:
+    """Errors at one *pose* (1, n), m and rad; *seed*: see `accuracy`. Raises `AnswerError` if it cannot be held."""
+    robot, there = question.model.robot, question.hold(pose)
+    found = question.answer(there)
     if not np.isfinite(found.spread.max_error).any():
-        raise AnswerError(f"robot {robot.name}: the uncertain numbers leave no equilibrium here")
+        raise AnswerError(f"robot {robot.name}: no equilibrium here for any values of the uncertain parameters")
     remains = {}
     for name, other in COMPENSATIONS.items():
-        with suppress(AnswerError):  # a controller may have no lengths here that lead anywhere
-            remains[name] = found if other is asked.compensation else replace(asked, compensation=other).answer(there)
+        with suppress(AnswerError):  # lengths of this compensation may have no equilibrium
+            remains[name] = (
+                found if other is question.compensation else replace(question, compensation=other).answer(there)
+            )
     corners = region(found.problem, corner_values(found.problem), inner=INNER, seed=seed)
     best = None
     if robot.m - robot.n in GRID:
-        quick = Vertices() if len(asked.ranges) <= ALL_VERTICES else FirstOrder()
-        best = best_tensions(there.equilibria, asked.ranges, quick)
+        quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()
+        best = best_tensions(there.equilibria, question.ranges, quick)
     return AccuracyAtPose(found, corners, remains, best)

@@ -1,4 +1,4 @@
-"""Where a robot stresses its brackets most, along a job or over its workspace; and what the assumed sizes matter."""
+"""`bracket`: largest stress in a robot's sheave brackets at a pose, along a job or over its workspace."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.bracket.loads import Loads, joints, loads_at
 from cablewright.analyses.bracket.stress import Comparison, bracket_at, bracket_of, plate_peaks
-from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
@@ -22,6 +21,7 @@ from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Bracket, Robot, load_bracket
 from cablewright.studies.job_poses import along
+from cablewright.studies.places import workspace_nodes
 
 SIZES = (
     ("baseplate", "thickness"),
@@ -32,37 +32,34 @@ SIZES = (
     ("", "standoff"),
     ("", "rise"),
 )
-"""The assumed sizes that `sensitivity` varies, by part."""
+"""Assumed sizes that `sensitivity` varies: part and key; without a part, of the bracket itself."""
 
 BLOCK = 8192  # poses between two reports of progress
-_LOOKED_AT = 48  # poses that tell where parts are stressed most
-_KEPT = 16  # poses of which the fine mesh decides
+_SAMPLES = 48  # poses whose most stressed points are evaluated at all poses
+_KEPT = 16  # poses of each design that are evaluated on the fine mesh
 _MAX_POSES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Highest:
-    """Where the stress of each design is highest: indices into `poses` (N, n), and the stresses there, Pa.
+    """The poses at which each design is stressed most. Pairs: universal joint, conventional."""
 
-    A row or entry for each of `DESIGNS`. `held`: how many poses both designs can hold.
-    """
-
-    poses: Array
-    retraction: Array | None
-    held: int
-    at: tuple[int, int]
-    stress: tuple[float, float]
+    poses: Array  # (N, n) m and rad, all that were evaluated
+    retraction: Array | None  # (N,) m
+    held: int  # poses that both designs can hold
+    at: tuple[int, int]  # rows of `poses`
+    stress: tuple[float, float]  # Pa
 
     @property
     def worst(self) -> tuple[list[float], float | None]:
-        """The pose of the universal joint's highest stress, and the retraction length there."""
+        """Pose of the universal joint's highest stress, and the retraction length there, m."""
         row = self.at[0]
         return self.poses[row].tolist(), None if self.retraction is None else float(self.retraction[row])
 
 
 @dataclass(frozen=True)
 class Varied:
-    """The largest stresses of both designs with one size changed, m and Pa."""
+    """Largest stresses of both designs, Pa, with one size multiplied by a factor."""
 
     name: str
     factor: float
@@ -70,13 +67,13 @@ class Varied:
     conventional: float
 
     def to_dict(self) -> dict[str, object]:
-        """The size, the factor and the stresses as JSON has them."""
+        """Return the size, the factor and the stresses as JSON has them."""
         return {"size": self.name, "factor": self.factor, "universal_joint": self.universal_joint,
                 "conventional": self.conventional, "ratio": self.ratio}  # fmt: skip
 
     @property
     def ratio(self) -> float:
-        """The conventional design's over the universal joint's."""
+        """Stress of the conventional design over that of the universal joint."""
         return self.conventional / self.universal_joint
 
 
@@ -84,11 +81,11 @@ def highest(
     model: Model, poses: ArrayLike, *, bracket: Bracket | None = None, retraction: ArrayLike | None = None,
     times: int = 2, progress: Progress | None = None,
 ) -> Highest:  # fmt: skip
-    """Find the *poses* (N, n) at which the brackets of either design are stressed most, of those that both can hold.
+    """Find the poses at which the brackets of either design are stressed most, of those that both designs can hold.
 
-    A part's stress is the sum of a few unit load cases. All poses are looked at on the coarsest mesh, at the places
-    that are worst at some of them; the most stressed of them at all places, on the mesh of *times*. Raises
-    `AnswerError` where no pose can be held.
+    *poses* (N, n), m and rad; *retraction*: (N,) m or one for all. A part's stress is the sum of a few unit load
+    cases. All poses are evaluated on the coarsest mesh, at the points that are stressed most at some of them; the most
+    stressed poses at all points of the mesh of *times*. Raises `AnswerError` if no pose can be held.
     """
     own = bracket_of(model.robot) if bracket is None else bracket
     report, places = progress or silent, np.atleast_2d(np.asarray(poses, dtype=np.float64))
@@ -104,7 +101,7 @@ def highest(
         found = np.stack([plate_peaks(own, held, times, some).max(axis=(0, 2)) for held, some in each])
         return np.where(np.isfinite(found).all(axis=0), found, -np.inf)
 
-    some: tuple[Loads, Loads] | None = loads(np.unique(np.linspace(0, len(places) - 1, _LOOKED_AT).astype(np.int64)))
+    some: tuple[Loads, Loads] | None = loads(np.unique(np.linspace(0, len(places) - 1, _SAMPLES).astype(np.int64)))
     if not all(each.held.ok.any() for each in some or ()):
         some = None
     peaks = np.empty((2, len(places)))
@@ -125,7 +122,7 @@ def highest(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BracketStress(Pictured):
-    """Stress in the brackets of both designs at a pose, and how that pose was found and depends on assumed sizes."""
+    """Stress in the brackets of both designs at a pose, the search for that pose, and the effect of assumed sizes."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok; yields: the universal joint's bracket is stressed beyond its yield strength."),
@@ -151,12 +148,12 @@ class BracketStress(Pictured):
 
     @property
     def status(self) -> str:
-        """Ok or yields."""
+        """``ok`` or ``yields``."""
         return "yields" if self.designs.universal_joint.safety < 1.0 else "ok"
 
     @property
     def verdict(self) -> str:
-        """Which bracket yields, in a sentence; empty if none does."""
+        """The bracket that yields, in a sentence; empty if none does."""
         found = self.designs.universal_joint
         if self.status == "ok":
             return ""
@@ -165,7 +162,7 @@ class BracketStress(Pictured):
 
     @property
     def searched(self) -> dict[str, object] | None:
-        """Where the stress of each design is highest, as JSON has it; None for a given pose."""
+        """The poses of the highest stress of each design, as JSON has them; None for a given pose."""
         found = self.highest
         if found is None:
             return None
@@ -187,14 +184,15 @@ def bracket(
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> BracketStress:
-    """Stress in the most stressed bracket of a sheave, on its universal joint and with the second rotation blocked.
+    """Stress in the most stressed sheave bracket, with its universal joint and with the second rotation blocked.
 
-    *where* is a pose (n,), m and rad, or a job, of which the most stressed sample counts; or *step* is that of a grid,
-    m, over the whole static workspace. *bracket* takes the place of the robot's own. *times* is the refinement of the
-    mesh, 1, or 2 which also estimates the discretisation error. *sensitivities* adds stresses with each assumed size a
-    quarter smaller and larger. Raises `AnswerError` where no pose can be held, `InputError` where something is missing.
+    *where* is a pose (n,), m and rad, or a job, whose most stressed sample is taken; without it, the most stressed node
+    of a grid of *step*, m, over the static workspace is. *bracket* replaces the robot's own. *times*: mesh refinement;
+    2 also estimates the discretisation error. *sensitivities* adds the stresses with each assumed size a quarter
+    smaller and larger. *retraction*, m, is for a pose. Raises `AnswerError` if no pose can be held, `InputError` for
+    missing or contradictory arguments.
 
-    Source: Paty 2021, section 3.2, whose finite elements this repeats with a mesh of its own.
+    Source: Paty 2021, section 3.2, whose finite-element analysis this repeats with another mesh.
 
     Examples
     --------
@@ -204,13 +202,14 @@ def bracket(
     'ok'
     """
     if (where is None) == (step is None):
-        raise InputError("bracket: a pose or a job, or the step of a grid over the workspace, is wanted")
+        raise InputError("bracket: requires a pose, a job, or the step of a grid over the workspace")
     model = Model.of(robot, cable=cable, tension_limits=tension_limits)
     own = load_bracket(bracket) if isinstance(bracket, str | Path) else bracket or bracket_of(model.robot)
     joints(model.robot)
     found: Highest | None = None
     if step is not None:
-        found = highest(model, _nodes(model, step, progress), bracket=own, times=times, progress=progress)
+        nodes = model.unrotated_at(workspace_nodes(model, step, progress).places)
+        found = highest(model, nodes, bracket=own, times=times, progress=progress)
     elif isinstance(where, Job):
         if retraction is not None:
             raise InputError("retraction: a job's schedule sets it")
@@ -226,24 +225,14 @@ def bracket(
     return BracketStress(designs, found, varied)
 
 
-def _nodes(model: Model, step: float, progress: Progress | None) -> Array:
-    """Poses (N, n) at the nodes of a grid of *step* (m) in the static workspace, the platform unrotated."""
-    if model.m < model.n:
-        raise InputError(f"robot {model.robot.name}: {model.m} lines cannot hold {model.n} freedoms over a grid")
-    nodes = count_nodes(model, "static", step=step, progress=progress)
-    if not nodes.counted:
-        raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")
-    return model.unrotated_at(nodes.places)
-
-
 def sensitivity(
     model: Model, pose: ArrayLike, *, bracket: Bracket | None = None, change: float = 0.25,
     sizes: Sequence[tuple[str, str]] = SIZES, progress: Progress | None = None,
 ) -> tuple[Varied, ...]:  # fmt: skip
-    """Stresses at a *pose* (n,) with each of *sizes* in turn smaller and larger by *change*; first as they are.
+    """Stresses at a *pose* (n,) with the given sizes, then with each of *sizes* smaller and larger by a share *change*.
 
-    Loads do not depend on these sizes. All are of the coarsest mesh, which is good for ratios. A size that cannot be
-    changed so far, because parts would overlap, is left out.
+    Loads do not depend on these sizes. The coarsest mesh is used, which is accurate enough for ratios. A size whose
+    change would make parts overlap is omitted.
     """
     own = bracket_of(model.robot) if bracket is None else bracket
     report, found = progress or silent, []
@@ -265,7 +254,7 @@ def sensitivity(
 
 
 def _resized(bracket: Bracket, part: str, key: str, factor: float) -> Bracket | None:
-    """The bracket with one size times *factor*; None where it does not fit together."""
+    """The bracket with one size times *factor*; None if its parts then overlap."""
     table = bracket.model_dump()
     holder = table[part] if part else table
     value = holder[key]

@@ -1,4 +1,4 @@
-"""The main job: a sliced part on a robot. Lengths, errors and limits of every sample, and one verdict."""
+"""`check`: a sliced part on a robot: lengths, errors and limits of every sample, and one verdict."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ from cablewright.studies.job_poses import along
 
 BLOCK = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 MET = 1e-6
-"""Error (m, and rad) to which the compensated path must be met by the full model."""
+"""Largest error (m, and rad) of the full model on the compensated path."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathStatics:
-    """What k samples of a path ask of m lines. Arrays have one row per sample; SI."""
+    """Statics of k samples of a path with m lines. Arrays have one row per sample; SI."""
 
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
-    violations: Array  # (k,) N, by how much its tensions break their limits
+    violations: Array  # (k,) N, largest excess of a tension over its limits
     tensions: Array  # (k, m) N, at the sheave
-    lines: LineQuantities  # (k, m) each: what limits bound
-    rigid_lengths: Array  # (k, m) m, what a machine without compensation would pay out
-    lengths: Array  # (k, m) m, compensated: what the winches should pay out
-    uncompensated: Array  # (k, n) poses that the platform then takes; NaN where none
-    elastic_only: Array  # (k, n) poses if only elasticity, not sag, were compensated
+    lines: LineQuantities  # (k, m) each: quantities that have limits
+    rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
+    lengths: Array  # (k, m) m, paid out with full compensation
+    uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
+    elastic_only: Array  # (k, n) poses if elasticity but not sag is compensated
     compensated: Array  # (k, n) poses with the compensated lengths
 
     @classmethod
     def of(cls, full: Model, poses: Array, retraction: Array | None) -> Self:
-        """Of neighbouring *poses* (k, n) at rest. Rows that the straight-line geometry refuses are NaN."""
+        """Solve neighbouring *poses* (k, n), m and rad, at rest. Rows without a straight-line geometry are NaN."""
 
         def reached(lengths: Array, near: Array) -> Array:
             return Reached.of(full, lengths, near, retraction=retraction, path=True).poses
@@ -76,13 +76,13 @@ def _extreme(choose: Callable[[Array], float], values: Array) -> float:
 
 
 def _of_all(choose: Callable[[Array], float], name: str) -> Callable[[Check], float]:
-    """What reads the extreme of an array of the check."""
+    """Return a function that reads the extreme of an array of the check."""
     return lambda found: _extreme(choose, attrgetter(name)(found))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Check(Result):
-    """What `check` found of k samples on m lines; SI."""
+    """Result of a check: k samples, m lines; SI."""
 
     FIGURES: ClassVar = (
         Figure("feasible", "", "Whether every sample is within all limits."),
@@ -115,13 +115,13 @@ class Check(Result):
     job: Job
     samples: Samples  # positions (k, 3) of the nozzle, layer, line (of the G-code file), extruding, distance
     law: TimeLaw
-    poses: Array  # (k, n) wanted of the platform's origin
+    poses: Array  # (k, n) intended, of the platform's origin
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
     findings: tuple[Finding, ...]
     feasible: bool
     verdict: str  # one sentence
-    unknown: dict[str, int]  # words of the G-code for which nothing was done
+    unknown: dict[str, int]  # ignored words of the G-code, and how often
     layer_count: int
 
     @property
@@ -151,26 +151,31 @@ class Check(Result):
 
     @cached_property
     def turn_uncompensated(self) -> Array:
-        """(k,) rad, how far the platform is turned from what is wanted; 0 for a point."""
-        return _turned(self.statics.uncompensated, self.poses)
+        """(k,) rad, rotation of the platform from the intended one; 0 for a point."""
+        return self._turn(self.statics.uncompensated)
 
     @cached_property
     def turn_compensated(self) -> Array:
         """(k,) rad."""
-        return _turned(self.statics.compensated, self.poses)
+        return self._turn(self.statics.compensated)
 
     def nozzle(self, poses: Array) -> Array:
-        """Where the nozzle is, (k, 3) m, at *poses* (k, n) of the platform."""
+        """Positions of the nozzle, (k, 3) m, at *poses* (k, n) of the platform, m and rad."""
         return Model(self.robot).nozzle(poses)
 
     def _error(self, poses: Array) -> Array:
         return np.asarray(np.linalg.norm(self.nozzle(poses) - self.samples.positions, axis=1))
 
+    def _turn(self, poses: Array) -> Array:
+        if poses.shape[1] == 3:
+            return np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
+        return angle_between(poses[:, 3:], self.poses[:, 3:])
+
     def _findings(self) -> list[dict[str, object]]:
         return [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings]
 
     def place(self, sample: int) -> dict[str, object]:
-        """Where a sample is: position, layer and line of the G-code file."""
+        """Place of a sample: position (m), layer and line of the G-code file."""
         return {
             "position": [float(x) for x in self.samples.positions[sample]],
             "layer": int(self.samples.layer[sample]),
@@ -185,11 +190,12 @@ def check(
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> Check:
-    """Check *job*, or its file, on *robot* under all physics: its lengths, its errors, what stands in its way.
+    """Check *job*, or its file, on *robot* under the full model: lengths, errors, and limits that are exceeded.
 
-    *tension_limits* (N) replace those of every line. The job's path is the nozzle's; a rigid platform is held unrotated
-    or as the job's schedule has it. Raises `InputError` for a model under another law, a robot with fewer lines than
-    freedoms, a schedule that it cannot follow or a G-code file that cannot be used; an infeasible job is an answer.
+    *tension_limits* (N) replace those of every line. The job's path is the nozzle's; a rigid platform is unrotated or
+    has the rotation of the job's schedule. Raises `InputError` for a model under another law, a robot with fewer lines
+    than freedoms, a schedule that it cannot follow or a G-code file that cannot be used; an infeasible job raises
+    nothing.
     """
     report = progress or silent
     full = Model.full(robot, tension_limits=tension_limits)
@@ -201,7 +207,7 @@ def check(
     poses, retraction = along(robot, job, samples)
     solved = _solve(full, poses, retraction, report)
     speed = _cable_speed(solved.lengths, samples, law)
-    lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)  # one array for both
+    lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)
     findings = judge(robot, poses[:, :3], solved.codes, solved.violations, lines)
     found = Check(
         robot=robot,
@@ -223,7 +229,7 @@ def check(
 
 
 def _solve(full: Model, poses: Array, retraction: Array | None, report: Progress) -> PathStatics:
-    """All inverse and forward problems of the path, block by block."""
+    """Solve the inverse and forward problems of the path, block by block."""
     rows, blocks = len(poses), []
     for first in range(0, rows, BLOCK):
         report("solving", first, rows)
@@ -235,32 +241,25 @@ def _solve(full: Model, poses: Array, retraction: Array | None, report: Progress
 
 
 def _joined(blocks: Sequence[Any]) -> Any:
-    """One value of all rows from those of each block: arrays, or dataclasses of them."""
+    """Concatenate the values of blocks: arrays, or dataclasses of arrays."""
     first = blocks[0]
     if isinstance(first, np.ndarray):
         return np.concatenate(blocks)
     return type(first)(*(_joined([getattr(block, each.name) for block in blocks]) for each in fields(first)))
 
 
-def _turned(poses: Array, wanted: Array) -> Array:
-    """Angle (k,) between the rotations of two lots of poses; 0 for a point."""
-    if poses.shape[1] == 3:
-        return np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
-    return angle_between(poses[:, 3:], wanted[:, 3:])
-
-
 def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
-    """Speed of each cable, m/s: its length per path length, times the speed there."""
-    travelled = np.diff(samples.distance)
-    spent = np.diff(law.time) - samples.dwell[:-1]
-    fastest = np.maximum(np.maximum(law.speed[1:], law.speed[:-1]), travelled / spent)
+    """Speed of each cable (k, m), m/s: its change of length per length of path, times the speed along the path."""
+    distance = np.diff(samples.distance)
+    duration = np.diff(law.time) - samples.dwell[:-1]
+    fastest = np.maximum(np.maximum(law.speed[1:], law.speed[:-1]), distance / duration)
     speed = np.zeros_like(lengths)
-    speed[1:] = np.abs(np.diff(lengths, axis=0)) * (fastest / travelled)[:, None]
+    speed[1:] = np.abs(np.diff(lengths, axis=0)) * (fastest / distance)[:, None]
     return speed
 
 
 def _verdict(found: Check, failed: Indices) -> str:
-    """One sentence; *failed* are the samples that compensation does not meet."""
+    """The verdict in one sentence; *failed*: samples at which the compensated path is not met."""
     machine, part = found.robot.name, found.job.name
     if found.feasible:
         off = _extreme(np.nanmax, found.error_uncompensated)
@@ -279,9 +278,9 @@ def _verdict(found: Check, failed: Indices) -> str:
             f"{machine} cannot print {part}: at {worst.violations} of {len(found.samples)} samples {worst.limit}, "
             f"worst {_where(found, worst.sample)}."
         )
-    who = f" of line {worst.line}" if worst.line else ""
+    line = f" of line {worst.line}" if worst.line else ""
     return (
-        f"{machine} cannot print {part}: {worst.limit}{who} is out of bounds at {worst.violations} of "
+        f"{machine} cannot print {part}: {worst.limit}{line} is out of bounds at {worst.violations} of "
         f"{len(found.samples)} samples, worst {worst.value:.4g} {worst.unit} where {worst.bounds()} is allowed, "
         f"{_where(found, worst.sample)}."
     )

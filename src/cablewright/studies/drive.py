@@ -1,7 +1,7 @@
 """Drives a simulated machine along a path by its true state, and summarises the drive.
 
-The pilot replaces the controller: it controls each winch by its true length, as no controller can. So the log shows a
-machine that moves as intended, for estimators to be tested on.
+The pilot replaces the controller: it controls each winch by its true length, which no real controller knows. So the
+log shows a machine that moves as intended, to test estimators on.
 """
 
 from __future__ import annotations
@@ -23,59 +23,49 @@ from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.signals import Command, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
-
-SLACK: Final = 5e-3
-"""Excess from which a line counts as slack in a summary, m."""
+from cablewright.studies.error_statistics import SLACK
 
 INSET: Final = 1.0
-"""How far a random round keeps from the sides of the robot's frame, m."""
+"""Distance of a random loop from the sides of the robot's frame, m."""
 
-_STEP: Final = 0.02  # m between places whose lengths are solved for
-_SMOOTHING: Final = 0.3  # m along which a line becomes slack
-_LEAD: Final = 0.15  # share of the mean tension by which one line's is smallest, for all of the slack
+_STEP: Final = 0.02  # m between points whose lengths are solved
+_SMOOTHING: Final = 0.3  # m of path over which a line becomes slack
+_LEAD: Final = 0.15  # share of the mean tension by which a line's must be the smallest to get the full slack
 
 
 @dataclass(frozen=True)
 class DriveSettings:
-    """Motion of a pilot. All assumed; the paper gives only its speed."""
+    """Motion of a pilot. All values are assumed except the speed (Merlet and Papegay 2023)."""
 
-    speed: float = 0.03
-    """m/s along the path."""
-    ramp: float = 2.0
-    """s from rest to that speed."""
-    slack: float = 0.03
-    """Excess of the line with the smallest tension, m: as in the paper, one cable is slack at a time."""
-    ease: float = 20.0
-    """s over which the slack begins, for a smooth start."""
-    error: float = 2e-3
-    """Standard deviation of each length's error, m ..."""
-    memory: float = 20.0
-    """... and its correlation time, s."""
-    gain: float = 2.0
-    """Gain of the control of lengths, 1/s."""
-    valve: float = 1.0
-    """Opening of the powder's valve."""
+    speed: float = 0.03  # m/s along the path
+    ramp: float = 2.0  # s from rest to that speed
+    slack: float = 0.03  # m, excess of the line with the smallest tension: one line is slack at a time, as in the paper
+    ease: float = 20.0  # s over which the slack begins, for a smooth start
+    error: float = 2e-3  # m, standard deviation of each length's error ...
+    memory: float = 20.0  # ... and its correlation time, s
+    gain: float = 2.0  # 1/s, gain of the control of lengths
+    valve: float = 1.0  # opening of the powder valve, 0 (shut) to 1 (open)
 
     def __post_init__(self) -> None:
-        """Refuse numbers out of their ranges."""
+        """Raise `InputError` for numbers out of their ranges."""
         for name in ("speed", "ramp", "ease", "memory", "gain"):
             if not 0.0 < getattr(self, name) < 1e6:
-                raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g}: must be finite and over 0")
         for name in ("slack", "error"):
             if not 0.0 <= getattr(self, name) <= 1.0:
-                raise InputError(f"{name} = {getattr(self, name):g} m: 0 to 1 m is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g} m: must be from 0 to 1 m")
         if not 0.0 <= self.valve <= 1.0:
-            raise InputError(f"valve = {self.valve:g}: 0 (shut) to 1 (open) is wanted")
+            raise InputError(f"valve = {self.valve:g}: must be from 0 (shut) to 1 (open)")
 
 
 class Pilot:
-    """Drives the winches of one machine along a closed path again and again, or holds it in place."""
+    """Drives the winches of one machine repeatedly along a closed path, or holds it in place."""
 
     def __init__(self, machine: SimulatedMachine, path: Array | None, settings: DriveSettings, seed: int) -> None:
         """Solve the lengths along *path* at the present height of *machine*; None: hold it in place.
 
-        *path* (k, 2), m, world: evenly spaced points of a closed path, the first one repeated at the end. Raises
-        `AnswerError` where the drum cannot be held.
+        *path* (k, 2), m, world: evenly spaced points of a closed path, the first repeated at the end. *seed*: of the
+        errors of lengths. Raises `AnswerError` where the drum cannot be held.
         """
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])
@@ -105,7 +95,7 @@ class Pilot:
     def command(self) -> Command:
         """Return the command for the next step."""
         now, period, truth, settings = self.machine.time, self.machine.period, self.machine.truth, self.settings
-        here, there = self._wanted(now), self._wanted(now + period)
+        here, there = self._lengths(now), self._lengths(now + period)
         keep = float(np.exp(-period / settings.memory))
         push = settings.error * float(np.sqrt(1.0 - keep * keep))
         self._length_error = keep * self._length_error + push * self._random.standard_normal(len(self._length_error))
@@ -113,7 +103,8 @@ class Pilot:
         rate = (there - here) / period + gain * (here + self._length_error - truth.lengths)
         return Command(now, rate / truth.radii, settings.valve)
 
-    def _wanted(self, now: float) -> Array:
+    def _lengths(self, now: float) -> Array:
+        """Intended lengths (m,), m, at *now* (s), without errors."""
         pieces = len(self._taut) - 1
         place = (self.distance(now) / self._length % 1.0) * pieces if self._length else 0.0
         piece = min(int(place), pieces - 1)
@@ -140,34 +131,24 @@ class Pilot:
 class Drive:
     """Summary of a drive; `add` adds a step."""
 
-    lines: tuple[str, ...]
+    lines: tuple[str, ...]  # names
     steps: int = 0
-    duration: float = 0.0
-    """s on the machine's clock."""
-    distance: float = 0.0
-    """m, path of B."""
-    elapsed: float = 0.0
-    """s of computing time."""
-    slack_steps: Array = field(default_factory=lambda: np.zeros(0))
-    """Steps in which each line's excess was over `SLACK`, (m,)."""
-    max_tension: float = 0.0
-    """N, largest at a sheave."""
-    refills: int = 0
-    """Number of refills of the drum."""
-    max_tilt: float = 0.0
-    """rad, largest angle of the drum's axis from the vertical."""
-    yaw: tuple[float, float] = (0.0, 0.0)
-    """rad, smallest and largest."""
-    powder: float = 0.0
-    """kg left."""
-    readings: Counter[str] = field(default_factory=Counter)
-    notices: Counter[str] = field(default_factory=Counter)
-    path: list[tuple[float, ...]] = field(default_factory=list)
-    """Time, B, tilt, yaw, excesses, about once a second."""
+    duration: float = 0.0  # s on the machine's clock
+    distance: float = 0.0  # m, path of B
+    elapsed: float = 0.0  # s of computing time
+    slack_steps: Array = field(default_factory=lambda: np.zeros(0))  # (m,) in which a line's excess was over `SLACK`
+    max_tension: float = 0.0  # N, largest at a sheave
+    refills: int = 0  # of the drum
+    max_tilt: float = 0.0  # rad, largest angle of the drum's axis from the vertical
+    yaw: tuple[float, float] = (0.0, 0.0)  # rad, smallest and largest
+    powder: float = 0.0  # kg left
+    readings: Counter[str] = field(default_factory=Counter)  # by source
+    notices: Counter[str] = field(default_factory=Counter)  # steps by notice
+    path: list[tuple[float, ...]] = field(default_factory=list)  # time, B, tilt, yaw, excesses, about once a second
 
     @property
     def slack_share(self) -> Array:
-        """Share of the time in which each line was slack by more than `SLACK`, (m,)."""
+        """Share of the steps in which each line was slack by over `SLACK`, (m,)."""
         return self.slack_steps / max(self.steps, 1)
 
     @property
@@ -176,7 +157,7 @@ class Drive:
         return self.duration / self.elapsed
 
     def add(self, frame: SensorFrame, truth: Truth, before: Truth) -> None:
-        """Add one step."""
+        """Add one step: its frame, and the true state at its end and *before* it."""
         if not self.steps:
             self.slack_steps = np.zeros(len(self.lines))
             self.yaw = (float(truth.rotation[2]),) * 2
@@ -197,13 +178,13 @@ class Drive:
 
 
 def random_loop(robot: Robot, length: float, seed: int) -> Array:
-    """Return a random closed path of that *length* (m) through the middle of the robot's frame, as `Pilot` takes it.
+    """Return a random closed path (k, 2), m, of that *length* (m) through the middle of the robot's frame, for `Pilot`.
 
-    It crosses itself at least twice: curve number 0 of *seed*, see `printing/curve.py`. Raises `InputError` where none
-    is found that long.
+    It crosses itself at least twice: curve number 0 of *seed*, see `printing/curve.py`. Raises `InputError` if no curve
+    of that length is found.
     """
     if seed < 0:
-        raise InputError(f"seed = {seed}: a whole number from 0 on is wanted")
+        raise InputError(f"seed = {seed}: must be at least 0")
     low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
     wide, deep = (high - low - 2.0 * INSET).tolist()
     curve = draw(CurveRequirements(length, (wide, deep)), seed, 0)
@@ -211,7 +192,7 @@ def random_loop(robot: Robot, length: float, seed: int) -> Array:
 
 
 def path_length(path: Array) -> float:
-    """Length of a path (k, 2) of short straight pieces, m."""
+    """Length, m, of a path (k, 2), m, of straight segments."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
@@ -225,15 +206,14 @@ def drive(
     log: LogWriter | None = None,
     progress: Progress | None = None,
 ) -> Drive:
-    """Drive *machine* for *duration* (s) along *path*, or hold it, and write each step to *log*.
+    """Drive *machine* for *duration* (s) along *path* (see `Pilot`) or hold it, and write each step to *log*.
 
-    After each round the drum is refilled to its initial level.
-
-    Raises `InputError` for a duration of no step, `AnswerError` where the path cannot be held.
+    After each round the drum is refilled to its initial level. Raises `InputError` for a duration of less than a step,
+    `AnswerError` where the drum cannot be held.
     """
     steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
     if steps < 1:
-        raise InputError(f"duration = {duration:g} s: at least one step of {machine.period:g} s is wanted")
+        raise InputError(f"duration = {duration:g} s: must be at least one step, {machine.period:g} s")
     pilot = Pilot(machine, path, settings or DriveSettings(), seed)
     found = Drive(tuple(line.name for line in machine.robot.lines))
     full, rounds = machine.truth.powder, 0

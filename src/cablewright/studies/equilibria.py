@@ -1,4 +1,4 @@
-"""An exhaustive search for equilibria that can be ended at any time, and goes on where it was."""
+"""An exhaustive search for equilibria that can be interrupted at any time and resumed from a file."""
 
 from __future__ import annotations
 
@@ -28,33 +28,32 @@ def search_all(
     time_limit: float,
     progress: Progress | None = None,
 ) -> tuple[Equilibria, bool]:
-    """Search for what *found* may have missed, going on with *file* if it holds a part of the same search.
+    """Search for equilibria that *found* lacks; resume the search in *file* if it has the same inputs.
 
-    Returns the equilibria, and whether the search is finished; *file* has then, or until then, how far it is, also when
-    interrupted. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
+    Returns the equilibria, and whether the search is finished. *file* has the state of the search, also after an
+    interruption. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
     `EnvironmentFault` where it cannot be written.
     """
-    anew = begin(found.solutions.model, None if box is None else np.array(box))
-    question = _question(found, anew)
-    search = _read(file, question) or anew
-    every, search = exhaust(
+    initial = begin(found.solutions.model, None if box is None else np.array(box))
+    question = _question(found, initial)
+    search = _read(file, question) or initial
+    all_found, search = exhaust(
         found, search, time_limit=time_limit, save=lambda now: _write(file, question, now), progress=progress
     )
-    return every, search.finished
+    return all_found, search.finished
 
 
-def _question(found: Equilibria, anew: ExhaustiveSearch) -> str:
-    """What is searched, as a hash: the machine's numbers, its lengths, the box and the version."""
+def _question(found: Equilibria, initial: ExhaustiveSearch) -> str:
+    """Hash of the inputs: the machine's packed parameters, its lengths, the box and the version."""
     packed: Packed = found.solutions.model.packed
-    parts = (packed.lines, packed.platform, found.solutions.lengths[0], anew.box)
     digest = hashlib.sha256(version("cablewright").encode())
-    for part in parts:
+    for part in (packed.lines, packed.platform, found.solutions.lengths[0], initial.box):
         digest.update(np.ascontiguousarray(part).tobytes())
     return digest.hexdigest()
 
 
 def _read(file: Path, question: str) -> ExhaustiveSearch | None:
-    """What *file* holds of the search; None if there is no such file or it is about another question."""
+    """Return the search in *file*; None if there is no such file or its inputs were others."""
     if not file.exists():
         return None
     if file.stat().st_size > MAX_BYTES:
@@ -72,7 +71,5 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
 
 
 def _write(file: Path, question: str, search: ExhaustiveSearch) -> None:
-    """Write how far the search is."""
-    fields = {name: getattr(search, name) for name in FIELDS}
     with whole_file(file, parents=True) as stream:
-        np.savez(stream, question=np.array(question), **fields)
+        np.savez(stream, question=np.array(question), **{name: getattr(search, name) for name in FIELDS})

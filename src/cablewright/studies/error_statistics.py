@@ -14,12 +14,12 @@ CHI2_95: Final = 7.8147
 """95 % quantile of the chi-square distribution with 3 degrees of freedom."""
 
 SLACK: Final = 5e-3
-"""True excess from which a slack line has to be identified, m."""
+"""Excess from which a line counts as slack in statistics, m."""
 
 
 @dataclass(frozen=True)
 class ErrorStatistics:
-    """Count, root mean square, median, 95 % and 99 % quantiles and largest size of some errors."""
+    """Count, root mean square, median, 95 % and 99 % quantiles and maximum (``most``) of sizes of errors."""
 
     count: int
     rms: float
@@ -30,22 +30,23 @@ class ErrorStatistics:
 
 
 def spread(values: Array) -> ErrorStatistics:
-    """Return the statistics of the sizes of *values* (k,); NaN for none."""
+    """Return the statistics of the absolute *values* (k,) that are finite; NaN without any."""
     size = np.abs(values[np.isfinite(values)])
     if not len(size):
         return ErrorStatistics(0, *(math.nan,) * 5)
-    middle, p95, p99 = np.percentile(size, (50.0, 95.0, 99.0)).tolist()
-    return ErrorStatistics(len(size), float(np.sqrt((size**2).mean())), middle, p95, p99, float(size.max()))
+    median, p95, p99 = np.percentile(size, (50.0, 95.0, 99.0)).tolist()
+    return ErrorStatistics(len(size), float(np.sqrt((size**2).mean())), median, p95, p99, float(size.max()))
 
 
 def bound(covariance: Array) -> float:
-    """95 % quantile, m, of the size of an error with that *covariance* (3, 3), m^2.
+    """Return the 95 % quantile, m, of the size of an error with that *covariance* (3, 3), m^2.
 
-    By two moments of its square, as a chi-square distribution (Satterthwaite; Wilson and Hilferty).
+    Its square is approximated by a chi-square distribution of the same two moments (Satterthwaite 1946), whose quantile
+    by Wilson and Hilferty 1931.
     """
     trace, square = float(np.trace(covariance)), float(np.sum(covariance * covariance))
     if not square > 0.0:
         return 0.0
-    numbers = trace * trace / square
-    root = 1.0 - 2.0 / (9.0 * numbers) + 1.645 * math.sqrt(2.0 / (9.0 * numbers))
+    freedoms = trace * trace / square
+    root = 1.0 - 2.0 / (9.0 * freedoms) + 1.645 * math.sqrt(2.0 / (9.0 * freedoms))
     return math.sqrt(trace * root**3)

@@ -1,4 +1,4 @@
-"""Settings of the estimators, from a machine's description and data sheets, never from the machine as built."""
+"""Settings of the estimators, from a machine's description and data sheets, never from the simulated true machine."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Seq
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Functions of one estimator: `settings` from the machine, `start` a state, and `step` with a frame."""
+    """Functions of one estimator: ``settings`` of a machine, the state at ``start``, and a ``step`` with a frame."""
 
     settings: Callable[[Robot, machine.MachineSettings, Sequence[Laser]], Any]
     start: Callable[[Any], Any]
@@ -110,18 +110,18 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
 
 
 def with_drum_mass(robot: Robot, settings: machine.MachineSettings) -> Robot:
-    """Return *robot* with the initial mass of the drum and its powder, which is known: it was weighed."""
+    """Return *robot* with the initial mass of the drum and its powder, which is known by weighing."""
     mass = settings.drum.empty_mass + settings.drum.powder
     return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
 
 
 def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
-    """Return the walls of a survey: faces on one line are one wall, named by the text before their comma.
+    """Return the walls of a room: faces on one line are one wall, with the first face's name up to its comma.
 
-    Walls of under 3 m in all (windows, corners) are omitted. Raises `InputError` if no wall remains.
+    Walls with less than 3 m of faces (windows, corners) are omitted. Raises `InputError` for a room without walls.
     """
     if not room.walls:
-        raise InputError("room.walls: none, and the estimation needs walls")
+        raise InputError("room.walls: none, but the estimation needs walls")
     ends = [end for wall in room.walls for end in (wall.start, wall.end)]
     middle = [0.5 * (min(column) + max(column)) for column in zip(*ends, strict=True)]
     found: list[tuple[RoomWall, float]] = []
@@ -133,8 +133,7 @@ def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
         if distance < nx * middle[0] + ny * middle[1]:
             nx, ny, distance = -nx, -ny, -distance
         for i, (wall, before) in enumerate(found):
-            same = math.dist(wall.normal, (nx, ny)) < _TOLERANCE and abs(wall.distance - distance) < _TOLERANCE
-            if same:
+            if math.dist(wall.normal, (nx, ny)) < _TOLERANCE and abs(wall.distance - distance) < _TOLERANCE:
                 found[i] = wall, before + length
                 break
         else:
@@ -150,7 +149,7 @@ def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel
     """
     (ax, ay, az), (bx, by, bz) = lidar.axes
     if abs(az) > _TOLERANCE or abs(bz) > _TOLERANCE or ax * by - ay * bx < 0.0:
-        raise InputError(f"lidars.{name}.axes: a level plane, x to y counter-clockwise from above, is wanted")
+        raise InputError(f"lidars.{name}.axes: must span a level plane, x to y counter-clockwise from above")
     yaw = math.atan2(ay, ax)
     visible = tuple(wall.name for wall in room.walls if not _masked(lidar, wall.azimuth - yaw))
     return LidarModel(
@@ -171,14 +170,13 @@ def _masked(lidar: machine.LidarSettings, bearing: float) -> bool:
 
 
 def _timeouts(settings: machine.MachineSettings) -> dict[str, float]:
-    """Time without a reading, s, by source, after which it is a fault."""
-    timeouts: dict[str, float] = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
-    rates = {
+    """Time without a reading, s, by source, after which a fault is reported."""
+    timeouts = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
+    sensors = {
         "inertial": settings.inertial,
         "line_angles": settings.line_angles,
         "distance": settings.distance,
         "encoders": settings.encoders,
         "climate": settings.climate_sensor,
     }
-    timeouts |= {name: max(0.5, 2.5 / unit.rate) for name, unit in rates.items() if unit is not None}
-    return timeouts
+    return timeouts | {name: max(0.5, 2.5 / sensor.rate) for name, sensor in sensors.items() if sensor is not None}

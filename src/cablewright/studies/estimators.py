@@ -1,8 +1,10 @@
-"""Estimators by name, with one interface: a frame in, an estimate out."""
+"""The estimators of a print by name: each takes a sensor frame and returns an estimate."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Final, Protocol, get_args
 
@@ -31,11 +33,11 @@ class Estimator(Protocol):
     """Estimates a machine's state."""
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """Return the estimate after one frame. Raises nothing for what it holds."""
+        """Return the estimate after one frame. Raises nothing, whatever the frame contains."""
 
     @property
     def tensions(self) -> Array | None:
-        """Tensions at the sheaves (m,), N, by the estimated lengths; None while these are unknown."""
+        """Tensions at the sheaves (m,), N, from the estimated lengths; None while these are unknown."""
 
 
 def estimator(
@@ -48,62 +50,56 @@ def estimator(
 ) -> Estimator:
     """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
 
-    *place* (3,), m: the platform's position, which only ``encoders`` uses. *radii* (m,), m: of the winch drums, by an
-    earlier estimator of this machine; 0: unknown. Raises `UnknownName`, and `InputError` for a machine without the
-    sensors that it needs.
+    *place* (3,), m: the platform's initial position, which only ``encoders`` uses. *lasers*: distances to walls that
+    an operator measured at the start. *radii* (m,), m: initial radii of the winch drums; 0: unknown. Raises
+    `UnknownName`, and `InputError` for a machine without the sensors that the estimator needs.
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     if name in OBSERVERS:
-        kind = _FilterEstimator if name == "filter" else _ChainEstimator
-        return kind(name, robot, settings, lasers, radii)
+        observer = OBSERVERS[name]
+        own = observer.settings(robot, settings, lasers)
+        if radii is not None:
+            own = _with_radii(own, radii)
+        started = _SteppedEstimator(observer.step, own, observer.start(own))
+        return _WithTensions(started, own.chain.model) if isinstance(own, FilterSettings) else started
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    return _EncoderEstimator(reckoning_settings(robot, settings), place)
-
-
-def reckoning_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
-    """Return the settings of dead reckoning from a machine's description."""
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)
-    model = Model(with_drum_mass(robot, settings))
-    return ReckoningSettings(model, winch.counts * winch.ratio / (2.0 * np.pi), coils, winch.held)
+    counts_per_radian = winch.counts * winch.ratio / math.tau
+    reckoning = ReckoningSettings(Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held)
+    return _SteppedEstimator(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
 
 
-class _ChainEstimator:
-    """The paper's chain, which follows an equilibrium itself."""
+class _SteppedEstimator:
+    """An estimator of settings, a state and a step function."""
 
-    def __init__(
-        self, name: str, robot: Robot, settings: MachineSettings, lasers: Sequence[Laser], radii: Array | None
-    ) -> None:
-        self._observer = OBSERVERS[name]
-        own = self._observer.settings(robot, settings, lasers)
-        if radii is not None and (radii > 0.0).all():
-            own = _with_radii(own, radii)
-        self._settings, self._state = own, self._observer.start(own)
+    def __init__(self, step: Callable[[Any, Any, SensorFrame], Estimate], settings: Any, state: Any) -> None:
+        self._step, self._settings, self._state = step, settings, state
 
     def step(self, frame: SensorFrame) -> Estimate:
-        return self._observer.step(self._settings, self._state, frame)
+        return self._step(self._settings, self._state, frame)
 
     @property
     def tensions(self) -> Array | None:
         return _tensions(self._state.tracker)
 
 
-class _FilterEstimator(_ChainEstimator):
-    """The Kalman filter; the equilibrium of its lengths is followed besides, for the tensions."""
+class _WithTensions:
+    """A filter, which has no equilibrium of its own: that of its estimated lengths is followed for the tensions."""
 
-    _tracker: Tracker | None = None
+    def __init__(self, filtered: _SteppedEstimator, model: Model) -> None:
+        self._filtered, self._model = filtered, model
+        self._tracker: Tracker | None = None
 
     def step(self, frame: SensorFrame) -> Estimate:
-        estimate = super().step(frame)
+        estimate = self._filtered.step(frame)
         if not (estimate.valid and (estimate.lengths > 0.0).all()):
             self._tracker = None
         elif self._tracker is None:
-            try:
-                self._tracker = Tracker(self._settings.chain.model, estimate.lengths, TrackerSettings(certify=False))
-            except AnswerError:  # no equilibrium, so no tensions
-                self._tracker = None
+            with suppress(AnswerError):  # no equilibrium, so no tensions
+                self._tracker = Tracker(self._model, estimate.lengths, TrackerSettings(certify=False))
         elif self._tracker.step(estimate.lengths) is not Status.OK:
             self._tracker = None
         return estimate
@@ -113,27 +109,15 @@ class _FilterEstimator(_ChainEstimator):
         return _tensions(self._tracker)
 
 
+def _tensions(tracker: Tracker | None) -> Array | None:
+    return None if tracker is None else np.asarray(LineStates(tracker.states).tension)
+
+
 def _with_radii(settings: Any, radii: Array) -> Any:
-    """Return the *settings* of the chain, or of the filter, with *radii* (m,), m, to start from."""
+    """Return the *settings* of the chain or the filter with initial *radii* (m,), m; unchanged if any is unknown."""
+    if not (radii > 0.0).all():
+        return settings
     if isinstance(settings, FilterSettings):
         return replace(settings, chain=_with_radii(settings.chain, radii))
     inside = np.clip(radii, settings.radius.min_radius, settings.radius.max_radius)
     return replace(settings, radius=replace(settings.radius, nominal=tuple(inside.tolist())))
-
-
-class _EncoderEstimator:
-    """Dead reckoning by the encoders."""
-
-    def __init__(self, settings: ReckoningSettings, place: Array) -> None:
-        self._settings, self._state = settings, dead_reckoning.start(settings, place)
-
-    def step(self, frame: SensorFrame) -> Estimate:
-        return dead_reckoning.step(self._settings, self._state, frame)
-
-    @property
-    def tensions(self) -> Array | None:
-        return _tensions(self._state.tracker)
-
-
-def _tensions(tracker: Tracker | None) -> Array | None:
-    return None if tracker is None else np.asarray(LineStates(tracker.states).tension)

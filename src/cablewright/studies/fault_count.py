@@ -1,4 +1,4 @@
-"""Counts the faults that the estimates along a log report."""
+"""Counts the faults that estimates report along a log."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Final
 from cablewright.signals import Fault
 
 FaultCount = dict[tuple[str, str], tuple[float, float, int]]
-"""By source and sentence: start and end, s, and number of steps."""
+"""Start and end, s, and number of steps, by source and sentence."""
 
 _MAX_FAULTS: Final = 1000
 
 
 def count_faults(counted: FaultCount, faults: Iterable[Fault], now: float) -> None:
-    """Add the *faults* of the step at *now*, s; only the first 1000 kinds are counted."""
+    """Add the *faults* of the step at *now*, s; at most 1000 kinds are counted."""
     for fault in faults:
         key = fault.source, fault.sentence
         if key in counted:

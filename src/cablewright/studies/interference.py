@@ -1,4 +1,4 @@
-"""Interference along a job: where a line first touches the part that grows, and what stays free of it."""
+"""`interference`: distances of lines from everything else at poses, and along a job whose part grows."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ from cablewright.triangle_mesh import TriangleMesh
 
 BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")
-ROOM = 0.25  # of the part's largest side: how far about it the free region is looked for
+ROOM = 0.25  # margin about the part in which the free region is sought, as a share of the part's largest side
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JobInterference(Distances):
-    """What `interference` found along a job: k samples, m. A row of `contacts` is a sample."""
+    """Interference along a job: k samples, m. A row of `contacts` is a sample."""
 
     FIGURES: ClassVar = (
         *FIGURES,
@@ -75,15 +75,15 @@ class JobInterference(Distances):
     clearance: float
     part: Obstacle
     margins: Array  # (k, 4) as `Interference.margins`
-    bound: float  # m, how far any line may be from what stood for it
+    bound: float  # m, largest distance of any line from the chords that approximate it
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
     contacts: NearestContacts
-    closest: Interference | None  # the sample at which anything is nearest, alone; None if nothing is anywhere
-    region: Free  # where the nozzle may be beside and above the whole part
+    closest: Interference | None  # the sample with the smallest distance; None if there are no distances
+    region: Free  # positions of the nozzle beside and above the whole part at which no line touches it
 
     @property
     def unsolved(self) -> str | None:
-        """One word where a sample's pose cannot be held."""
+        """``infeasible`` if a sample's pose cannot be held, else None."""
         return "infeasible" if self.unheld else None
 
     @property
@@ -94,19 +94,17 @@ class JobInterference(Distances):
 
     @property
     def first_gcode_line(self) -> int | None:
-        """The line of the G-code of `first_sample`."""
-        at = self.first_sample
-        return None if at is None else int(self.samples.line[at])
+        """Line of the G-code of `first_sample`."""
+        return self._of_sample("line", self.first_sample)
 
     @property
     def first_layer(self) -> int | None:
-        """The layer of `first_sample`."""
-        at = self.first_sample
-        return None if at is None else int(self.samples.layer[at])
+        """Layer of `first_sample`."""
+        return self._of_sample("layer", self.first_sample)
 
     @property
     def unheld(self) -> int:
-        """At how many samples the pose cannot be held."""
+        """Number of samples whose pose cannot be held."""
         return int(np.count_nonzero(self.codes))
 
     @property
@@ -117,11 +115,14 @@ class JobInterference(Distances):
         return super().verdict.replace("held", f"held at {self.unheld} of {len(self.samples)} samples")
 
     def at(self, column: str) -> int | None:
-        """A column of the samples at the smallest distance: its layer, its line of the G-code."""
-        return None if self.worst is None else int(getattr(self.samples, column)[self.worst.row])
+        """Return the ``layer`` or G-code ``line`` of the sample with the smallest distance."""
+        return self._of_sample(column, None if self.worst is None else self.worst.row)
+
+    def _of_sample(self, column: str, row: int | None) -> int | None:
+        return None if row is None else int(getattr(self.samples, column)[row])
 
     def layers(self) -> tuple[NDArray[np.int32], Array]:
-        """The layers (L,), rising, and the smallest distance from the part while each was printed (L,), m."""
+        """Return the numbers of the layers (L,), rising, and the smallest distance from the part in each (L,), m."""
         numbers, of = np.unique(self.samples.layer, return_inverse=True)
         smallest = np.full(len(numbers), np.inf)
         np.fmin.at(smallest, of, self.margins[:, PART])
@@ -141,13 +142,13 @@ def interference(
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> Interference | JobInterference:
-    """Signed distances of the lines, sagging, from each other, the platform, the frame and a part.
+    """Signed distances of the sagging lines from each other, the platform, the frame and a part.
 
     *where* is a pose (n,) or poses (N, n), m and rad, or a job, along which the part grows; an `Equilibrium` has its
-    own poses. *part* is what stands about, or, along a job, what is printed, there up to the height of what has been
-    laid; without it the strands that the job lays count. A line nearer than *clearance*, m, is too near; 0 is touching.
-    *retraction*, m, belongs to poses; a job's schedule sets it. Raises `InputError` where the robot cannot follow the
-    job's schedule or the G-code cannot be used.
+    own poses. *part*: an obstacle, or, along a job, the printed part, which counts up to the height printed so far; by
+    default the strands that the job lays. A line nearer than *clearance*, m, is too near; 0: only if it touches.
+    *retraction*, m, is for poses; a job's schedule sets it. Raises `InputError` if the robot cannot follow the job's
+    schedule or the G-code cannot be used.
 
     Examples
     --------
@@ -157,16 +158,16 @@ def interference(
     'free'
     """
     if not (np.isfinite(clearance) and clearance >= 0.0):
-        raise InputError(f"clearance = {clearance:g}: a length of 0 or more is wanted, m")
+        raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
     if isinstance(where, Job):
         if retraction is not None or isinstance(robot, Equilibrium):
-            raise InputError("retraction: a job's schedule sets it, and its poses: a robot or a model is wanted")
+            raise InputError("a job's schedule sets retraction and poses: give a robot or a model, and no retraction")
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
         return _over_job(model, where, part, clearance, settings, progress or silent)
     if isinstance(robot, Equilibrium):
         held = robot
     elif where is None:
-        raise InputError("where: a pose, poses or a job is wanted")
+        raise InputError("where: a pose, poses or a job is required")
     else:
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
         held = solve_inverse(model, where, retraction=retraction)
@@ -181,7 +182,7 @@ def _over_job(
     settings: InterferenceSettings,
     report: Progress,
 ) -> JobInterference:
-    """Hold the lines against everything at each sample of *job*, the part as far as it is printed by then."""
+    """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
     toolpath = job.toolpath(report)
     samples = job.samples(toolpath)
     poses, retraction = along(model.robot, job, samples)
@@ -191,13 +192,12 @@ def _over_job(
         part, now = of_mesh(mesh), _grown(samples)
     found = _Worst()
     for first in range(0, len(poses), BLOCK):
-        report("holding lines against all", first, len(poses))
+        report("distances of lines", first, len(poses))
         block = slice(first, first + BLOCK)
-        held = solve_inverse(
-            model, poses[block], path=True, retraction=None if retraction is None else retraction[block]
-        )
+        drawn = None if retraction is None else retraction[block]
+        held = solve_inverse(model, poses[block], path=True, retraction=drawn)
         found.take(distances(held, part=part, now=now[block], settings=settings), first)
-    report("holding lines against all", len(poses), len(poses))
+    report("distances of lines", len(poses), len(poses))
     report("free region", 0, 1)
     region = free_region(model, part, *_around(part, model.robot), clearance=clearance, settings=settings)
     return JobInterference(
@@ -218,7 +218,7 @@ def _over_job(
 
 @dataclass
 class _Worst:
-    """What is kept of the blocks of a job."""
+    """Margins of all blocks of a job, and the nearest contacts so far."""
 
     margins: list[Array] = field(default_factory=list)
     codes: list[NDArray[np.int64]] = field(default_factory=list)
@@ -239,7 +239,7 @@ class _Worst:
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:
-    """The nearer of what is known and of what a block has whose first row is sample *first*."""
+    """Return the nearer of a *known* contact and one of a block whose first row is sample *first*."""
     if here is None or (known is not None and known.margin <= here.margin):
         return known
     return replace(here, row=here.row + first)
@@ -252,11 +252,11 @@ def _grown(samples: Samples) -> Array:
 
 
 def _around(part: Obstacle, robot: Robot) -> tuple[Array, Array]:
-    """The box in which the free region is looked for: the part's and some room, as far as the frame goes."""
+    """Lowest and highest corner (3,), m, of the box to search for the free region: part and margin within the frame."""
     scene = robot.scene
     middle, half = part.solid.boxes[0, :3], part.solid.boxes[0, 3:]
     room = ROOM * 2.0 * float(half.max())
     low = np.maximum(middle - half - room, scene.frame_min)
     high = np.minimum(middle + half + room, scene.frame_max)
-    outside = ~(low < high)  # a part beside the frame: all of that side
+    outside = ~(low < high)  # a part beside the frame: the whole width of the frame
     return np.where(outside, scene.frame_min, low), np.where(outside, scene.frame_max, high)

@@ -1,4 +1,4 @@
-"""Where the platform has to be for the nozzle to be where a job wants it."""
+"""Poses of the platform that bring the nozzle along a job's path."""
 
 from __future__ import annotations
 
@@ -13,15 +13,20 @@ from cablewright.printing.schedule import Schedule
 from cablewright.robot import Robot
 
 
-def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:
-    """Poses (k, n) of the platform's origin that bring the nozzle to the samples, and retraction lengths (k,).
+def require_lines(robot: Robot, where: str) -> None:
+    """Raise `InputError` for a robot with fewer lines than freedoms, which cannot be held *where* (for the message)."""
+    if robot.m < robot.n:
+        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms {where}")
 
-    As the job's schedule has it. Raises `InputError` for a robot with fewer lines than freedoms, or a schedule that it
-    cannot follow.
+
+def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:
+    """Return poses (k, n), m and rad, that bring the nozzle to the k samples, and retraction lengths (k,), m, or None.
+
+    Rotations and retraction lengths are those of the job's schedule. Raises `InputError` for a robot with fewer lines
+    than freedoms, or a schedule that it cannot follow.
     """
     schedule = Schedule(job.schedule)
-    if robot.m < robot.n:
-        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms along a path")
+    require_lines(robot, "along a path")
     for height in job.schedule:
         if height.retraction is not None:
             try:

@@ -1,4 +1,4 @@
-"""Places of a robot's frame to look at: a plane, a helix, the whole workspace."""
+"""Positions of the nozzle to analyse: a plane, a helix, the whole workspace."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from typing import Literal, Self
 
 import numpy as np
 
+from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.errors import AnswerError, InputError
+from cablewright.models.statics import Model
+from cablewright.progress import Progress
 from cablewright.robot import Robot
+from cablewright.studies.job_poses import require_lines
 
 Shape = Literal["helix", "path", "plane", "workspace"]
 
@@ -19,33 +23,33 @@ HELIX_STEP = 0.1  # m
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where to look: nozzle positions (N, 3), m, and what orders them."""
+    """Nozzle positions of a shape, and their order."""
 
     shape: Shape
-    positions: Array
+    positions: Array  # (N, 3) m
     distance: Array | None = None  # (N,) m, along a helix or a path
-    axes: tuple[Array, ...] = ()  # coordinates of a grid's nodes: x and y of a plane, x, y and z of the workspace
-    step: float | None = None  # m, of a workspace's grid whose nodes are still to be counted: no positions yet
+    axes: tuple[Array, ...] = ()  # m, coordinates of a grid's nodes: x and y of a plane; x, y and z of the workspace
+    step: float | None = None  # m, of the grid of a workspace that has no positions yet: see `workspace_nodes`
 
     @classmethod
     def workspace(cls, step: float) -> Self:
-        """The nodes of a grid of *step*, m, that are in the static workspace of the robot asked about."""
+        """The nodes of a grid of *step*, m, in the static workspace of the robot that is analysed later."""
         if not 0.0 < step < float("inf"):
-            raise InputError(f"step {step:g} m: a number over 0 is wanted")
+            raise InputError(f"step {step:g} m: must be over 0")
         return cls("workspace", np.empty((0, 3)), step=step)
 
     @classmethod
     def helix(
         cls, robot: Robot, radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP
     ) -> Self:
-        """A helix about the frame's upright middle axis, from height *low* to *high*, with places every *step*, m.
+        """A helix about the vertical axis through the frame's middle, from height *low* to *high*, m.
 
-        *radius* and *pitch*, its rise per turn, in m. Raises `InputError` for what is no helix, leaves the frame, or
-        has too many places.
+        *radius*, *pitch* (rise per turn) and *step* (distance between places) in m. Raises `InputError` for numbers
+        that make no helix, a helix that leaves the frame, or too many places.
         """
         if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
-            asked = f"{radius:g},{pitch:g},{low:g},{high:g}"
-            raise InputError(f"helix {asked}: radius and pitch over 0 and Z0 < Z1 are wanted")
+            given = f"{radius:g},{pitch:g},{low:g},{high:g}"
+            raise InputError(f"helix {given}: requires radius and pitch over 0 and Z0 < Z1")
         middle, widest = _middle(robot)
         if radius > widest:
             raise InputError(f"helix radius {radius:g} m: the frame of {robot.name} allows at most {widest:g} m")
@@ -61,15 +65,17 @@ class Places:
 
     @classmethod
     def plane(cls, robot: Robot, height: float, half_width: float | None, step: float) -> Self:
-        """A square of nodes about the frame's middle at a *height*, to *half_width* from it, at most *step* apart, m.
+        """A square grid about the frame's middle at a *height*, up to *half_width* from it, at most *step* apart, m.
 
-        As wide as the frame where no half-width is given. Raises `InputError` for a plane outside the frame, or too
-        many places.
+        As wide as the frame if *half_width* is None. Raises `InputError` for a plane outside the frame, or too many
+        places.
         """
         middle, widest = _middle(robot)
         half_width = widest if half_width is None else half_width
         if not (half_width > 0.0 and 0.0 < step <= 2.0 * half_width):
-            raise InputError(f"half-width {half_width:g} m, step {step:g} m: over 0, and the step at most the width")
+            raise InputError(
+                f"half-width {half_width:g} m, step {step:g} m: must be over 0, the step at most the width"
+            )
         if half_width > widest:
             raise InputError(f"half-width {half_width:g} m: the frame of {robot.name} allows at most {widest:g} m")
         _require_height(robot, "plane", height)
@@ -82,7 +88,7 @@ class Places:
 
 
 def _middle(robot: Robot) -> tuple[Array, float]:
-    """The middle (2,) of the frame seen from above, and its distance from the nearest side, m."""
+    """Centre (2,) of the frame seen from above, and its distance from the nearest side, m."""
     low, high = np.array(robot.scene.frame_min[:2]), np.array(robot.scene.frame_max[:2])
     return 0.5 * (low + high), float(0.5 * (high - low).min())
 
@@ -98,3 +104,15 @@ def _counted(number: float) -> int:
     if not number <= MAX_PLACES:
         raise InputError(f"{number:.3g} places; at most {MAX_PLACES} are allowed: take a larger step")
     return max(2, int(np.ceil(number)))
+
+
+def workspace_nodes(model: Model, step: float, progress: Progress | None = None) -> NodeCount:
+    """Count the nodes of a grid of *step* (m) in the static workspace, the platform unrotated.
+
+    Raises `InputError` for a robot with fewer lines than freedoms, `AnswerError` if no node is in the workspace.
+    """
+    require_lines(model.robot, "over a grid")
+    nodes = count_nodes(model, "static", step=step, progress=progress)
+    if not nodes.counted:
+        raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")
+    return nodes

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.log.log import Entry, LogHead, read_log
@@ -26,13 +26,11 @@ from cablewright.studies.estimator_settings import OBSERVERS
 from cablewright.studies.fault_count import FaultCount, count_faults
 
 _MAX_REST_MOTION: Final = 3e-3  # m in the last second, for a step to count as static ...
-_MIN_HISTORY: Final = 0.75  # s of that second that have to be known
+_MIN_HISTORY: Final = 0.75  # s of that second that must be known
 _TURNS: Final = 3  # of each horizontal lidar, before errors count
-_LEARNT: Final = 10.0  # s that a radius may take to be found
+_RADIUS_TIME: Final = 10.0  # s until the estimated radii count
 _TRACE: Final = 0.1  # s between points of a picture
 _MAX_TRACE: Final = 100_000
-
-
 _COLUMNS: Final = (
     "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "named", "clean", "nees",
 )  # fmt: skip
@@ -40,7 +38,7 @@ _COLUMNS: Final = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Replay(Pictured):
-    """Result of a replay. Errors are estimated less true, of counted steps; see `column`."""
+    """Result of a replay. Errors are estimated less true values, of counted steps; see `column`."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok; lost: no step has a valid estimate."),
@@ -72,32 +70,23 @@ class Replay(Pictured):
     log: str | Path
     head: LogHead
     estimator: str
-    notes: tuple[str, ...]
-    """Faults of the file."""
+    notes: tuple[str, ...]  # faults of the file
     steps: int
-    duration: float
-    """s on the machine's clock."""
-    valid: int
-    """Number of steps with a valid estimate."""
-    begin: float
-    """s, from which errors are counted: each horizontal lidar has turned three times."""
-    slack_steps: Array
-    """Number of valid steps in which each line was estimated to be slack, (m,)."""
+    duration: float  # s on the machine's clock
+    valid: int  # steps with a valid estimate
+    begin: float  # s, from which errors are counted: each horizontal lidar has turned three times
+    slack_steps: Array  # (m,) valid steps in which each line was estimated to be slack
     faults: FaultCount
-    """By source and sentence: start and end (s), number of steps."""
-    step_times: array[float]
-    """s of processor time of each step."""
+    step_times: Array  # (steps,) s of processor time
     trace: list[tuple[float, ...]]
-    """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position and its `bound`, then gamma taut and measured
-    by line."""
-    errors: dict[str, array[float]]
-    """By column, of counted steps: see `column`."""
-    radii: list[array[float]]
-    """By line: relative errors of the winch drums' radii, of counted steps."""
+    """Each 0.1 s: time, yaw, tilt, true yaw, true tilt, error of position and its `bound`, then by line the angles that
+    taut lines would have, and the measured ones."""
+    errors: Array
+    """Of k counted steps, (k, 12 + m): the columns of `column`, then relative errors of the winch drums' radii."""
 
     @property
     def status(self) -> str:
-        """Ok or lost."""
+        """``ok``, or ``lost``: no step has a valid estimate."""
         return "ok" if self.valid else "lost"
 
     @property
@@ -112,15 +101,17 @@ class Replay(Pictured):
 
     @property
     def slack_errors(self) -> dict[str, Any]:
-        """How slack lines were identified, and the errors of their excess, m."""
-        steps, share = self.slack_identified()
+        """Steps with a line slack by over `SLACK`, share with exactly these identified, errors of the excess, m."""
         due = self.column("true_excess") > SLACK
-        return {"steps": steps, "named_share": share, "excess": spread(self.column("excess_error")[due])}
+        right = due & (self.column("named") > 0.5) & (self.column("clean") > 0.5)
+        count = int(np.count_nonzero(due))
+        share = float(np.count_nonzero(right)) / count if count else math.nan
+        return {"steps": count, "named_share": share, "excess": spread(self.column("excess_error")[due])}
 
     @property
     def radius_spread(self) -> dict[str, Any]:
-        """Share of radii within 1 %, (m,), and relative errors by line, from 10 s on."""
-        since = self.column("time") - self.begin > _LEARNT
+        """Share of radii within 1 %, (m,), and relative errors by line, after 10 s."""
+        since = self.column("time") - self.begin > _RADIUS_TIME
         radii = self.radius_errors
         within = np.mean(np.abs(radii[since]) <= 0.01, axis=0) if since.any() else None
         return {"within_1_percent": within, "each": [spread(column[since]) for column in radii.T]}
@@ -128,14 +119,14 @@ class Replay(Pictured):
     @property
     def step_time(self) -> dict[str, float]:
         """Mean, 99 % quantile and largest processor time of a step, s."""
-        times = np.array(self.step_times)
+        times = self.step_times
         if not len(times):
             return dict.fromkeys(("mean", "p99", "max"), math.nan)
         return {"mean": float(times.mean()), "p99": float(np.percentile(times, 99)), "max": float(times.max())}
 
     @property
     def reported(self) -> list[dict[str, Any]]:
-        """The faults that estimates reported."""
+        """The faults that estimates reported: source, sentence, start and end (s), number of steps."""
         return [
             {"source": source, "sentence": sentence, "from": begin, "to": end, "steps": count}
             for (source, sentence), (begin, end, count) in self.faults.items()
@@ -143,48 +134,35 @@ class Replay(Pictured):
 
     def errors_while(self, *, moving: bool) -> dict[str, ErrorStatistics | float]:
         """Errors in space, from above and in height, m, of moving or static steps; shares within the paper's bounds."""
-        space, height = self.position(moving=moving), self.column("z")[self.counted(moving=moving)]
+        x, y, height = self._offsets(moving).T
+        space = self.position(moving=moving)
         shares = {f"within_{mm}mm": float(np.mean(space <= 1e-3 * mm)) if len(space) else math.nan for mm in (2, 20)}
-        level = spread(self.level(moving=moving))
-        return {"position": spread(space), "level": level, "height": spread(height)} | shares
+        return {"position": spread(space), "level": spread(np.hypot(x, y)), "height": spread(height)} | shares
 
     def column(self, name: str) -> Array:
-        """Return a column of the errors (k,): m and rad; ``moving``, ``named`` and ``clean`` are 0 or 1.
+        """Return a column of the errors (k,): time, s; ``x``, ``y``, ``z``, m; yaw and tilt, rad; or one of these.
 
-        ``true_excess``: of the slackest line, ``excess_error``: of its estimate. ``named``: each line with an excess
-        over `SLACK` is estimated to be slack; ``clean``: no taut line is. ``nees``: the position's normalised
-        estimation error squared; NaN without a covariance.
+        ``true_excess``: m, of the slackest line, ``excess_error``: m, of its estimate. ``moving``, ``named`` and
+        ``clean`` are 0 or 1. ``named``: each line with an excess over `SLACK` is estimated to be slack; ``clean``: no
+        taut line is. ``nees``: the position's normalised estimation error squared; NaN without a covariance.
         """
-        return np.array(self.errors[name])
+        return self.errors[:, _COLUMNS.index(name)]
 
     @property
     def radius_errors(self) -> Array:
         """Relative errors of the radii (k, m), of counted steps."""
-        return np.array(self.radii).reshape(len(self.radii), -1).T
+        return self.errors[:, len(_COLUMNS) :]
 
-    def counted(self, *, moving: bool) -> Mask:
-        """Return which counted steps are moving, or static, (k,)."""
-        return np.asarray((self.column("moving") > 0.5) == moving)
+    def _offsets(self, moving: bool) -> Array:
+        """Errors of the position (k, 3), m, of moving or static steps."""
+        return self.errors[(self.column("moving") > 0.5) == moving, 1:4]
 
     def position(self, *, moving: bool) -> Array:
-        """Return sizes of the position's errors in space, (k,) m, of moving or static steps."""
-        columns = [self.column(name)[self.counted(moving=moving)] for name in ("x", "y", "z")]
-        return np.asarray(np.sqrt(sum(c**2 for c in columns)))
-
-    def level(self, *, moving: bool) -> Array:
-        """Return sizes of the position's errors seen from above, (k,) m."""
-        columns = [self.column(name)[self.counted(moving=moving)] for name in ("x", "y")]
-        return np.asarray(np.hypot(*columns))
-
-    def slack_identified(self) -> tuple[int, float]:
-        """Return the number of steps with a line slack by over `SLACK`, and the share with exactly these identified."""
-        due = self.column("true_excess") > SLACK
-        right = due & (self.column("named") > 0.5) & (self.column("clean") > 0.5)
-        count = int(np.count_nonzero(due))
-        return count, float(np.count_nonzero(right)) / count if count else math.nan
+        """Return the sizes of the position errors in space, (k,) m, of moving or static steps."""
+        return np.asarray(np.linalg.norm(self._offsets(moving), axis=1))
 
     def coverage(self) -> tuple[float, float]:
-        """Return the share of steps whose position is within its 95 % ellipsoid, and the mean of ``nees``, at best 3.
+        """Return the share of steps whose position is within its 95 % ellipsoid, and the mean of ``nees``, ideally 3.
 
         NaN for an estimator without a covariance.
         """
@@ -200,11 +178,11 @@ def replay(
     lasers: Sequence[Laser] = (),
     progress: Progress | None = None,
 ) -> Replay:
-    """Run an estimator again on a machine's *log*, an MCAP file or the folder of a run, beside the truth in it.
+    """Run an estimator on a machine's *log*, an MCAP file or a run folder, and compare it with the truth in the log.
 
-    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, or ``filter``, one of all sensors. *lasers*: what an
-    operator measured from B to walls at the start. Raises `UnknownName` for another estimator, `InputError` for a file
-    that is no log and a machine that cannot be observed.
+    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, or ``filter``, the Kalman filter of all sensors.
+    *lasers*: distances from B to walls that an operator measured at the start. Raises `UnknownName` for another
+    estimator, `InputError` for a file that is no log or a machine without the sensors that the estimator needs.
 
     Examples
     --------
@@ -215,19 +193,20 @@ def replay(
     if estimator not in OBSERVERS:
         raise UnknownName("estimator", estimator, OBSERVERS)
     with read_log(log) as entries:
-        one, head = OBSERVERS[estimator], entries.head
-        settings = one.settings(head.robot, head.settings, lasers)
+        observer, head = OBSERVERS[estimator], entries.head
+        settings = observer.settings(head.robot, head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in head.settings.lidars)
-        state, found = one.start(settings), _Collector(head.robot.m, turning)
+        state, found = observer.start(settings), _Collector(head.robot.m, turning)
         for entry in entries.entries():
             begin = time.thread_time()
-            estimate = one.step(settings, state, entry.frame)
+            estimate = observer.step(settings, state, entry.frame)
             found.add(entry, estimate, state.taut, time.thread_time() - begin)
             if progress is not None and found.steps % 500 == 0:
                 progress("replaying (bytes)", entries.position, entries.size)
         return Replay(
             log, head, estimator, tuple(entries.notes), found.steps, found.duration, found.valid, found.begin,
-            found.slack_steps, found.faults, found.step_times, found.trace, found.errors, found.radii,
+            found.slack_steps, found.faults, np.array(found.step_times), found.trace,
+            np.array(found.errors).reshape(-1, len(_COLUMNS) + head.robot.m),
         )  # fmt: skip
 
 
@@ -235,14 +214,13 @@ class _Collector:
     """Collects the errors of estimates, step by step; attributes as in `Replay`."""
 
     def __init__(self, m: int, lidars: tuple[str, ...]) -> None:
-        """Begin with none, of *m* lines."""
+        """Start with no steps of a machine with *m* lines and horizontal *lidars*."""
         self.steps, self.duration, self.valid, self.begin = 0, 0.0, 0, math.nan
         self.slack_steps = np.zeros(m)
         self.faults: FaultCount = {}
         self.step_times = array("d")
         self.trace: list[tuple[float, ...]] = []
-        self.errors = {name: array("d") for name in _COLUMNS}
-        self.radii = [array("d") for _ in range(m)]
+        self.errors = array("d")  # row after row
         self._turns = dict.fromkeys(lidars, 0)
         self._recent: deque[tuple[float, Array]] = deque()
         self._angles = np.full(m, np.nan)
@@ -282,20 +260,17 @@ class _Collector:
         nees = math.nan if covariance is None else float(off @ np.linalg.solve(covariance[:3, :3], off))
         line = int(np.argmax(truth.excess))
         slack, excess = estimate.slack, truth.excess
-        row = (
+        self.errors.extend((
             now, *off.tolist(), math.remainder(estimate.yaw - float(truth.rotation[2]), math.tau),
             _tilt_of(estimate.rotation) - _tilt_of(truth.rotation),
             float(not self._is_static(now, truth)),
             float(estimate.excess[line] - excess[line]), float(excess[line]),
             float(slack[excess > SLACK].all()), float(not slack[excess <= 0.0].any()), nees,
-        )  # fmt: skip
-        for name, value in zip(_COLUMNS, row, strict=True):
-            self.errors[name].append(value)
-        for column, value in zip(self.radii, (estimate.radii / truth.radii - 1.0).tolist(), strict=True):
-            column.append(value)
+            *(estimate.radii / truth.radii - 1.0).tolist(),
+        ))  # fmt: skip
 
     def _is_static(self, now: float, truth: Truth) -> bool:
-        """Whether the drum has hardly moved in the last second."""
+        """Whether the drum moved by at most 3 mm in the last second."""
         since, place = self._recent[0]
         return now - since > _MIN_HISTORY and float(np.sqrt(((truth.position - place) ** 2).sum())) <= _MAX_REST_MOTION
 

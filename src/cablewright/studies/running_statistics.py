@@ -1,4 +1,4 @@
-"""Statistics of millions of numbers that arrive in portions: exact moments, histograms, and thinned rows to plot."""
+"""Statistics of millions of numbers that arrive in blocks: exact moments, histograms, and thinned rows to plot."""
 
 from __future__ import annotations
 
@@ -35,19 +35,20 @@ class Summary:
 
 
 class Moments:
-    """Exact moments of w columns of numbers without NaN, portion by portion (Chan, Golub, LeVeque 1979)."""
+    """Exact moments of the finite numbers of w columns, block by block (Chan, Golub, LeVeque 1979).
+
+    ``count``, ``min`` and ``max`` are (w,); where there are no numbers, all moments are NaN.
+    """
 
     def __init__(self, width: int = 1) -> None:
         """Start with no numbers."""
         self.count = np.zeros(width, dtype=np.int64)
         self._mean, self._squares = np.zeros(width), np.zeros(width)
-        self._min, self._max = np.full(width, np.inf), np.full(width, -np.inf)
+        self.min, self.max = np.full(width, np.nan), np.full(width, np.nan)
 
     def add(self, values: Array) -> None:
         """Add *values*, (k,) of one column or (k, w)."""
-        if not len(values):
-            return
-        rows = values.reshape(len(values), -1)
+        rows = values.reshape(-1, len(self.count))
         known = np.isfinite(rows)
         count = known.sum(axis=0)
         if not count.any():
@@ -60,37 +61,28 @@ class Moments:
         self._mean += shift * count / total
         self._squares += squares + shift**2 * self.count * count / total
         self.count += count
-        self._min = np.minimum(self._min, np.where(known, rows, np.inf).min(axis=0))
-        self._max = np.maximum(self._max, np.where(known, rows, -np.inf).max(axis=0))
+        finite = np.where(known, rows, np.nan)
+        self.min = np.fmin(self.min, np.fmin.reduce(finite))
+        self.max = np.fmax(self.max, np.fmax.reduce(finite))
 
     @property
     def mean(self) -> Array:
-        """(w,); NaN for none."""
+        """Mean, (w,)."""
         return np.where(self.count > 0, self._mean, np.nan)
 
     @property
     def variance(self) -> Array:
-        """(w,) population variance; NaN for none."""
+        """Population variance, (w,)."""
         return np.where(self.count > 0, self._squares / np.maximum(self.count, 1), np.nan)
-
-    @property
-    def max(self) -> Array:
-        """(w,); NaN for none."""
-        return np.where(self.count > 0, self._max, np.nan)
-
-    @property
-    def min(self) -> Array:
-        """(w,); NaN for none."""
-        return np.where(self.count > 0, self._min, np.nan)
 
     def summary(self, column: int = 0) -> Summary:
         """Return the summary of one column."""
-        columns = (self.mean, self.variance, self.min, self.max)
-        return Summary(int(self.count[column]), *(float(each[column]) for each in columns))
+        moments = (self.mean, self.variance, self.min, self.max)
+        return Summary(int(self.count[column]), *(float(each[column]) for each in moments))
 
 
 class Histogram:
-    """Counts between evenly spaced edges; numbers beyond count at the ends."""
+    """Counts between evenly spaced edges; numbers outside count in the first or last bin."""
 
     def __init__(self, low: float, high: float, bins: int) -> None:
         """Start with no numbers."""
@@ -99,11 +91,8 @@ class Histogram:
 
     def add(self, values: Array) -> None:
         """Add *values* (k,)."""
-        known = values[np.isfinite(values)]
-        share = (known - self.edges[0]) / (self.edges[-1] - self.edges[0])
-        bins = len(self.counts)
-        at = np.clip((share * bins).astype(np.int64), 0, bins - 1)
-        self.counts += np.bincount(at, minlength=bins)
+        inside = np.clip(values[np.isfinite(values)], self.edges[0], self.edges[-1])
+        self.counts += np.histogram(inside, self.edges)[0]
 
 
 class ThinnedRows:
@@ -117,21 +106,14 @@ class ThinnedRows:
 
     def add(self, rows: Array) -> None:
         """Add *rows* (k, width), which follow the earlier ones."""
-        while True:
-            first = -self._seen % self.every
-            picked = rows[first :: self.every]
-            if self._count + len(picked) <= len(self._kept):
-                break
-            self._halve()
+        while self._count + len(picked := rows[-self._seen % self.every :: self.every]) > len(self._kept):
+            half = self._kept[: self._count : 2].copy()
+            self._count = len(half)
+            self._kept[: self._count] = half
+            self.every *= 2
         self._kept[self._count : self._count + len(picked)] = picked
         self._count += len(picked)
         self._seen += len(rows)
-
-    def _halve(self) -> None:
-        half = self._kept[: self._count : 2].copy()
-        self._kept[: len(half)] = half
-        self._count = len(half)
-        self.every *= 2
 
     @property
     def rows(self) -> Array:

@@ -1,16 +1,17 @@
-"""A simulated machine driven along a path or held in a place, with its log: the verb `simulate`."""
+"""`simulate`: a simulated machine driven along a path or held in place, and its log."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
 from cablewright.choices import PlantName
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
@@ -23,12 +24,12 @@ from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.studies.drive import Drive, DriveSettings, drive, path_length, random_loop
 
-_ELSE = "merlet2023"  # the machine of a robot that has none of its own
+_DEFAULT = "merlet2023"  # the machine of a robot that has none of its own
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulation(Pictured):
-    """What happened to a simulated machine: `simulate`."""
+    """Summary of a simulated drive."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok.", lambda _: "ok"),
@@ -71,15 +72,14 @@ def simulate(
     log: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Simulation:
-    """Drive a simulated machine, built by *seed* within its tolerances, round a random closed path, or hold it.
+    """Drive a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
 
-    *machine* is settings, a name of `machine_names` or a TOML file; by default that of the robot's name, else
-    ``merlet2023``. *loop* is the length of the path, m, at *height*, m; *hold* the place (3,) of B to stay in, m,
-    world. *duration*, s, is once round the loop by default. Of a `Model` the robot counts: the *plant*, dynamic or
-    quasi-static, has laws of its own. *log* is an MCAP file; it appears when it is whole.
+    *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, to
+    stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot is used: the *plant*,
+    ``dynamic`` or ``quasi-static``, has its own laws. *log*: an MCAP file, which appears when it is complete.
 
-    Raises `InputError` for what cannot be simulated, `AnswerError` where the path cannot be held, `EnvironmentFault`
-    where the log cannot be written.
+    Raises `InputError` for contradictory or missing arguments, `AnswerError` where the path cannot be held,
+    `EnvironmentFault` where the log cannot be written.
 
     Examples
     --------
@@ -89,36 +89,46 @@ def simulate(
     """
     described, settings = robot.robot if isinstance(robot, Model) else robot, driving or DriveSettings()
     if (loop is None) == (hold is None):
-        raise InputError("simulate: either the length of a loop or a place to hold is wanted")
+        raise InputError("simulate: requires either the length of a loop or a place to hold")
     if hold is not None and duration is None:
         raise InputError("simulate: a place to hold needs a duration")
     if log is not None and Path(log).suffix != ".mcap":
-        raise InputError(f"log = {str(log)!r}: a name that ends in .mcap is wanted")
-    own = described.name if described.name in machine_names() else _ELSE
-    built = machine if isinstance(machine, MachineSettings) else load_machine(machine or own)
-    way = None if loop is None else random_loop(described, loop, seed)
-    start = np.array([*way[0], height]) if way is not None else _place(hold)
-    if duration is None and way is not None:  # whole seconds; half of the ramp is lost
-        duration = math.floor(path_length(way) / settings.speed + 0.5 * settings.ramp)
+        raise InputError(f"log = {str(log)!r}: a name that ends in .mcap is expected")
+    built = machine_of(described, machine)
+    if loop is None:
+        path, start = None, np.asarray(hold, dtype=np.float64)
+        if start.shape != (3,) or not np.isfinite(start).all():
+            raise InputError(f"hold = {start.tolist()}: 3 finite numbers are expected, m")
+    else:
+        path = random_loop(described, loop, seed)
+        start = np.array([*path[0], height])
+    if duration is None and path is not None:  # whole seconds; half of the ramp is lost
+        duration = math.floor(path_length(path) / settings.speed + 0.5 * settings.ramp)
     assert duration is not None
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
     head = LogHead(described, built, twin.period, plant, seed)
-    return Simulation(head, _run(twin, way, duration, settings, head, None if log is None else Path(log), progress))
+    run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
+    return Simulation(head, run() if log is None else _logged(run, Path(log), head))
 
 
-def _run(
-    twin: SimulatedMachine, way: Array | None, duration: float, settings: DriveSettings, head: LogHead,
-    out: Path | None, progress: Progress | None,
-) -> Drive:  # fmt: skip
-    """Drive, with a log beside its place until it is whole. Raises `EnvironmentFault` where it cannot be written."""
-    if out is None:
-        return drive(twin, way, duration, settings=settings, seed=head.seed, progress=progress)
+def machine_of(robot: Robot, machine: MachineSettings | str | Path | None) -> MachineSettings:
+    """Return *machine*: settings, a name of `machine_names` or a TOML file.
+
+    By default the library's machine of the robot's name, or ``merlet2023`` if there is none.
+    """
+    if isinstance(machine, MachineSettings):
+        return machine
+    return load_machine(machine or (robot.name if robot.name in machine_names() else _DEFAULT))
+
+
+def _logged(run: Callable[..., Drive], out: Path, head: LogHead) -> Drive:
+    """Run with a log in a temporary file, renamed to *out* at the end. Raises `EnvironmentFault`."""
     part = out.with_name(f"{out.name}.part")
     try:
         with write_log(part, head, flush_every=None) as log:
-            found = drive(twin, way, duration, settings=settings, seed=head.seed, log=log, progress=progress)
+            found = run(log=log)
         part.replace(out)
-    except EnvironmentFault:  # what there was room for can be read
+    except EnvironmentFault:  # the part that was written can be read
         raise
     except CablewrightError:
         part.unlink(missing_ok=True)
@@ -126,13 +136,6 @@ def _run(
     except OSError as reason:
         raise cannot_write(out, reason) from None
     return found
-
-
-def _place(hold: ArrayLike | None) -> Array:
-    place = np.asarray(hold, dtype=np.float64)
-    if place.shape != (3,) or not np.isfinite(place).all():
-        raise InputError(f"hold = {place.tolist()}: 3 finite numbers are wanted, m")
-    return place
 
 
 def _sorted(counts: dict[str, int]) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Run folders and files: they appear whole, by rename, or not at all."""
+"""Run folders and their files: each appears complete, by rename, or not at all."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.printing.job import Job
@@ -26,11 +27,11 @@ from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.check import Check
 
 MANIFEST: Final = "manifest.json"
-MANIFEST_BYTES: Final = 1 << 20
+_MAX_MANIFEST: Final = 1 << 20  # bytes
 
 
 def folder_name(command: str, *names: str) -> str:
-    """A folder's name from names that strangers may have given: letters, digits, dots and dashes alone."""
+    """Return a folder's name from a *command* and any *names*: letters, digits and dashes only."""
     parts = [re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "unnamed" for name in names]
     return "-".join([command, *parts])[:120]
 
@@ -38,31 +39,32 @@ def folder_name(command: str, *names: str) -> str:
 def _refuse_foreign(folder: Path) -> None:
     """Raise `InputError` if *folder* holds anything but an earlier run, which a new one may replace."""
     if not folder.name:
-        raise InputError(f"--out = {str(folder)!r}: a folder with a name of its own is wanted")
-    if not folder.exists() or (folder.is_dir() and (_is_run(folder) or not any(folder.iterdir()))):
+        raise InputError(f"--out = {str(folder)!r}: a folder with a name of its own is expected")
+    if not folder.exists() or (folder.is_dir() and (read_manifest(folder) or not any(folder.iterdir()))):
         return
-    raise InputError(f"--out = {folder}: it is there already and holds no earlier run; choose another folder")
+    raise InputError(f"--out = {folder}: exists already and holds no earlier run; choose another folder")
 
 
-def _is_run(folder: Path) -> bool:
-    """Whether *folder* has a manifest of ours."""
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """Return the manifest of the run in *folder*; None if it holds no run."""
     try:
-        manifest = json.loads((folder / MANIFEST).read_bytes()[:MANIFEST_BYTES])
-    except (OSError, ValueError):
-        return False
-    return isinstance(manifest, dict) and {"schema", "command", "cablewright"} <= manifest.keys()
+        manifest = json.loads((folder / MANIFEST).read_bytes()[:_MAX_MANIFEST])
+    except (OSError, ValueError, RecursionError):
+        return None
+    is_run = isinstance(manifest, dict) and {"schema", "command", "cablewright"} <= manifest.keys()
+    return manifest if is_run else None
 
 
 @contextmanager
 def run_folder(folder: Path) -> Iterator[Path]:
-    """A folder beside *folder* to write to, which takes its place when the block ends well.
+    """Yield a temporary folder beside *folder* to write to; it replaces *folder* when the block ends without error.
 
-    Raises `InputError` if *folder* holds something else than an earlier run, `EnvironmentFault` if nothing can be
-    written there. On an error nothing is left behind.
+    Raises `InputError` if *folder* holds anything but an earlier run, `EnvironmentFault` if nothing can be written
+    there. On an error nothing is left behind.
     """
     folder = folder.absolute()
     _refuse_foreign(folder)
-    made = not folder.parent.exists()
+    new_parent = not folder.parent.exists()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         aside = Path(mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
@@ -79,8 +81,8 @@ def run_folder(folder: Path) -> Iterator[Path]:
         raise EnvironmentFault(str(fault).replace(str(part), str(folder))) from None
     finally:
         shutil.rmtree(aside, ignore_errors=True)
-        if made:
-            with suppress(OSError):  # not empty: the run is in it, or somebody else's
+        if new_parent:
+            with suppress(OSError):  # not empty: it holds this run or another
                 folder.parent.rmdir()
 
 
@@ -99,7 +101,7 @@ def _take_place(part: Path, folder: Path, old: Path) -> None:
 def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapping[str, object] | None = None) -> None:
     """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder.
 
-    *options* are those that changed the robot of the file: tension limits, a load, a wrench.
+    *robot*: library name or file. *options*: those that changed the robot: tension limits, a load, a wrench.
     """
     names = [line.name for line in check.robot.lines]
     table = _table(check, names)
@@ -115,45 +117,39 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
 
 
 def job_hashes(path: Path, job: Job) -> dict[str, str]:
-    """Hashes of the file of a *job*, and of its G-code where it has some."""
+    """Return SHA-256 hashes of the file of a *job*, and of its G-code if it has one."""
     files = {"job": path} | ({} if job.gcode is None else {"gcode": job.gcode})
     return {key: file_hash(file) for key, file in files.items()}
 
 
 def manifest_of(command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> dict[str, Any]:
-    """What a run is made of, as JSON has it: the *command*, hashes of its *inputs*, its *options*, the version."""
-    manifest = {
-        "schema": 1,
-        "command": command,
-        "cablewright": version("cablewright"),
-        "inputs": dict(inputs),
-        "options": dict(options),
-    }
-    told = json.loads(json.dumps(manifest, default=str))
-    assert isinstance(told, dict)
-    return told
+    """Return what identifies a run, as JSON values: *command*, hashes of its *inputs*, its *options*, the version."""
+    run = {"schema": 1, "command": command, "cablewright": version("cablewright")}
+    manifest: dict[str, Any] = json.loads(json.dumps(run | {"inputs": inputs, "options": options}, default=str))
+    return manifest
 
 
 def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> None:
-    """Write what a run was made of, see `manifest_of`, into its *folder*, which is not there under its name yet."""
+    """Write the manifest of a run, see `manifest_of`, to its unfinished *folder*."""
     (folder / MANIFEST).write_text(json.dumps(manifest_of(command, inputs, options), indent=2) + "\n")
 
 
 def write_places(study: AccuracyStudy, folder: Path) -> None:
-    """Write places.parquet of an accuracy study to an existing folder: one row for each place, SI."""
+    """Write places.parquet of an accuracy study to an existing folder: one row per place, SI."""
     found, spread = study.accuracy, study.accuracy.spread
     columns: dict[str, object] = {"status": found.codes}
     if study.places.distance is not None:
         columns["distance"] = study.places.distance
-    for prefix, points in (
-        ("", found.wanted_nozzle),
-        ("nominal_error_", found.nominal_offset),
-        ("worst_error_", found.worst_offset),
-        ("lowest_error_", spread.low),
-        ("highest_error_", spread.high),
-        ("deviation_", spread.deviation),
-    ):
-        columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    columns |= _by_axis(
+        {
+            "": found.wanted_nozzle,
+            "nominal_error_": found.nominal_offset,
+            "worst_error_": found.worst_offset,
+            "lowest_error_": spread.low,
+            "highest_error_": spread.high,
+            "deviation_": spread.deviation,
+        }
+    )
     for name in ("max_error", "max_deviation", "max_turn", "likely_error", "nonlinearity", "unsolved"):
         columns[name] = getattr(spread, name)
     columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
@@ -161,15 +157,20 @@ def write_places(study: AccuracyStudy, folder: Path) -> None:
         pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
 
 
+def _by_axis(points: Mapping[str, Array]) -> dict[str, Array]:
+    """Columns of the x, y and z of some points or vectors (k, 3), named by their prefix and the axis."""
+    return {f"{prefix}{axis}": values[:, k] for prefix, values in points.items() for k, axis in enumerate("xyz")}
+
+
 def robot_hash(robot: str) -> str:
-    """Of the text of a library robot, or of a file."""
+    """Return the SHA-256 hash of the file of a library robot, or of a file."""
     if robot in library_names():
         return hashlib.sha256(library_text(robot).encode()).hexdigest()
     return file_hash(Path(robot))
 
 
 def file_hash(path: Path) -> str:
-    """SHA-256 of a file."""
+    """Return the SHA-256 hash of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -186,15 +187,11 @@ def _table(check: Check, names: list[str]) -> pa.Table:
         "extruding": samples.extruding,
         "status": check.codes,
     }
-    for prefix, points in (
-        ("", samples.positions),
-        ("uncompensated_", check.nozzle(check.statics.uncompensated)),
-        ("elastic_only_", check.nozzle(check.statics.elastic_only)),
-        ("compensated_", check.nozzle(check.statics.compensated)),
-    ):
-        columns |= {f"{prefix}{axis}": points[:, k] for k, axis in enumerate("xyz")}
+    reached = ("uncompensated", "elastic_only", "compensated")
+    nozzles = {f"{name}_": check.nozzle(getattr(check.statics, name)) for name in reached}
+    columns |= _by_axis({"": samples.positions} | nozzles)
     if check.robot.n == 6:
-        columns |= {f"rotation_{axis}": check.poses[:, 3 + k] for k, axis in enumerate("xyz")}
+        columns |= _by_axis({"rotation_": check.poses[:, 3:]})
         columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
     if check.retraction is not None:
         columns["retraction"] = check.retraction

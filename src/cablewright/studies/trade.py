@@ -1,4 +1,4 @@
-"""What a machine's measures buy: its workspace against its lowest frequency, while named numbers of it vary."""
+"""`trade`: workspace against lowest natural frequency for all combinations of values of design variables."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from itertools import product
@@ -34,18 +34,18 @@ from cablewright.robot.design_variables import Change, changed, nearest_exits, w
 COUNTS: tuple[str, ...] = get_args(CountName)
 INERTIAS: tuple[str, ...] = get_args(InertiaName)
 MAX_COMBINATIONS = 10_000  # combinations
-MAX_BYTES = 1 << 26
+MAX_BYTES = 1 << 26  # of a sweep's file
 WRITTEN_EVERY = 10.0  # s
 
 
 @dataclass(frozen=True)
 class TradeSettings:
-    """What is asked of each combination. Raises `InputError` for what no workspace is asked for.
+    """Settings of the workspace and the modes of each combination. Raises `InputError` for a contradiction.
 
-    ``count``: how volumes are found, by `workspace` or by `count_nodes`. ``boundary_grid``, ``geometric``, ``holding``:
-    how frequencies are, see `boundary_modes`. ``clearance``: m, how far exits have to be apart, for their sheaves.
-    ``inertia``: ``given`` keeps that of the file, ``box`` takes that of a box about the platform's points. All others
-    as in `workspace`.
+    ``count``: ``volume`` computes volumes by `workspace`, ``nodes`` by `count_nodes`. ``boundary_grid``, ``geometric``,
+    ``holding``: see `boundary_modes`. ``clearance``: m, smallest allowed distance between exit points, for their
+    sheaves. ``inertia``: ``given`` by the file, or that of a ``box`` about the platform points. All others: see
+    `workspace`.
     """
 
     criterion: str = "exact"
@@ -69,15 +69,15 @@ class TradeSettings:
         if self.inertia not in INERTIAS:
             raise UnknownName("inertia", self.inertia, INERTIAS)
         if self.tolerance is not None and self.count == "nodes":
-            raise InputError("tolerance: does not go with count nodes, whose error is that of its grid")
+            raise InputError("tolerance: cannot be combined with count nodes, whose error depends on its grid")
         if not (math.isfinite(self.clearance) and self.clearance >= 0.0):
-            raise InputError(f"sheave clearance {self.clearance:g}: a length of 0 or more is wanted, m")
+            raise InputError(f"sheave clearance {self.clearance:g}: must be at least 0 m")
         if self.inertia == "box" and isinstance(self.retraction, RetractionLaw):
-            raise InputError("inertia box: does not go with a retraction law, along which the box would change")
+            raise InputError("inertia box: cannot be combined with a retraction law, along which the box would change")
 
     @property
     def of_workspace(self) -> dict[str, Any]:
-        """What volumes and boundaries are both asked with."""
+        """Options that volumes and boundaries have in common."""
         names = ("box", "point", "orientations", "retraction")
         return {name: getattr(self, name) for name in names}
 
@@ -126,7 +126,7 @@ COMBINATION = (
 
 @dataclass(frozen=True)
 class Combination:
-    """What one set of values gives. Frequencies, Hz, are the lowest at places of the boundary; None without any."""
+    """Result for one set of values. Frequencies, Hz: lowest modes along the boundary; None without any."""
 
     values: tuple[float, ...]  # of the changes, SI
     volume: float  # m^3
@@ -134,20 +134,20 @@ class Combination:
     fraction: float  # of the box
     converged: bool
     n: int  # poses along the boundary
-    unheld: int  # of them, at which nothing balances
+    unheld: int  # of these, without an equilibrium
     least: float | None
     median: float | None
     greatest: float | None
-    dominant: str | None  # the freedom that the lowest mode has most often
-    shares: dict[str, float]  # how often each has it
-    worst_pose: tuple[float, ...] | None  # where `least` is, m and rad
+    dominant: str | None  # freedom that most often dominates the lowest mode
+    shares: dict[str, float]  # share of the poses by dominant freedom
+    worst_pose: tuple[float, ...] | None  # pose of `least`, m and rad
     exit_distance: float | None  # m, the smallest of any two exits; None for a single line
     exits: tuple[str, str] | None  # the lines whose exits these are
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trade(Pictured):
-    """All combinations, the last change's values varying fastest."""
+    """Results of all combinations; the values of the last variable vary fastest."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok; empty: no place is inside; not-converged: a volume's error is over the tolerance."),
@@ -197,9 +197,11 @@ class Trade(Pictured):
     @property
     def refusal(self) -> str:
         """Why the answer is no, in a sentence; empty where it is yes."""
-        sentences = {"ok": "", "empty": "no combination has a place in the box that is inside"}
-        wide = "some volumes have a larger error than what was asked for, even on the finest lattice"
-        return sentences.get(self.status, wide)
+        return {
+            "ok": "",
+            "empty": "no combination has a workspace within the box",
+            "not-converged": "some volumes have an error above the tolerance, even on the finest lattice",
+        }[self.status]
 
     @property
     def variations(self) -> list[dict[str, Any]]:
@@ -230,26 +232,26 @@ class Trade(Pictured):
 
     @cached_property
     def margins(self) -> Array:
-        """How far apart the nearest exits are beyond the clearance (C,), m; infinite for a single line."""
+        """Distance of the nearest exit points less the clearance (C,), m; infinite for a single line."""
         far = [math.inf if each.exit_distance is None else each.exit_distance for each in self.combinations]
-        return np.round(np.array(far) - self.settings.clearance, 12) + 0.0  # no rounding that looks like a collision
+        return np.round(np.array(far) - self.settings.clearance, 12) + 0.0  # a rounding error is no collision
 
     @property
     def clear(self) -> Mask:
-        """In which combinations (C,) no sheaves collide."""
+        """Which combinations (C,) have no colliding sheaves."""
         return self.margins >= 0.0
 
     @cached_property
     def best(self) -> Mask:
-        """Which combinations (C,) are not dominated: no other without collision has more of one and no less of both."""
+        """Which combinations (C,) without collision are Pareto-optimal in volume and lowest frequency."""
         least = [math.nan if each.least is None else each.least for each in self.combinations]
         return best_of([each.volume for each in self.combinations], least, self.clear)
 
 
 def best_of(volumes: Sequence[float], frequencies: Sequence[float], allowed: Mask) -> Mask:
-    """Which of the *allowed* are not dominated: none of those has more of one and at least as much of the other.
+    """Which of the *allowed* are Pareto-optimal: none of these has more of one and at least as much of the other.
 
-    Without a volume, or with a frequency that is NaN, nothing is among the best.
+    Those without a volume, or with a frequency that is NaN, are not.
     """
     v, f = np.asarray(volumes, dtype=np.float64), np.asarray(frequencies, dtype=np.float64)
     best = np.zeros(len(v), dtype=np.bool_)
@@ -275,80 +277,81 @@ def trade(
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> Trade:
-    """Volume and lowest frequencies of *robot* for all combinations of the values (SI) of what is *varied*, by name.
+    """Volume and lowest frequencies of *robot* for all combinations of the values (SI) of the *varied* variables.
 
-    Frequencies are those of the laws asked for (*cable*: ``elastic``, or ``catenary`` for ``static``); volumes are
-    asked of straight lines unless the criterion is ``static``. *file* has the combinations that are done, also when
-    interrupted; the same sweep goes on with them. Raises `InputError`, for a value that the robot cannot have before
-    anything is computed.
+    Frequencies follow the laws *cable* (default: ``catenary`` for the criterion ``static``, else ``elastic``) and
+    *sheave*; volumes are those of straight lines unless the criterion is ``static``. *file* keeps the finished
+    combinations, also after an interruption; the same sweep resumes from it. Raises `InputError`; for a value that the
+    robot cannot have, before anything is computed.
     """
-    asked = settings or TradeSettings()
-    default = CableLaw.CATENARY if asked.criterion == "static" else CableLaw.ELASTIC
+    settings = settings or TradeSettings()
+    default = CableLaw.CATENARY if settings.criterion == "static" else CableLaw.ELASTIC
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
     named = {Change(each) if isinstance(each, str) else each: values for each, values in varied.items()}
     ranges = {change: tuple(float(value) for value in values) for change, values in named.items()}
-    robots = _robots(model.robot, ranges, asked)
-    question = _question(model, ranges, asked)
-    done = _Done(file, question)
-    left = [values for values in robots if values not in done.known]
-    report = progress or silent
+    robots = _robots(model.robot, ranges, settings)
+    question = _question(model, ranges, settings)
+    done = {} if file is None else _read(file, question)
+    left = [values for values in robots if values not in done]
+    report, written = progress or silent, time.monotonic()
     try:
         for k, values in enumerate(left):
             report("combinations", k, len(left))
-            done.add(_combination(replace(model, robot=robots[values]), values, asked))
+            done[values] = _combination(replace(model, robot=robots[values]), values, settings)
+            if file is not None and time.monotonic() - written > WRITTEN_EVERY:
+                _write(file, question, done.values())
+                written = time.monotonic()
         report("combinations", len(left), len(left))
     finally:
-        if left and done.known:
-            done.write()
-    return Trade(model, ranges, asked, tuple(done.known[values] for values in robots))
+        if file is not None and left and done:
+            _write(file, question, done.values())
+    return Trade(model, ranges, settings, tuple(done[values] for values in robots))
 
 
 def _robots(
-    robot: Robot, ranges: Mapping[Change, tuple[float, ...]], asked: TradeSettings
+    robot: Robot, ranges: Mapping[Change, tuple[float, ...]], settings: TradeSettings
 ) -> dict[tuple[float, ...], Robot]:
     """The robot of each combination. Raises `InputError`."""
     count = math.prod(len(values) for values in ranges.values())
     if not ranges or not count:
-        raise InputError("nothing varies: at least one parameter with a value is wanted")
+        raise InputError("nothing varies: requires at least one parameter with a value")
     if count > MAX_COMBINATIONS:
         raise InputError(f"{count} combinations: at most {MAX_COMBINATIONS} are allowed")
     names = [part for change in ranges for part in change.parts]
     twice = [part[0] for part in names if names.count(part) > 1]
     if twice:
-        raise InputError(f"{twice[0]}: it is varied more than once")
-    if asked.retraction is not None and any(name == "retraction" for name, _ in names):
+        raise InputError(f"{twice[0]}: is varied more than once")
+    if settings.retraction is not None and any(name == "retraction" for name, _ in names):
         raise InputError("retraction: cannot vary while a length or a law of it is given")
     robots = {}
     for values in product(*ranges.values()):
         made = changed(robot, dict(zip(ranges, values, strict=True)))
-        if asked.inertia == "box":
-            if asked.retraction is not None:
-                assert not isinstance(asked.retraction, RetractionLaw)  # `TradeSettings` refuses it
-                made = made.retracted(asked.retraction)
+        if settings.inertia == "box":
+            if settings.retraction is not None:
+                assert not isinstance(settings.retraction, RetractionLaw)  # `TradeSettings` refuses it
+                made = made.retracted(settings.retraction)
             made = with_box_inertia(made)
         robots[values] = made
     return robots
 
 
-def _combination(model: Model, values: tuple[float, ...], asked: TradeSettings) -> Combination:
-    lines = model if asked.criterion == "static" else straight(model)
-    if asked.count == "nodes":
-        nodes = count_nodes(lines, asked.criterion, grid=asked.grid, **asked.of_workspace)
+def _combination(model: Model, values: tuple[float, ...], settings: TradeSettings) -> Combination:
+    lines = model if settings.criterion == "static" else straight(model)
+    if settings.count == "nodes":
+        nodes = count_nodes(lines, settings.criterion, grid=settings.grid, **settings.of_workspace)
         volume, error, fraction, converged = nodes.volume, nodes.volume_error, nodes.fraction, True
     else:
-        more: dict[str, Any] = {"tolerance": asked.tolerance, "grid": asked.grid, "seed": asked.seed}
-        found = workspace(lines, asked.criterion, **more, **asked.of_workspace)
+        more: dict[str, Any] = {"tolerance": settings.tolerance, "grid": settings.grid, "seed": settings.seed}
+        found = workspace(lines, settings.criterion, **more, **settings.of_workspace)
         volume, error, fraction, converged = found.volume, found.volume_error, found.fraction, found.converged
-    held = boundary_modes(
-        model,
-        asked.criterion,
-        grid=asked.boundary_grid,
-        geometric=asked.geometric,
-        holding=asked.holding,
-        **asked.of_workspace,
-    )
+    of_modes: dict[str, Any] = {
+        "grid": settings.boundary_grid,
+        "geometric": settings.geometric,
+        "holding": settings.holding,
+    }
+    held = boundary_modes(model, settings.criterion, **of_modes, **settings.of_workspace)
     least, median, greatest = plain(held.spread)
-    exits = nearest_exits(model.robot)
+    exit_distance, exits = nearest_exits(model.robot) or (None, None)
     return Combination(
         values=values,
         volume=volume,
@@ -363,27 +366,27 @@ def _combination(model: Model, values: tuple[float, ...], asked: TradeSettings) 
         dominant=held.dominant,
         shares=held.shares,
         worst_pose=None if held.worst is None else tuple(held.modes.equilibrium.pose[held.worst].tolist()),
-        exit_distance=None if exits is None else exits[0],
-        exits=None if exits is None else exits[1],
+        exit_distance=exit_distance,
+        exits=exits,
     )
 
 
-def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], asked: TradeSettings) -> str:
-    """What the sweep is of, as a hash: the robot, the physics, the values, what is asked, and the version."""
+def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], settings: TradeSettings) -> str:
+    """Hash of the inputs: the robot, the physics, the values, the settings and the version."""
     parts: dict[str, Any] = {
         "version": version("cablewright"),
         "robot": model.robot.model_dump(),
         "fidelity": asdict(model.fidelity),
         "limits": model.tension_limits,
         "varied": [(change.name, values) for change, values in ranges.items()],
-        "asked": asdict(asked),
+        "asked": asdict(settings),
     }
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
 class _Stored:
-    """What a file has."""
+    """Content of a sweep's file."""
 
     question: str
     combinations: list[Combination]
@@ -392,39 +395,23 @@ class _Stored:
 _STORED = TypeAdapter(_Stored)
 
 
-@dataclass
-class _Done:
-    """The combinations that are known, and the file that has them."""
+def _read(file: Path, question: str) -> dict[tuple[float, ...], Combination]:
+    """Return the combinations in *file* by their values; none if there is no such file or its inputs were others.
 
-    file: Path | None
-    question: str
-    known: dict[tuple[float, ...], Combination] = field(default_factory=dict)
-    written: float = field(default_factory=time.monotonic)
+    Raises `InputError` if it is no sweep's file.
+    """
+    if not file.exists():
+        return {}
+    if file.stat().st_size > MAX_BYTES:
+        raise InputError(f"{file}: more than {MAX_BYTES} bytes; no sweep has as many")
+    try:
+        stored = _STORED.validate_json(file.read_bytes())
+    except (OSError, ValidationError):
+        raise InputError(f"{file}: not a sweep of this program; remove it or choose another --out") from None
+    return {each.values: each for each in stored.combinations} if stored.question == question else {}
 
-    def __post_init__(self) -> None:
-        """Read what the file has of the same sweep. Raises `InputError` if it is something else than a sweep."""
-        if self.file is None or not self.file.exists():
-            return
-        if self.file.stat().st_size > MAX_BYTES:
-            raise InputError(f"{self.file}: more than {MAX_BYTES} bytes; no sweep has as many")
-        try:
-            stored = _STORED.validate_json(self.file.read_bytes())
-        except (OSError, ValidationError):
-            raise InputError(f"{self.file}: not a sweep of this program; remove it or choose another --out") from None
-        if stored.question == self.question:
-            self.known.update((each.values, each) for each in stored.combinations)
 
-    def add(self, found: Combination) -> None:
-        """Keep one more; written every few seconds."""
-        self.known[found.values] = found
-        if time.monotonic() - self.written > WRITTEN_EVERY:
-            self.write()
-
-    def write(self) -> None:
-        """Write all that are known; the file appears whole, by rename."""
-        if self.file is None:
-            return
-        held = _Stored(self.question, list(self.known.values()))
-        content = (json.dumps(asdict(held), indent=1) + "\n").encode()
-        write_whole(self.file, content, parents=True)
-        self.written = time.monotonic()
+def _write(file: Path, question: str, combinations: Iterable[Combination]) -> None:
+    """Write *combinations*; the file appears complete, by rename."""
+    stored = asdict(_Stored(question, list(combinations)))
+    write_whole(file, (json.dumps(stored, indent=1) + "\n").encode(), parents=True)

@@ -1,4 +1,4 @@
-"""Walls in a planar lidar's scan, and in a surveyed room the lidar's place and yaw."""
+"""`walls`: walls in a planar lidar's scan, and the lidar's place and yaw in a surveyed room."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cablewright.results import Figure, Pictured, Result
 from cablewright.toml_input import read_bytes
 
 _PARALLEL: Final = math.radians(10.0)  # walls that differ by less leave the place along them open
-_MOST_ROOM: Final = 4 << 20
+_MAX_SURVEY: Final = 4 << 20  # bytes
 WALL: Final = (
     Figure("angle", "rad", "Direction of the normal, in the lidar's frame.", digits=6),
     Figure("sigma_angle", "rad", "Its standard deviation.", "angle_sigma", "sigma", 2),
@@ -46,7 +46,7 @@ CANDIDATE: Final = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LidarPlace(Result):
-    """Where the lidar is in the room."""
+    """Place and yaw of the lidar in the room."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or why there is no place.", "pose.status"),
@@ -78,7 +78,7 @@ class LidarPlace(Result):
 
     @property
     def walls(self) -> list[str]:
-        """Names of the room's walls that the place comes from."""
+        """Names of the room's walls from which the place is computed."""
         return sorted({self.room.walls[self.pose.constraints[i].wall].name for i in self.pose.used})
 
 
@@ -98,7 +98,7 @@ def _wall(line: WallLine) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Walls(Pictured):
-    """The walls in a scan, in the lidar's frame, and where a room is given, the lidar's place in it."""
+    """The walls in a scan, in the lidar's frame, and the lidar's place if a room is given."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, parallel (the place along the walls is open), or no-wall."),
@@ -121,25 +121,25 @@ class Walls(Pictured):
     place: LidarPlace | None
 
     def __len__(self) -> int:
-        """How many walls are in sight."""
+        """Number of walls in the scan."""
         return len(self.lines)
 
     def __getitem__(self, number: int) -> WallLine:
-        """The wall of that number, counted from 0."""
+        """Return wall *number*, counted from 0."""
         return self.lines[number]
 
     @property
     def status(self) -> str:
-        """One word: no-wall, parallel or ok."""
+        """``no-wall``, ``parallel`` or ``ok``."""
         if not self.lines:
             return "no-wall"
         angles = [line.angle for line in self.lines]
-        open_ = all(abs(math.remainder(angle - angles[0], math.pi)) < _PARALLEL for angle in angles)
-        return "parallel" if open_ else "ok"
+        parallel = all(abs(math.remainder(angle - angles[0], math.pi)) < _PARALLEL for angle in angles)
+        return "parallel" if parallel else "ok"
 
     @property
     def ok(self) -> bool:
-        """Whether a wall is in sight, and where a room is given, the place is known."""
+        """Whether there is a wall, and, if a room is given, a place."""
         return bool(self.lines) and (self.place is None or self.place.pose.status == "ok")
 
     @property
@@ -152,7 +152,7 @@ class Walls(Pictured):
     def refusal(self) -> str:
         """Why the answer is no, in a sentence; empty where it is yes."""
         if self.status == "no-wall":
-            few = f"{len(self.points)} points that count" if len(self.points) else "no point counts"
+            few = f"{len(self.points)} points within limits" if len(self.points) else "no point within limits"
             return f"no wall is in sight: {few}, and no straight run of 10 points over 0.4 m among them"
         return "" if self.ok or self.place is None else f"place: {self.place.pose.note}"
 
@@ -167,13 +167,13 @@ def walls(
     yaw: tuple[float, float] = (-math.pi / 4, math.pi / 4),
     lasers: Sequence[Laser] = (),
 ) -> Walls:
-    """Walls in a planar lidar's *scan*, or the file that has it: direction, distance, and how straight each is.
+    """Walls in a planar lidar's *scan*, or in the file of one: direction, distance and straightness of each.
 
-    Ranges within *limits* (m) count, but at bearings between those of *masks* (rad), which see the machine itself.
-    *noise*: sigma of one range, m, by default estimated. With a *room*, a survey or the file with the JSON of one, the
-    lidar's place and yaw in it are found, the yaw (rad) between the two of *yaw*; *lasers* are distances to walls that
-    an operator measured. Raises `InputError` for options that contradict, and files that cannot be used. Source:
-    Merlet, Papegay 2023, III.A.
+    Ranges within *limits* (m) are used, except at bearings within *masks* (pairs, rad), where the machine itself is
+    seen. *noise*: standard deviation of one range, m; estimated by default. In a *room* (a survey, or the file with its
+    JSON) the lidar's place and yaw are found, the yaw between the two values of *yaw* (rad); *lasers* are distances to
+    walls that an operator measured. Raises `InputError` for contradictory options and files that cannot be used.
+    Source: Merlet, Papegay 2023, III.A.
 
     Examples
     --------
@@ -198,19 +198,19 @@ def walls(
 
 
 def _room(survey: str | Path | Survey) -> RoomMap:
-    """The room that a survey found, or `survey --json` printed."""
+    """The room of a survey, or of a file with the output of `survey --json`."""
     if isinstance(survey, Survey):
         return _room_of(survey.to_dict(), "survey")
     file = Path(survey)
     try:
-        found = json.loads(read_bytes(file, _MOST_ROOM, "survey"))
+        found = json.loads(read_bytes(file, _MAX_SURVEY, "survey"))
     except (ValueError, RecursionError):
-        raise InputError(f"{file}: not JSON; what `cablewright survey FILE --json` printed is wanted") from None
+        raise InputError(f"{file}: not JSON; expected the output of `cablewright survey FILE --json`") from None
     return _room_of(found, str(file))
 
 
 def _room_of(found: Any, origin: str) -> RoomMap:
-    """The upright walls among the figures of a survey."""
+    """The vertical walls among the figures of a survey."""
     try:
         walls_ = [
             RoomWall(

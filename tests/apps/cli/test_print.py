@@ -52,7 +52,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
     assert "merlet2023: finished, 1 layers" in resumed.out
     other = cli("print", "merlet2023", job, *FAST, "--seed", 5, "--out", out, "--resume")
     assert other.code == 2
-    assert "another seed: 0, asked for 5" in other.err
+    assert "another seed: 0, requested: 5" in other.err
 
 
 @pytest.mark.parametrize(

@@ -159,7 +159,7 @@ def test_progress_is_told_with_the_time_left(cli, monkeypatch: pytest.MonkeyPatc
 
 def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
     answer = cli("trade", "jung2020", "--vary", "mass=1000,2000", *QUICK, "--plot", "t.png", "--json")
-    assert answer.no == "no combination has a place in the box that is inside"
+    assert answer.no == "no combination has a workspace within the box"
     assert answer.json["status"] == "empty"
     assert answer.json["combinations"][0]["lowest_frequency"]["min"] is None
     assert (answer.json["not_dominated"], answer.json["plot"]) == ([], None)
@@ -199,7 +199,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1", "--boundary-grid", "500"], "grid 500: 3 to 121 nodes"),
         (["--vary", "mass=1", "--grid", "9", "--tolerance", "0.1"], "give one of them"),
         (["--vary", "mass=1", "--inertia", "ball"], "'ball' is not one of"),
-        (["--vary", "mass=1", "--sheave-clearance", "-1"], "a length of 0 or more is wanted"),
+        (["--vary", "mass=1", "--sheave-clearance", "-1"], "must be at least 0 m"),
         (["--vary", "mass=1", "--tensions", "high"], "'high' is not one of"),
         (["--vary", "mass=1", "--orientations", "0,0,4"], "at most pi (180 degrees)"),
         (["--vary", "mass=1", "--plot", "t.svg"], "a name that ends in .png"),

@@ -80,7 +80,7 @@ def test_nothing_and_one_direction(cli, tmp_path: Path, room: Path) -> None:
     assert "no wall is in sight" in answer.no
     assert "no wall is in sight" in cli("walls", round_, "--room", room).no
     nothing = written(tmp_path / "nothing.csv", angles, np.zeros(300))
-    assert "no point counts" in cli("walls", nothing).no
+    assert "no point within limits" in cli("walls", nothing).no
     a, r = scan(rectangle(), (0.3, 0.0, 0.0), np.random.default_rng(1))
     r[np.sin(a) > 0.3] = 0.0
     corridor = written(tmp_path / "corridor.csv", a, r)

@@ -71,19 +71,17 @@ def simulate(
     as_json: AsJson = False,
 ) -> int:
     """Drive a simulated machine, built by --seed within its tolerances, along a path; its log is what sensors told."""
-    from cablewright.machine.simulated.settings import load_machine, machine_names
     from cablewright.robot import load
     from cablewright.studies.drive import DriveSettings
+    from cablewright.studies.simulate import machine_of
     from cablewright.studies.simulate import simulate as run
 
     check_plot(plot)
     described = load(robot)
-    if machine is None:
-        machine = described.name if described.name in machine_names() else "merlet2023"
     with progress() as tells:
         found = run(
             described,
-            _with_faults(load_machine(machine), fault or [], wifi_gap or []),
+            _with_faults(machine_of(described, machine), fault or [], wifi_gap or []),
             loop=loop,
             hold=numbers(hold, "--hold"),
             height=height,

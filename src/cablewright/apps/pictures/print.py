@@ -42,12 +42,12 @@ def clock(seconds: float) -> tuple[float, str]:
 def path_picture(found: PrintRecord) -> Figure | None:
     """The path from above, coloured by how far beside it the platform was: truly, and as it was believed."""
     panels = [
-        (title, place, found.plotted[column])
+        (title, place, found.rows[column])
         for title, place, column in (
             ("true", "true_position", "offset"),
             ("estimated", "position", "estimated_offset"),
         )
-        if np.isfinite(found.plotted[column]).any()
+        if np.isfinite(found.rows[column]).any()
     ]
     if not panels:
         return None
@@ -124,7 +124,7 @@ def _along(axes: Axes, found: PrintRecord, column: str, printed: NDArray[np.int6
         rows = visit == each
         label = f"layer {found.track.visits.number[each] + 1}"
         along = found.rows["distance"][rows] - begins[each]
-        axes.plot(along, 1e3 * found.plotted[column][rows], color=colour, linewidth=0.9, label=label)
+        axes.plot(along, 1e3 * found.rows[column][rows], color=colour, linewidth=0.9, label=label)
     axes.axhline(0.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel="m along the layer's path", ylabel="beside the path in mm", title=_whose(found))
     axes.legend(loc="upper right", ncols=_MAX_LAYERS)
@@ -161,7 +161,7 @@ def _whose(found: PrintRecord) -> str:
 def speed_picture(found: PrintRecord) -> Figure | None:
     """Speed along the path: how often which, and over time."""
     kinds = [
-        (name, colour, own, found.plotted[column])
+        (name, colour, own, found.rows[column])
         for name, colour, own, column in (
             ("estimated", style.ORANGE, found.estimated, "estimated_speed"),
             ("true", style.BLUE, found.true, "speed"),

@@ -14,6 +14,7 @@ from cablewright.apps.pictures.print import clock
 from cablewright.arrays import Array, Indices
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
+from cablewright.studies.prints.steps_table import in_state
 
 _MAX_LINES: Final = 12  # lines that a picture has room for
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)
@@ -21,7 +22,7 @@ _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, 
 
 def angles_picture(found: PrintRecord) -> Figure | None:
     """Measured angle and the taut line's, of the most and the least loaded line: Fig. 7 of Merlet and Papegay 2023."""
-    taut, measured = found.plotted["taut"], found.rows["measured"]
+    taut, measured = found.rows["taut"], found.rows["measured"]
     if not (np.isfinite(taut).any() and np.isfinite(measured).any()):
         return None
     shares = np.array([line.taut for line in found.lines])
@@ -46,7 +47,7 @@ def angles_picture(found: PrintRecord) -> Figure | None:
 def _last_layer(found: PrintRecord) -> Indices:
     """Rows that printed in the last layer of which much was printed; all, where none was."""
     rows, begins = found.rows, found.track.visits.begin
-    printing = rows.in_state(PrintState.PRINTING) & np.isfinite(rows["distance"])
+    printing = in_state(rows, PrintState.PRINTING) & np.isfinite(rows["distance"])
     visit = np.searchsorted(begins, rows["distance"], side="right") - 1
     counts = np.bincount(np.maximum(visit[printing], 0), minlength=len(begins))
     if not counts.any():
@@ -66,10 +67,10 @@ def _reach(values: Array) -> tuple[float, float]:
 def tensions_picture(found: PrintRecord) -> Figure | None:
     """Tension of each line in the last layer: true, and as the lines that are taut must bear the drum."""
     rows = _last_layer(found)
-    true, believed = found.rows["tensions"][rows], found.plotted["estimated_tensions"][rows]
+    true, believed = found.rows["tensions"][rows], found.rows["estimated_tensions"][rows]
     if not (np.isfinite(true).any() or np.isfinite(believed).any()):
         return None
-    count = min(found.rows.m, _MAX_LINES)
+    count = min(len(found.lines), _MAX_LINES)
     across = 2 if count > 1 else 1
     drawn = style.figure(9.6, 1.0 + 1.6 * -(-count // across))
     axes = drawn.subplots(-(-count // across), across, sharex=True, sharey=True, squeeze=False).ravel()

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.studies.drive import SLACK
+from cablewright.studies.error_statistics import SLACK
 from cablewright.studies.simulate import Simulation
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.INK, style.GREY)

@@ -1,4 +1,4 @@
-"""Tensions of the taut lines by the estimated position, and their first natural frequencies."""
+"""Tensions of the taut lines at the estimated position, and their first natural frequencies."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from cablewright.robot import Robot
 from cablewright.signals import Estimate
 from cablewright.solvers.taut import Taut, taut_at
 from cablewright.studies.estimator_settings import with_drum_mass
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 
-_ROUNDING: Final = 1e-6  # share of the drum's weight, of a negative tension that counts as zero
+_ROUNDING: Final = 1e-6  # a tension above minus this share of the drum's weight counts as zero
 
 
 class LineTensions:
-    """Angles, tensions and frequencies of a point platform's lines, taken as straight."""
+    """Angles, tensions and frequencies of the lines of a point platform, modelled as straight."""
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
-        """From the description. For a rigid platform every result is NaN."""
+        """Use the described robot and machine. For a rigid platform every result is NaN."""
         self.robot, self._settings = robot, settings
         self._model = Model(with_drum_mass(robot, settings)) if robot.platform.kind == "point" else None
         weight = None if self._model is None else self._model.lines.weight.copy()
@@ -33,9 +33,9 @@ class LineTensions:
         return taut_at(self._model, position) if self._model is not None and np.isfinite(position).all() else None
 
     def tensions(self, taut: Taut | None, slack: Array, mass: float) -> Array:
-        """Tensions (m,), N, at the platform, if exactly three lines are not *slack* (m,); 0 for the slack ones.
+        """Tensions (m,), N, at the platform, if exactly three lines are not *slack* (m,); 0 for slack lines.
 
-        NaN where these cannot hold a drum of that *mass* (kg), or where more lines share it in an unknown way.
+        NaN where these cannot hold a drum of that *mass* (kg), or where more lines share its weight.
         """
         unknown = np.full(self.robot.m, np.nan)
         tight = np.flatnonzero(slack == 0.0)
@@ -53,7 +53,7 @@ class LineTensions:
         return tensions
 
     def frequencies(self, estimate: Estimate, mass: float) -> Array:
-        """First natural frequencies (m,), Hz, of the lines with a tension; NaN for the others, as in `tensions`."""
+        """First natural frequencies (m,), Hz, of the lines whose tension is known and not 0; NaN for the others."""
         taut = self.at(estimate.position)
         if taut is None or self._weight is None:
             return np.full(self.robot.m, np.nan)
@@ -61,8 +61,8 @@ class LineTensions:
         speed = np.sqrt(np.maximum(tensions, 0.0) * self.robot.scene.gravity / self._weight)
         return np.where(tensions > 0.0, speed / (2.0 * taut.free), np.nan)
 
-    def series(self, rows: Columns, masses: Array) -> tuple[Array, Array]:
-        """Taut angles (k, m), rad, and tensions (k, m), N, of all *rows*, with the drum's *masses* (k,), kg."""
+    def series(self, rows: Rows, masses: Array) -> tuple[Array, Array]:
+        """Angles of the lines if taut, rad, and tensions, N, both (k, m), of *rows* with drum *masses* (k,), kg."""
         angles, pulls = np.full((2, len(rows), self.robot.m), np.nan)
         for k, (place, slack, mass) in enumerate(zip(rows["position"], rows["slack"], masses.tolist(), strict=True)):
             taut = self.at(place)

@@ -7,9 +7,10 @@ import numpy as np
 from cablewright.arrays import Array, Mask
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.machine.log.log import LogHead
+from cablewright.studies.error_statistics import spread
 from cablewright.studies.prints.result import LineUse
 from cablewright.studies.prints.spooling import SpoolRadii, SpoolStatistics
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Moments
 
@@ -24,9 +25,9 @@ class LineStatistics:
         self._taut, self._true_taut, self._tension, self._excess = (Moments(m) for _ in range(4))
         self._hours, self._wound = np.zeros(m), np.zeros(m)
         self._spools = SpoolStatistics(head.robot, head.settings.winch)
-        self._last_row: Columns | None = None
+        self._last_row: Rows | None = None
 
-    def add(self, rows: Columns, printing: Mask) -> None:
+    def add(self, rows: Rows, printing: Mask) -> None:
         """Add *rows*, of which some are *printing* (k,)."""
         slack, valid = rows["slack"], rows["valid"] == 1.0
         taut = np.where(valid[:, None] & np.isfinite(slack), slack == 0.0, np.nan)
@@ -43,10 +44,10 @@ class LineStatistics:
         self._spools.add(rows["true_lengths"][printing], rows["true_radii"][printing], true=True)
         self._wind(rows)
 
-    def _wind(self, rows: Columns) -> None:
+    def _wind(self, rows: Rows) -> None:
         """Add the cable wound and paid out: by encoders and estimated radii if known, else by true lengths."""
-        joined = rows if self._last_row is None else self._last_row.then(rows)
-        self._last_row = rows.where(np.arange(len(rows)) == len(rows) - 1)
+        joined = rows if self._last_row is None else np.concatenate([self._last_row, rows])
+        self._last_row = rows[-1:]
         measured = np.abs(np.diff(joined["turned"], axis=0)) * joined["radii"][1:]
         true = np.abs(np.diff(joined["true_lengths"], axis=0))
         self._wound += np.nan_to_num(np.where(np.isfinite(measured), measured, true)).sum(axis=0)
@@ -73,14 +74,9 @@ class LineStatistics:
                 float(self._wound[i]),
                 spools[i].irregularity,
                 spools[i].true_irregularity,
-                _middle(vibration.frequencies[:, i]),
+                spread(vibration.frequencies[:, i]).median,
                 float(vibration.slopes[i]),
                 float(vibration.slope_sigmas[i]),
             )
             for i, name in enumerate(self._names)
         )
-
-
-def _middle(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")

@@ -21,21 +21,19 @@ from cablewright.signals import Command, Estimate, PrintState, Progress, SensorF
 from cablewright.studies.estimators import Estimator
 
 MakeEstimator = Callable[[Array, Array], Estimator]
+"""Makes an estimator from the platform's last position (3,), m, and the winch drums' radii (m,), m; 0: unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class PrintPlan:
-    """Path and settings of a print. ``height``: None follows the path's own heights.
-
-    ``flow``: kg/s of powder with the valve open. ``powder``: kg in a full drum; infinite if it never runs out.
-    """
+    """Path and settings of a print."""
 
     path: TimedPath
     velocity: VelocitySettings
     supervisor: SupervisorSettings
-    height: HeightControl | None = None
-    flow: float = 0.0
-    powder: float = math.inf
+    height: HeightControl | None = None  # None: the heights of the path
+    flow: float = 0.0  # kg/s of powder with the valve open
+    powder: float = math.inf  # kg in a full drum
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class Step:
 
 
 class Printer:
-    """Runs one machine through one plan. `step` raises nothing for what a frame holds."""
+    """Runs one machine through one plan. `step` raises nothing, whatever a frame contains."""
 
     def __init__(
         self,
@@ -60,26 +58,18 @@ class Printer:
         now: float = 0.0,
         archive: Archive | None = None,
     ) -> None:
-        """Start idle with winches held, at the start of the path or as *archive* has it; *now*: machine time, s.
-
-        *make* returns an estimator for the platform's last position (3,), m, and the estimated radii (m,), m, of the
-        winch drums; 0: unknown.
-        """
+        """Start idle with winches held, at the start of the path or as in *archive*; *now*: machine time, s."""
         self.plan, self.machine = plan, machine
         self.guide, self.supervisor = GuideState(), SupervisorState()
         self.velocity = velocity.start(plan.velocity)
-        self.powder = plan.powder
-        """kg in the drum, estimated."""
+        self.powder = plan.powder  # kg in the drum, estimated
         self.target: Target | None = None
-        self.last_position = plan.path.track.at(0.0).position.copy()
-        """(3,) m, last valid position of the platform."""
-        self.radii = np.zeros(plan.velocity.model.m)
-        """(m,) m, last estimated radii of the winch drums; 0: unknown."""
-        self.frame_times = (0.0, 0.0)
-        """When the last frame had arrived, s: by the wall clock and by the processor's."""
+        self.last_position = plan.path.track.at(0.0).position.copy()  # (3,) m, last valid one of the platform
+        self.radii = np.zeros(plan.velocity.model.m)  # (m,) m, last estimated, of the winch drums; 0: unknown
+        self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self._command = Command(now, frozen(np.zeros(plan.velocity.model.m)))
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
-        self._powder_out_time = math.inf  # s of the path's time law, when powder ran out
+        self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if archive is not None:
             self.archive_state(archive)
         self.estimator = make(self.last_position, self.radii)
@@ -91,19 +81,19 @@ class Printer:
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the progress of the print."""
-        path, watched = self.guide, self.supervisor
+        path, supervised = self.guide, self.supervisor
         path.path_time = archive.number("path_time", path.path_time)
         path.height_offset = archive.number("height_offset", path.height_offset)
         self.powder = archive.number("powder", self.powder)
         self._powder_out_time = archive.number("powder_out_time", self._powder_out_time)
-        watched.barrier_stops = archive.count("barrier_stops", watched.barrier_stops)
-        watched.refills = archive.count("refills", watched.refills)
-        watched.finished = bool(archive.count("finished", int(watched.finished)))
+        supervised.barrier_stops = archive.count("barrier_stops", supervised.barrier_stops)
+        supervised.refills = archive.count("refills", supervised.refills)
+        supervised.finished = bool(archive.count("finished", int(supervised.finished)))
         archive.array("position", self.last_position)
         archive.array("radii", self.radii)
 
     def refilled(self) -> None:
-        """Note that the drum is full again."""
+        """Set the estimated powder to that of a full drum."""
         self.powder = self.plan.powder
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
@@ -141,7 +131,7 @@ class Printer:
         if verdict.state is previous:
             return
         if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.refill_mass:
-            self._powder_out_time = self.guide.path_time  # earlier than estimated: the path continues here
+            self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
         if verdict.state is PrintState.READY:
             if math.isfinite(self._powder_out_time):
                 self.guide.path_time, self._powder_out_time = self._powder_out_time, math.inf
@@ -167,14 +157,11 @@ class Printer:
 
 @dataclass
 class Attendant:
-    """Operator of a simulated machine: starts it, refills it, and resumes once the light barrier is clear.
-
-    ``resume_delay``: s from a stop to the order to resume. ``refill_time``: s that a refill by *refill_drum* takes.
-    """
+    """Operator of a simulated machine: starts it, refills it, and resumes once the light barrier is clear."""
 
     refill_drum: Callable[[], None]
-    resume_delay: float = 5.0
-    refill_time: float = 60.0
+    resume_delay: float = 5.0  # s from a stop, or from the light barrier being clear, to the order to resume
+    refill_time: float = 60.0  # s that a refill takes
     _since: float = field(default=math.nan, repr=False)
     _state: PrintState = field(default=PrintState.READY, repr=False)
 

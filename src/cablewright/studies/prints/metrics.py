@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from typing import Any, Final
 
 from cablewright.results import plain
-from cablewright.studies.prints.result import ErrorLocation, PathFollowing, PrintRecord
+from cablewright.studies.prints.result import PathFollowing, PrintRecord
 from cablewright.studies.prints.structure import HeightDifference, PrintedStructure
 from cablewright.studies.running_statistics import Summary
 
@@ -18,7 +17,7 @@ SCHEMA: Final = 1
 
 
 def metrics(found: PrintRecord) -> _Values:
-    """Return all figures by name. Path errors and speeds are true ones; what begins with ``estimated`` is believed."""
+    """Return all figures by name. Path errors and speeds are true ones, except where names begin with ``estimated``."""
     return {
         "layers": found.layers,
         "layers_begun": found.layers_begun,
@@ -44,35 +43,31 @@ def metrics(found: PrintRecord) -> _Values:
             for (source, sentence), (since, until, steps) in found.faults.items()
         ],
         "notices": dict(found.notices),
-        "lines": [dataclasses.asdict(line) for line in found.lines],
+        "lines": found.lines,
         "structure": None if found.structure is None else _structure(found.structure),
         "notes": list(found.notes),
     }
 
 
 def metrics_text(found: PrintRecord, more: _Values | None = None) -> str:
-    """Return `metrics`, and *more* of the same kind, as the text of a file."""
+    """Return `metrics` and *more* figures as the text of metrics.json."""
     return json.dumps(plain({"schema": SCHEMA} | metrics(found) | (more or {})), indent=1, allow_nan=False) + "\n"
 
 
-def _following(found: PathFollowing, own: str) -> _Values:
+def _following(found: PathFollowing, prefix: str) -> _Values:
     error, speed, height = found.error, found.speed, found.height
     return {
-        f"{own}mean_path_error": error.mean,
-        f"{own}path_error_variance": error.variance,
-        f"{own}max_path_error": error.size,
-        f"{own}worst_place": _spot(found.worst),
-        f"{own}mean_height_error": height.mean,
-        f"{own}height_error_variance": height.variance,
-        f"{own}max_height_error": height.size,
-        f"{own}mean_speed": speed.mean,
-        f"{own}speed_variance": speed.variance,
-        f"{own}steps_printing": error.count,
+        f"{prefix}mean_path_error": error.mean,
+        f"{prefix}path_error_variance": error.variance,
+        f"{prefix}max_path_error": error.size,
+        f"{prefix}worst_place": found.worst,
+        f"{prefix}mean_height_error": height.mean,
+        f"{prefix}height_error_variance": height.variance,
+        f"{prefix}max_height_error": height.size,
+        f"{prefix}mean_speed": speed.mean,
+        f"{prefix}speed_variance": speed.variance,
+        f"{prefix}steps_printing": error.count,
     }
-
-
-def _spot(worst: ErrorLocation | None) -> _Values | None:
-    return None if worst is None else dataclasses.asdict(worst)
 
 
 def _range(found: Summary) -> _Values:

@@ -9,7 +9,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.printing.track import Track
 from cablewright.studies.prints.result import ErrorLocation, LayerErrors, PathFollowing
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 from cablewright.studies.running_statistics import Histogram, Moments
 
 _SEARCH: Final = 0.3  # m along the path, before and after the current distance
@@ -17,10 +17,10 @@ _MAX_ERROR: Final = 0.1  # m, range of the histogram
 
 
 class PathErrors:
-    """Errors of one column of positions from the path near the current distance."""
+    """Accumulates the errors of true or estimated positions from the path near the current distance."""
 
     def __init__(self, track: Track, print_speed: float, prefix: str) -> None:
-        """Of the columns that begin with *prefix*: ``true_`` or none."""
+        """*prefix* of the columns of positions and velocities: ``true_``, or empty for estimates."""
         self._track, self._prefix = track, prefix
         self._error, self._height, self._speed = Moments(), Moments(), Moments()
         self._layers = [Moments() for _ in track.visits.begin]
@@ -28,7 +28,7 @@ class PathErrors:
         self._errors = Histogram(-_MAX_ERROR, _MAX_ERROR, 400)
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
-    def add(self, rows: Columns) -> tuple[Array, Array]:
+    def add(self, rows: Rows) -> tuple[Array, Array]:
         """Add *rows* that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
         places, distance = rows[f"{self._prefix}position"], rows["distance"]
         reached, error = self._track.nearest_of_each(places, distance, _SEARCH)
@@ -48,7 +48,7 @@ class PathErrors:
             self._layers[each].add(error[visit == each])
         return error, speed
 
-    def _update_worst(self, rows: Columns, reached: Array, error: Array) -> None:
+    def _update_worst(self, rows: Rows, reached: Array, error: Array) -> None:
         """Update the place of the largest error."""
         if not np.isfinite(error).any():
             return

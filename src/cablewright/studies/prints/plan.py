@@ -29,20 +29,21 @@ from cablewright.studies.prints.loop import PrintPlan
 
 HEIGHTS: Final = get_args(HeightRule)
 
-_SPEED_FACTOR: Final = 3.0  # speed limit, times the job's fastest motion, ...
-_SWING_SPEED: Final = 0.05  # ... plus so many m/s, for a drum that swings
-_LOAD_SHARE: Final = 0.5  # of its breaking load, at which a line stops the machine
+_SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
+_SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
 _MAX_INTRUSIONS: Final = 1000
 _INTRUSION_TIME: Final = 20.0  # s of one interruption of the light barrier
 
 
 @dataclass(frozen=True)
 class PrintOptions:
-    """Options of a print; None: chosen by the machine's sensors.
+    """Options of a print. ``estimator``, ``height``: None chooses by the machine's sensors.
 
-    ``estimator``: see `studies/estimators.py`. ``height``: ``structure`` keeps the height over the structure, by the
-    vertical lidar; ``job`` follows the job's. ``layers``: number of layers to print. ``period``: s, of a quasi-static
-    step. ``intrusions``: number of simulated light-barrier interruptions.
+    ``estimator``: see `studies/estimators.py`. ``height``: ``structure`` controls the height over the structure by the
+    vertical lidar; ``job`` follows the job's heights. ``layers``: number of layers to print (None: all). ``period``: s,
+    of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``lasers``: distances to
+    walls that an operator measured at the start.
     """
 
     estimator: str | None = None
@@ -56,7 +57,7 @@ class PrintOptions:
     lasers: tuple[Laser, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse words that are none of the choices. Raises `UnknownName`."""
+        """Raise `UnknownName` for an unknown choice."""
         known = (("plant", self.plant, PLANTS), ("height", self.height, HEIGHTS), ("control law", self.law, LAWS))
         for name, value, allowed in (*known, ("estimator", self.estimator, ESTIMATORS)):
             if value is not None and value not in allowed:
@@ -65,7 +66,7 @@ class PrintOptions:
 
 @dataclass(frozen=True, eq=False)
 class MachineTwin:
-    """A machine to be simulated, and the options of its print."""
+    """A machine to be simulated, and the path and options of its print."""
 
     robot: Robot
     settings: MachineSettings
@@ -75,7 +76,7 @@ class MachineTwin:
 
 
 def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
-    """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's).
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's name).
 
     Raises `InputError` for a robot without a machine, a job of another robot, layers that the job does not have.
     """
@@ -84,13 +85,13 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
     if machine is None:
         if robot.name not in machine_names():
             known = ", ".join(machine_names())
-            raise InputError(f"robot {robot.name!r}: has no machine of its own; --machine FILE, or one of {known}")
+            raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
         machine = robot.name
     own = machine if isinstance(machine, MachineSettings) else load_machine(machine)
     settings = extruding(own, job.bead, job.motion.print_speed)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:
-            raise InputError(f"period = {choices.period:g} s: over 0 and up to 60 s is wanted")
+            raise InputError(f"period = {choices.period:g} s: must be over 0 and at most 60 s")
         settings = settings.model_copy(update={"quasi_static_period": choices.period})
     nozzle = 0.0 if settings.extrusion is None else settings.drum.valve  # a strand's path is the nozzle's
     path = TimedPath.of(job, choices.layers, nozzle)
@@ -99,20 +100,20 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
 
 
 def _best_estimator(settings: MachineSettings, choices: PrintOptions) -> str:
-    """The best estimator for a machine's sensors: the filter, or for long steps the chain."""
+    """The best estimator for a machine's sensors: the filter, or the paper's chain for long steps."""
     if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
         return "encoders"
     return "filter" if choices.plant == "dynamic" else "paper"
 
 
 def _intruded(settings: MachineSettings, choices: PrintOptions, duration: float) -> MachineSettings:
-    """The machine with interruptions of its light barrier at random times, by the seed."""
+    """Return the settings with interruptions of the light barrier at random times, by the seed."""
     if not choices.intrusions:
         return settings
     if settings.barrier is None:
         raise InputError(f"machine {settings.name!r}: has no light barrier for {choices.intrusions} intrusions")
     if not 0 < choices.intrusions <= _MAX_INTRUSIONS:
-        raise InputError(f"intrusions = {choices.intrusions}: 0 to {_MAX_INTRUSIONS} is wanted")
+        raise InputError(f"intrusions = {choices.intrusions}: must be from 0 to {_MAX_INTRUSIONS}")
     begins = np.sort(np.random.default_rng([choices.seed, 8]).uniform(0.0, duration, choices.intrusions)).tolist()
     times = tuple((begin, begin + _INTRUSION_TIME) for begin in begins)
     barrier = settings.barrier.model_copy(update={"intrusions": (*settings.barrier.intrusions, *times)})
@@ -163,10 +164,10 @@ def _period(twin: MachineTwin) -> float:
 
 
 def _max_tensions(robot: Robot) -> Array:
-    """Tensions (m,), N, at which the machine stops: each line's limit or half of its breaking load."""
-    breaking = [line.cable.breaking_load or math.inf for line in robot.lines]
+    """Tensions (m,), N, at which the machine stops: the lesser of each line's limit and half of its breaking load."""
+    lines = robot.lines
     return np.array(
-        [min(line.tension_limits[1], _LOAD_SHARE * b) for line, b in zip(robot.lines, breaking, strict=True)]
+        [min(line.tension_limits[1], _LOAD_SHARE * (line.cable.breaking_load or math.inf)) for line in lines]
     )
 
 

@@ -1,8 +1,8 @@
 """The record of a print, from its log alone, in one pass with bounded memory.
 
 Errors are cross-track, seen from above, positive left of the path, of the steps that printed: true ones where the log
-has the truth, and estimated ones. Each is measured to the path near the current distance, so that neither another
-branch at a crossing nor another layer is taken for it.
+has the truth, and estimated ones. Each is measured to the path near the current distance, so that another branch at a
+crossing, or another layer, is not mistaken for it.
 """
 
 from __future__ import annotations
@@ -10,20 +10,23 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from cablewright.machine.log.log import Entry, LogHead
+from cablewright.machine.log.join import join_log
+from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
+from cablewright.progress import Progress
 from cablewright.signals import Distance, Inertial, LineAngles, PrintState, Scan
 from cablewright.studies.fault_count import FaultCount, count_faults
 from cablewright.studies.prints.line_tensions import LineTensions
 from cablewright.studies.prints.lines import LineStatistics
 from cablewright.studies.prints.path_errors import PathErrors
 from cablewright.studies.prints.result import PrintRecord, Span
-from cablewright.studies.prints.steps_table import STATES, Columns, StepsTable
+from cablewright.studies.prints.steps_table import ERRORS, STATES, StepsTable, in_state, row_type
 from cablewright.studies.prints.structure import StructureScans, structure_of
 from cablewright.studies.prints.vibration import VibrationWindows
 from cablewright.studies.running_statistics import Moments, ThinnedRows
@@ -34,7 +37,6 @@ UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")
 _BLOCK: Final = 2048  # steps that are processed together
 _MAX_SPANS: Final = 10_000
 _DONE: Final = 0.02  # m before its end a layer counts as finished
-_PLOTTED: Final = ("offset", "speed", "estimated_offset", "estimated_speed")
 
 
 def record(
@@ -45,9 +47,9 @@ def record(
     print_speed: float,
     true_structure: HeightField | None = None,
 ) -> PrintRecord:
-    """Make the record of the print whose log has *entries* and *head*, and which followed *track* (of the platform).
+    """Return the record of the print that followed *track* (of the platform), from the *entries* and *head* of its log.
 
-    *print_speed*: m/s, planned. *true_structure*: the true structure at the end, if known.
+    *print_speed*: m/s, planned. *true_structure*: at the end, if known.
     """
     recorder = Recorder(head, track, print_speed)
     for entry in entries:
@@ -55,18 +57,41 @@ def record(
     return recorder.finish(true_structure)
 
 
+def finish(
+    folder: Path,
+    track: Track,
+    print_speed: float,
+    true_structure: HeightField | None = None,
+    progress: Progress | None = None,
+) -> tuple[PrintRecord, Path]:
+    """Join the log of the print in *folder* and make its record; return the record and the joined log's path.
+
+    *track*, *print_speed* (m/s) and *true_structure*: as in `Recorder`. May be repeated.
+
+    Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
+    """
+    joined = join_log(folder)
+    with read_log(joined) as log:
+        recorder = Recorder(log.head, track, print_speed)
+        for count, entry in enumerate(log.entries(without=UNUSED)):
+            recorder.add(entry)
+            if progress is not None and count % 1000 == 0:
+                progress("reading the log (bytes)", log.position, log.size)
+        return recorder.finish(true_structure, notes=tuple(log.notes)), joined
+
+
 class Recorder:
-    """Accumulates the steps of a print. Its memory grows with the number of layers alone."""
+    """Accumulates the steps of a print. Its memory grows only with the number of layers."""
 
     def __init__(self, head: LogHead, track: Track, print_speed: float) -> None:
-        """Start with no steps."""
+        """Start with no steps; arguments: see `record`."""
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
         self._table = StepsTable(m, head.settings, head.period, _BLOCK)
         self._true, self._estimated = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
         self._lines = LineStatistics(head)
         self._estimation_error, self._attitude, self._climate = Moments(), Moments(2), Moments(2)
-        self._rows = ThinnedRows(Columns.width(m) + len(_PLOTTED))
+        self._rows = ThinnedRows(row_type(m).itemsize // 8)
         self._states, self._travelled = np.zeros(len(STATES)), 0.0
         self._last_position = np.full((1, 3), np.nan)  # m, true, of the last row
         self._steps, self._start_time, self._time = 0, math.nan, math.nan
@@ -95,32 +120,27 @@ class Recorder:
         for notice in entry.frame.notices:
             subject = f"{notice.subject}: " if notice.subject else ""
             self._notices[subject + notice.condition.value] += 1
-        self._add_readings(entry)
-        if self._table.full:
-            self._flush()
-
-    def _add_readings(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
             if isinstance(reading, LineAngles):
                 self._add_vibration(reading, entry)
             elif isinstance(reading, Scan) and reading.source == "vertical" and self._structure is not None:
                 self._structure.add(reading)
+        if self._table.full:
+            self._flush()
 
     def _add_vibration(self, reading: LineAngles, entry: Entry) -> None:
         """Add the lines' angles; expected frequencies are computed at both ends of a window."""
-        whole = self._vibration.add(reading)
-        if not whole and not self._vibration.window_begins:
+        complete = self._vibration.add(reading)
+        if not complete and not self._vibration.window_begins:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
-            expected = self._tensions.frequencies(estimate, self._mass(self._table.left))
-        if whole:
+            mass = self.head.settings.drum.empty_mass + max(self._table.left, 0.0)
+            expected = self._tensions.frequencies(estimate, mass)
+        if complete:
             self._vibration.close(self._table.temperature, 0.5 * (self._expected + expected))
         else:
             self._expected = expected
-
-    def _mass(self, powder: float) -> float:
-        return self.head.settings.drum.empty_mass + max(powder, 0.0)
 
     def _add_progress(self, entry: Entry) -> None:
         """Add distance and state."""
@@ -144,13 +164,13 @@ class Recorder:
         rows = self._table.take()
         if not len(rows):
             return
-        printing = rows.in_state(PrintState.PRINTING)
+        printing = in_state(rows, PrintState.PRINTING)
         chosen = printing & np.isfinite(rows["distance"])
-        plotted = np.full((len(rows), len(_PLOTTED)), np.nan)
-        for k, errors in enumerate((self._true, self._estimated)):
-            if chosen.any():
-                plotted[chosen, 2 * k : 2 * k + 2] = np.stack(errors.add(rows.where(chosen)), axis=1)
-        self._estimation_error.add(plotted[:, 2] - plotted[:, 0])
+        if chosen.any():
+            errors = *self._true.add(rows[chosen]), *self._estimated.add(rows[chosen])
+            for name, values in zip(ERRORS, errors, strict=True):
+                rows[name][chosen] = values
+        self._estimation_error.add(rows["estimated_offset"] - rows["offset"])
         rotation = rows["rotation"][printing]
         self._attitude.add(np.column_stack([rotation[:, 2], np.hypot(rotation[:, 0], rotation[:, 1])]))
         self._climate.add(np.column_stack([rows["temperature"], rows["humidity"]]))
@@ -161,19 +181,16 @@ class Recorder:
         self._travelled += float(np.nansum(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
         self._last_position = positions[-1:]
         self._lines.add(rows, printing)
-        self._rows.add(np.column_stack([rows.rows, plotted]))
+        self._rows.add(rows.view(np.float64).reshape(len(rows), -1))
 
     def finish(self, true_structure: HeightField | None = None, notes: tuple[str, ...] = ()) -> PrintRecord:
         """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
         self._flush()
-        m = self.head.robot.m
-        width = Columns.width(m)
-        rows = Columns(m, self._rows.rows[:, :width])
-        plotted = dict(zip(_PLOTTED, self._rows.rows[:, width:].T, strict=True))
+        rows = self._rows.rows.view(row_type(self.head.robot.m)).ravel()
         masses = self.head.settings.drum.empty_mass + np.maximum(rows["left"], 0.0)
-        plotted["taut"], plotted["estimated_tensions"] = self._tensions.series(rows, masses)
+        rows["taut"], rows["estimated_tensions"] = self._tensions.series(rows, masses)
         vibration, spools = self._vibration.result(), self._lines.spools()
-        tensions = plotted["estimated_tensions"][rows.in_state(PrintState.PRINTING)]
+        tensions = rows["estimated_tensions"][in_state(rows, PrintState.PRINTING)]
         done, begun = self._layers()
         true = self._true.result()
         settings = self.head.settings
@@ -203,7 +220,6 @@ class Recorder:
             faults=self._faults,
             notices=self._notices,
             rows=rows,
-            plotted=plotted,
             lines=self._lines.result(spools, vibration, tensions),
             spools=spools,
             vibration=vibration,
@@ -215,8 +231,7 @@ class Recorder:
         """Number of layers finished, and of layers begun."""
         visits = self.track.visits
         ends = np.append(visits.begin[1:], self.track.length)
-        proper = visits.number >= 0
-        done = np.unique(visits.number[proper & (ends <= self._distance + _DONE)])
-        begun = np.unique(visits.number[proper & (visits.begin < self._distance)])
-        rest = np.unique(visits.number[proper & (ends > self._distance + _DONE) & (visits.begin < self._distance)])
-        return len(np.setdiff1d(done, rest)), len(begun)
+        proper, done = visits.number >= 0, ends <= self._distance + _DONE
+        begun = proper & (visits.begin < self._distance)
+        finished = np.setdiff1d(visits.number[proper & done], visits.number[begun & ~done])
+        return len(finished), len(np.unique(visits.number[begun]))

@@ -1,4 +1,4 @@
-"""Results of a print, for its record, report and metrics. SI; NaN: unknown."""
+"""The record of a print, for its report and metrics. SI; NaN: unknown."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cablewright.printing.track import Track
 from cablewright.signals import PrintState
 from cablewright.studies.fault_count import FaultCount
 from cablewright.studies.prints.spooling import SpoolRadii
-from cablewright.studies.prints.steps_table import Columns
+from cablewright.studies.prints.steps_table import Rows
 from cablewright.studies.prints.structure import PrintedStructure
 from cablewright.studies.prints.vibration import LineVibration
 from cablewright.studies.running_statistics import Histogram, Summary
@@ -43,7 +43,7 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class LayerErrors:
-    """Cross-track errors by visit of a layer, (v,); NaN where nothing was printed."""
+    """Cross-track errors for each of v visits of layers, (v,); NaN where nothing was printed."""
 
     number: NDArray[np.int32]
     begin: Array  # m along the path
@@ -68,14 +68,14 @@ class PathFollowing:
 
 @dataclass(frozen=True)
 class LineUse:
-    """Load and motion of one line. Shares and tensions are of the steps that printed."""
+    """Load and motion of one line in a print. Shares and tensions are of the steps that printed."""
 
     name: str
     taut: float  # share of the steps, estimated
     true_taut: float
     mean_tension: float  # N at the sheave, true
     max_tension: float
-    believed_mean_tension: float  # N, by the estimated position, while three lines alone hold the drum
+    believed_mean_tension: float  # N, from the estimated position, while exactly three lines are taut
     believed_max_tension: float
     max_excess: float  # m, estimated
     hours: float  # h, estimated to be taut, in any state
@@ -89,7 +89,7 @@ class LineUse:
 
 @dataclass(eq=False)
 class PrintRecord:
-    """The record of a print. Statistics are of every step; `rows` are some of the steps, to plot."""
+    """The record of a print. Statistics are of every step; `rows` are a subset of the steps, to plot."""
 
     head: LogHead
     track: Track
@@ -114,8 +114,7 @@ class PrintRecord:
     refills: int
     faults: FaultCount
     notices: Counter[str]  # steps by condition
-    rows: Columns
-    plotted: dict[str, Array]  # by row; see `Recorder`
+    rows: Rows
     lines: tuple[LineUse, ...]
     spools: tuple[SpoolRadii, ...]
     vibration: LineVibration

@@ -1,8 +1,8 @@
-"""A whole print on a simulated machine, in a run folder from which it goes on after whatever ends it.
+"""A whole print on a simulated machine, in a run folder from which an interrupted print can be resumed.
 
 While it runs the folder holds ``manifest.json`` (what is printed), the log's segments, and ``checkpoint.bin``: machine
-and print at one time, at most half a second old. A print that is resumed hangs where the checkpoint has it, finds out
-where that is, goes back to its place on the path and goes on.
+and print at one time, at most half a second old. A resumed print starts with the machine as in the checkpoint,
+estimates the platform's position, returns to its place on the path and continues.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from cablewright.arrays import Array
@@ -32,7 +33,7 @@ from cablewright.signals import PrintState
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
-from cablewright.studies.store import MANIFEST, MANIFEST_BYTES, manifest_of
+from cablewright.studies.store import MANIFEST, manifest_of, read_manifest
 
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"
@@ -46,14 +47,37 @@ _MAX_STEPS: Final = 100_000_000
 
 @dataclass
 class Timing:
-    """Duration of the control steps, s: from the arrival of a frame until it is answered and logged."""
+    """Durations of the control steps, s: from the arrival of a frame until its command is computed and logged."""
 
-    period: float
-    """s, limit of a step."""
+    period: float  # s, limit of a step
     wall: array[float] = field(default_factory=lambda: array("d"))
     processor: array[float] = field(default_factory=lambda: array("d"))
-    lateness: array[float] = field(default_factory=lambda: array("d"))
-    """How late each step of a real-time print ended, s; negative: early."""
+    lateness: array[float] = field(default_factory=lambda: array("d"))  # of a real-time print; negative: early
+
+    def statistics(self) -> dict[str, float | int]:
+        """Return statistics of the durations, s: by wall clock, and by processor time (``processor_``).
+
+        ``over``: number of steps longer than the period by the wall clock; ``over_by_itself``: by processor time. A
+        real-time print also has ``late``, the number of steps that ended late, and ``latest``, the largest delay, s.
+        """
+        if not self.wall:
+            return {"count": 0}
+        wall, processor = np.array(self.wall), np.array(self.processor)
+        times: dict[str, float | int] = {
+            "count": len(wall),
+            "mean": float(wall.mean()),
+            "p99": float(np.percentile(wall, 99.0)),
+            "max": float(wall.max()),
+            "processor_mean": float(processor.mean()),
+            "processor_p99": float(np.percentile(processor, 99.0)),
+            "processor_max": float(processor.max()),
+            "over": int(np.count_nonzero(wall > self.period)),
+            "over_by_itself": int(np.count_nonzero(processor > self.period)),
+        }
+        if self.lateness:
+            late = np.array(self.lateness)
+            times |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
+        return times
 
 
 @dataclass(eq=False)
@@ -77,8 +101,13 @@ class PrintRun:
         return self.printer.supervisor.state
 
     @property
+    def status(self) -> str:
+        """``finished``, or the present state."""
+        return "finished" if self.finished else self.state.value
+
+    @property
     def reason(self) -> str:
-        """Reason for that state."""
+        """Reason for the present state."""
         return self.printer.supervisor.reason
 
 
@@ -94,11 +123,11 @@ def run_print(
 ) -> PrintRun:
     """Print until the end of the path or until the machine stops; the print in *folder* can be resumed.
 
-    *inputs* and *options* identify the print, see `store.manifest_of`; it is resumed only if they are the same. With
-    *real_time* each step waits for its time, busily, which needs a core of its own.
+    *inputs* and *options* identify the print, see `store.manifest_of`; with *resume* they must be those of the print in
+    *folder*. With *real_time* each step waits for its time, partly in a busy loop, which needs a core of its own.
 
     Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
-    cannot be printed; `EnvironmentFault` where the folder cannot be written: the print then stands where it was.
+    cannot be printed; `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
     plan = plan_print(twin)
     _prepare(folder, manifest_of("print", inputs, options), resume)
@@ -112,11 +141,11 @@ def run_print(
                 write_log(path, head, flush_every=_CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
                 SnapshotWriter(folder / CHECKPOINT) as writer,
             ):
-                gc.freeze()  # what is there by now need not be looked through again and again
+                gc.freeze()  # objects that live as long as the print need not be traversed again
                 if real_time:
-                    gc.disable()  # it is done when there is time for it
+                    gc.disable()  # `_run_steps` collects between steps
                 try:
-                    _go_on(run, log, writer, real_time, progress)
+                    _run_steps(run, log, writer, real_time, progress)
                 finally:
                     gc.enable()
                     gc.unfreeze()
@@ -125,9 +154,9 @@ def run_print(
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Hold the lock of *folder*, which the system lets go of when the program ends, however it ends.
+    """Hold the lock of *folder*, which the system releases when the program ends, even if it is killed.
 
-    Raises `EnvironmentFault` where another program holds it, or where it cannot be made: a link is not followed.
+    Raises `EnvironmentFault` where another program holds the lock, or where it cannot be made: a link is not followed.
     """
     lock = FileLock(folder / LOCK, blocking=False, fallback_to_soft=False)  # a soft lock outlives a killed program
     try:
@@ -142,11 +171,13 @@ def alone_in(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def _go_on(run: PrintRun, log: LogWriter, writer: SnapshotWriter, real_time: bool, progress: Progress | None) -> None:
+def _run_steps(
+    run: PrintRun, log: LogWriter, writer: SnapshotWriter, real_time: bool, progress: Progress | None
+) -> None:
     """Run steps until the print ends."""
     machine, printer, timing = run.machine, run.printer, run.timing
     attendant = Attendant(lambda: machine.refill(printer.plan.powder))
-    whole = round(1e3 * printer.plan.path.track.length)
+    length = round(1e3 * printer.plan.path.track.length)
     saved = start = time.monotonic()
     for run.steps in range(1, _MAX_STEPS):
         orders = attendant.orders(printer, machine.time)
@@ -162,7 +193,7 @@ def _go_on(run: PrintRun, log: LogWriter, writer: SnapshotWriter, real_time: boo
             log.flush()
             _save(run, writer)
         if progress is not None and run.steps % _PROGRESS_STEPS == 0:
-            progress("printing, mm", round(1e3 * step.progress.distance), whole)
+            progress("printing, mm", round(1e3 * step.progress.distance), length)
         if over:
             return
         if real_time:
@@ -202,35 +233,29 @@ def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> 
 
 
 def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
-    """Make the folder, or look whether it holds the print that is to go on. Raises `InputError`."""
-    there = folder.is_dir() and any(folder.iterdir())
-    if not resume:
-        if folder.exists() and not folder.is_dir():
-            raise InputError(f"--out = {folder}: is no folder")
-        if there:
-            raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as reason:
-            raise cannot_write(folder, reason) from None
-        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+    """Make the folder of a new print, or check that it holds the print to be resumed. Raises `InputError`."""
+    if resume:
+        kept = read_manifest(folder)
+        if kept is None or kept["command"] != "print":
+            raise InputError(f"--resume: {folder} holds no print")
+        for key in manifest.keys() - {"cablewright"}:
+            if kept.get(key) != manifest[key]:
+                raise InputError(f"--resume: {folder} holds a print of another {_difference(key, kept, manifest)}")
         return
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out = {folder}: is no folder")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
     try:
-        text = (folder / MANIFEST).read_bytes()[:MANIFEST_BYTES]
-        kept = json.loads(text)
-    except (OSError, ValueError, RecursionError):
-        raise InputError(f"--resume: {folder} holds no print") from None
-    if not isinstance(kept, dict) or kept.get("command") != "print":
-        raise InputError(f"--resume: {folder} holds no print")
-    for key, value in manifest.items():
-        if key != "cablewright" and kept.get(key) != value:
-            raise InputError(f"--resume: {folder} holds a print of another {_differs(key, kept.get(key), value)}")
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        raise cannot_write(folder, reason) from None
+    write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
 
 
-def _differs(key: str, kept: Any, asked: Any) -> str:
-    """Describe the first difference in a part of the manifest."""
-    if isinstance(kept, dict) and isinstance(asked, dict):
-        for inner in sorted(kept.keys() | asked.keys()):
-            if kept.get(inner) != asked.get(inner):
-                return _differs(inner, kept.get(inner), asked.get(inner))
-    return f"{key}: {str(kept)[:60]}, asked for {str(asked)[:60]}"
+def _difference(key: str, kept: Mapping[str, Any], requested: Mapping[str, Any]) -> str:
+    """Describe the first difference in *key* of two manifests, or of two tables in them."""
+    old, new = kept.get(key), requested.get(key)
+    if isinstance(old, dict) and isinstance(new, dict):
+        return _difference(min(k for k in old.keys() | new.keys() if old.get(k) != new.get(k)), old, new)
+    return f"{key}: {str(old)[:60]}, requested: {str(new)[:60]}"

@@ -1,8 +1,8 @@
 """Regularity of the cable on the winch drums: radius at which it leaves, by length paid out.
 
-Merlet and Papegay 2023 find the least loaded line's drum the most irregular after two months (their Fig. 9). The
+Merlet and Papegay 2023 find the drum of the least loaded line the most irregular after two months (their Fig. 9). The
 irregularity here is the standard deviation of the radius from that of a regularly wound drum, after subtracting a
-straight line, which a wrong nominal radius or a taper would cause.
+fitted straight line, which absorbs a wrong nominal radius or a taper.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _MIN_BINS: Final = 10  # for an irregularity
 
 @dataclass(frozen=True, eq=False)
 class SpoolRadii:
-    """Radii by length paid out, of the b bins that were passed; NaN where unknown."""
+    """Radii by length paid out, of the b bins with data; NaN where unknown."""
 
     lengths: Array  # (b,) m, unstrained, winch to platform
     radii: Array  # (b,) m, estimated
@@ -68,9 +68,8 @@ class SpoolStatistics:
         radii = np.where(count > 0, self._sums[:, 2, i][:, passed] / divisor, np.nan)
         lengths = self._sums[:, 1, i][:, passed].sum(axis=0) / np.maximum(count.sum(axis=0), 1.0)
         regular = _regular(line, self._settings, lengths)
-        return SpoolRadii(
-            lengths, radii[0], radii[1], regular, *(_irregularity(lengths, each - regular) for each in radii)
-        )
+        irregularities = (_irregularity(lengths, each - regular) for each in radii)
+        return SpoolRadii(lengths, radii[0], radii[1], regular, *irregularities)
 
 
 def _regular(line: Line, settings: WinchSettings, lengths: Array) -> Array:
@@ -80,13 +79,13 @@ def _regular(line: Line, settings: WinchSettings, lengths: Array) -> Array:
         return np.full(len(lengths), np.nan)
     try:
         coil = wind(settings.held, core, settings.width, diameter, settings.pitch)
-    except InputError:  # such a drum takes no cable
+    except InputError:  # no cable fits on such a drum
         return np.full(len(lengths), np.nan)
     return np.asarray(np.interp(settings.held - lengths, coil.wound, coil.radii))
 
 
 def _irregularity(lengths: Array, differences: Array) -> float:
-    """Standard deviation of *differences* (b,), m, about their straight line."""
+    """Standard deviation of *differences* (b,), m, about a straight line fitted to them."""
     known = np.isfinite(differences)
     if np.count_nonzero(known) < _MIN_BINS:
         return float("nan")

@@ -1,80 +1,56 @@
-"""Steps of a print as rows of numbers, from a log's entries, for the record of the print."""
+"""Steps of a print as rows of a structured array, from a log's entries, for the record of the print."""
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Mask
 from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.signals import Barrier, Climate, Encoders, LineAngles, PrintState
 
+Rows = NDArray[np.void]
+"""Rows (k,) of `row_type`: ``rows["position"]`` is (k, 3), ``rows["time"]`` (k,), ``rows["excess"]`` (k, m)."""
+
 STATES: Final = tuple(PrintState)
-"""A row's state is an index into this; NaN: unknown."""
+"""A row's ``state`` is an index into this."""
+
+ERRORS: Final = ("offset", "speed", "estimated_offset", "estimated_speed")
+"""Columns that the record adds: cross-track error, m, and speed along the path, m/s, true and estimated."""
 
 _SCALARS: Final = (
     "time", "step", "state", "layer", "distance", "valid", "clearance", "powder", "left", "valve",
-    "temperature", "humidity", "broken",
+    "temperature", "humidity", "broken", *ERRORS,
 )  # fmt: skip
 _VECTORS: Final = (
     "target", "position", "velocity", "rotation", "true_position", "true_velocity", "true_rotation",
 )  # fmt: skip
 _LINES: Final = (
     "excess", "slack", "lengths", "radii", "true_excess", "true_radii", "tensions", "measured", "turned",
-    "true_lengths",
+    "true_lengths", "taut", "estimated_tensions",
 )  # fmt: skip
+_OF_ESTIMATE: Final = ("position", "velocity", "rotation", "clearance", "excess", "lengths", "radii")
+_OF_TRUTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "radii")
 
 
-class Columns:
-    """Rows (k, width) by name: `columns["position"]` is (k, 3), ``"time"`` (k,), ``"excess"`` by line (k, m). SI.
+def row_type(m: int) -> np.dtype[np.void]:
+    """Type of a row for *m* lines: scalars, vectors (3,) and values by line (m,), float64, SI. NaN: unknown.
 
     ``step``: time since the last row. ``measured``: the lines' angles, and ``turned``: rotation of the winch drums by
     their encoders (rad), positive paid out; both are the last readings. ``powder``: true mass in the drum, ``left``:
-    estimated by the valve's opening. ``broken``: of the light barrier.
+    estimated by the valve's opening. ``broken``: of the light barrier. The record adds `ERRORS`, and for the rows that
+    it keeps ``taut``: angles of the lines if they were taut, and ``estimated_tensions``.
     """
-
-    def __init__(self, m: int, rows: Array) -> None:
-        """Name the columns of *rows* for a robot of *m* lines."""
-        self.m, self.rows = m, rows
-
-    @staticmethod
-    def width(m: int) -> int:
-        """Number of columns."""
-        return len(_SCALARS) + 3 * len(_VECTORS) + m * len(_LINES)
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def __getitem__(self, name: str) -> Array:
-        found = self.rows[:, columns_of(self.m)[name]]
-        return found[:, 0] if name in _SCALARS else found
-
-    def where(self, chosen: Mask) -> Self:
-        """Return the *chosen* rows."""
-        return type(self)(self.m, self.rows[chosen])
-
-    def then(self, after: Self) -> Self:
-        """Return these rows followed by those *after*."""
-        return type(self)(self.m, np.concatenate([self.rows, after.rows]))
-
-    def in_state(self, state: PrintState) -> Mask:
-        """Return which rows are in that state, (k,)."""
-        return np.asarray(self["state"] == STATES.index(state))
+    widths = dict.fromkeys(_SCALARS, ()) | dict.fromkeys(_VECTORS, (3,)) | dict.fromkeys(_LINES, (m,))
+    return np.dtype([(name, np.float64, width) for name, width in widths.items()])
 
 
-@cache
-def columns_of(m: int) -> dict[str, slice]:
-    """Return the slice of each name in a row."""
-    places: dict[str, slice] = {}
-    at = 0
-    for names, width in ((_SCALARS, 1), (_VECTORS, 3), (_LINES, m)):
-        for name in names:
-            places[name] = slice(at, at + width)
-            at += width
-    return places
+def in_state(rows: Rows, state: PrintState) -> Mask:
+    """Return which *rows* are in that *state*, (k,)."""
+    return np.asarray(rows["state"] == STATES.index(state))
 
 
 class StepsTable:
@@ -82,16 +58,15 @@ class StepsTable:
 
     def __init__(self, m: int, settings: MachineSettings, period: float, capacity: int) -> None:
         """For a robot of *m* lines that steps every *period* (s), *capacity* rows at a time."""
-        self.m = m
-        self._rows = np.full((capacity, Columns.width(m)), np.nan)
+        self._rows = np.full(capacity, np.nan, row_type(m))
+        self._held: np.void = np.full(1, np.nan, row_type(m))[0]  # a row with the last readings of sensors
         self._count = 0
-        self._at = columns_of(m)
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
-        self._held_vectors: dict[str, Array] = {}
-        self._held_scalars: dict[str, float] = {}
         self._last: float | None = None
         self._period = period
-        self._drum, self._left, self._refilling = settings.drum, settings.drum.powder, False
+        self._drum, self._refilling = settings.drum, False
+        self.left = settings.drum.powder
+        """kg of powder in the drum, estimated."""
 
     @property
     def full(self) -> bool:
@@ -99,84 +74,57 @@ class StepsTable:
         return self._count == len(self._rows)
 
     @property
-    def left(self) -> float:
-        """Powder (kg) in the drum, estimated."""
-        return self._left
-
-    @property
     def temperature(self) -> float:
         """Degrees Celsius, last reading."""
-        return self._held_scalars.get("temperature", float("nan"))
+        return float(self._held["temperature"])
 
     @property
     def broken(self) -> bool:
         """Whether the light barrier is interrupted, last reading."""
-        return self._held_scalars.get("broken") == 1.0
+        return bool(self._held["broken"] == 1.0)
 
-    def take(self) -> Columns:
+    def take(self) -> Rows:
         """Return the rows and start again."""
-        taken = Columns(self.m, self._rows[: self._count].copy())
-        self._rows[:] = np.nan
-        self._count = 0
+        taken, self._count = self._rows[: self._count].copy(), 0
         return taken
 
     def put(self, entry: Entry) -> None:
         """Add one step."""
-        now = entry.frame.time
         self._hold(entry)
-        step = self._period if self._last is None else now - self._last
-        progress, estimate, truth = entry.progress, entry.estimate, entry.truth
-        if entry.command is not None:
-            self._set(valve=entry.command.valve)
-            self._left -= self._drum.flow * entry.command.valve * step if step > 0.0 else 0.0
-        self._set(time=now, step=step, left=self._left, **self._held_vectors, **self._held_scalars)
+        self._rows[self._count] = self._held
+        row = self._rows[self._count]
+        self._count += 1
+        now, progress, estimate, truth = entry.frame.time, entry.progress, entry.estimate, entry.truth
+        row["time"] = now
+        row["step"] = self._period if self._last is None else now - self._last
         self._last = now
+        if entry.command is not None:
+            row["valve"] = entry.command.valve
+            self.left -= self._drum.flow * entry.command.valve * max(row["step"], 0.0)
+        row["left"] = self.left
         if progress is not None:
             if self._refilling and progress.state is not PrintState.REFILLING:
-                self._left = self._drum.powder  # refilled to its initial level
+                self.left = self._drum.powder  # refilled to its initial level
             self._refilling = progress.state is PrintState.REFILLING
-            state = float(STATES.index(progress.state))
-            self._set(state=state, layer=progress.layer, distance=progress.distance, target=progress.target)
+            row["state"] = STATES.index(progress.state)
+            row["layer"], row["distance"], row["target"] = progress.layer, progress.distance, progress.target
         if estimate is not None:
-            self._set(
-                position=estimate.position,
-                velocity=estimate.velocity,
-                rotation=estimate.rotation,
-                valid=float(estimate.valid),
-                clearance=estimate.clearance,
-                excess=estimate.excess,
-                slack=np.where(np.isfinite(estimate.excess), estimate.slack, np.nan),
-                lengths=estimate.lengths,
-                radii=estimate.radii,
-            )
+            for name in _OF_ESTIMATE:
+                row[name] = getattr(estimate, name)
+            row["valid"] = estimate.valid
+            row["slack"] = np.where(np.isfinite(estimate.excess), estimate.slack, np.nan)
         if truth is not None:
-            self._set(
-                true_position=truth.position,
-                true_velocity=truth.velocity,
-                true_rotation=truth.rotation,
-                true_excess=truth.excess,
-                true_radii=truth.radii,
-                true_lengths=truth.lengths,
-                tensions=truth.tensions,
-                powder=truth.powder,
-            )
-        self._count += 1
-
-    def _set(self, **values: Array | float) -> None:
-        row = self._rows[self._count]
-        for name, value in values.items():
-            row[self._at[name]] = value
+            for name in _OF_TRUTH:
+                row[f"true_{name}"] = getattr(truth, name)
+            row["tensions"], row["powder"] = truth.tensions, truth.powder
 
     def _hold(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
             if isinstance(reading, LineAngles):
-                self._held_vectors["measured"] = reading.angles
+                self._held["measured"] = reading.angles
             elif isinstance(reading, Encoders):
-                self._held_vectors["turned"] = np.asarray(reading.counts * self._turn, dtype=np.float64)
+                self._held["turned"] = reading.counts * self._turn
             elif isinstance(reading, Climate):
-                self._held_scalars["temperature"], self._held_scalars["humidity"] = (
-                    reading.temperature,
-                    reading.humidity,
-                )
+                self._held["temperature"], self._held["humidity"] = reading.temperature, reading.humidity
             elif isinstance(reading, Barrier):
-                self._held_scalars["broken"] = float(reading.broken)
+                self._held["broken"] = reading.broken

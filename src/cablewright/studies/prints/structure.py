@@ -1,8 +1,8 @@
-"""The printed structure, reconstructed from vertical scans, and the true one where that is known.
+"""The printed structure, reconstructed from vertical scans, and the true one if known.
 
 Merlet and Papegay 2023, III.A: one turn of the vertical lidar every 2 s, each ray placed by the estimated pose of the
-drum. The structure grows while it is scanned: the scans of the last two layers are kept, and of each cell only the
-last seconds count.
+drum. The structure grows while it is scanned: the scans of the last two layers are kept, and in each cell only those of
+the last seconds count.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
+from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, Scan
+from cablewright.studies.error_statistics import spread
 
 CELL: Final = 0.02
 """Cell size of the reconstruction, m."""
@@ -70,8 +72,10 @@ class StructureScans:
         where = self._poses.at(scan.times[good])
         x, y = self._axes
         rays = np.cos(angles[good])[:, None] * x + np.sin(angles[good])[:, None] * y
-        points = where[:, :3] + _rotated(self._place + scan.ranges[good, None] * rays, where[:, 3:])
-        kept = _has_near_neighbour(scan.ranges[good]) & (points[:, 2] > -_NOISE)
+        arms = self._place + scan.ranges[good, None] * rays
+        points = where[:, :3] + (matrices(where[:, 3:]) @ arms[..., None])[..., 0]
+        near = np.abs(np.diff(scan.ranges[good])) <= _NOISE
+        kept = (np.append(near, False) | np.append(False, near)) & (points[:, 2] > -_NOISE)
         points[:, 2] += _floor_correction(points[kept, 2], self._sigma)
         self._points.append(np.column_stack([points, scan.times[good]])[kept])
         self._count += int(np.count_nonzero(kept))
@@ -109,29 +113,14 @@ def _interpolated(heights: Array, max_gap: int) -> Array:
 
 
 def _floor_correction(heights: Array, sigma: float) -> float:
-    """Correction, m, of a scan's *heights* (k,), m, so that none is below the floor by more than noise.
+    """Correction, m, of a scan's *heights* (k,), m, so that they are below the floor by no more than noise.
 
-    Where the scan runs along a ridge, the estimator may take that for floor, and the true floor is too low.
+    If a scan runs along a ridge, the estimator may mistake the ridge for the floor; the true floor then is too low.
     """
     if not len(heights):
         return 0.0
     low = float(np.quantile(heights, 0.1)) + 1.28 * sigma  # a tenth of the noise is lower
     return -low if low < -2.0 * sigma else 0.0
-
-
-def _has_near_neighbour(ranges: Array) -> Mask:
-    """Return which ranges (k,) differ little from a neighbour's."""
-    near = np.abs(np.diff(ranges)) <= _NOISE
-    return np.asarray(np.append(near, False) | np.append(False, near))
-
-
-def _rotated(points: Array, rotations: Array) -> Array:
-    """Points (k, 3) rotated by rotation vectors (k, 3), rad: Rodrigues' formula."""
-    angle = np.linalg.norm(rotations, axis=1, keepdims=True)
-    sine = np.sinc(angle / np.pi)
-    cosine = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
-    once = np.cross(rotations, points)
-    return np.asarray(points + sine * once + cosine * np.cross(rotations, once))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +137,7 @@ class CrossSection:
 
 @dataclass(frozen=True)
 class HeightDifference:
-    """Differences of the reconstructed and the true heights (reconstructed less true) over the scanned cells."""
+    """Reconstructed heights less true ones, over the scanned cells."""
 
     mean: float  # m
     rms: float  # m
@@ -159,7 +148,7 @@ class HeightDifference:
 
 @dataclass(frozen=True, eq=False)
 class PrintedStructure:
-    """The structure at the end: reconstructed from scans, and the true one. Either may be missing."""
+    """The structure at the end of a print, reconstructed from scans and true. One of the two may be missing."""
 
     estimated: HeightField | None
     true: HeightField | None
@@ -169,7 +158,7 @@ class PrintedStructure:
 
     @property
     def best(self) -> HeightField | None:
-        """The true one if known, else the reconstructed."""
+        """The true structure if known, else the reconstructed one."""
         return self.true if self.true is not None else self.estimated
 
     @property
@@ -194,7 +183,7 @@ class PrintedStructure:
 def structure_of(
     scans: StructureScans | None, true: HeightField | None, track: Track, distance: float, density: float
 ) -> PrintedStructure | None:
-    """Return the structure after *distance* (m) of *track*; None if nothing is known."""
+    """Return the structure after *distance* (m) of *track*, of *density* (kg/m^3); None if nothing is known."""
     estimated = None if scans is None else scans.heights(_cells(track, true))
     if estimated is None and true is None:
         return None
@@ -217,23 +206,13 @@ def _cells(track: Track, true: HeightField | None) -> HeightField:
 def _difference(estimated: HeightField, true: HeightField) -> HeightDifference:
     x, y = np.meshgrid(estimated.centres(0), estimated.centres(1), indexing="ij")
     there = true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(estimated.shape)
-    off = estimated.heights - there
+    off, structure = estimated.heights - there, there > _MIN_HEIGHT
     known = np.isfinite(off)
-    heap = there > _MIN_HEIGHT
     if not known.any():
         return HeightDifference(*(math.nan,) * 4, share_seen=0.0)
-    on = off[known & heap]
-    return HeightDifference(
-        float(off[known].mean()),
-        _rms(off[known]),
-        float(np.abs(off[known]).max()),
-        _rms(on) if len(on) else math.nan,
-        float(np.count_nonzero(known & heap)) / max(1, int(np.count_nonzero(heap))),
-    )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt((values**2).mean()))
+    all_cells, on_structure = spread(off), spread(off[structure])
+    seen = on_structure.count / max(1, int(np.count_nonzero(structure)))
+    return HeightDifference(float(off[known].mean()), all_cells.rms, all_cells.most, on_structure.rms, seen)
 
 
 def _sections(
@@ -241,19 +220,19 @@ def _sections(
 ) -> tuple[CrossSection, ...]:
     """Sections where the path is farthest from its other passes in a layer, and where the structure is highest."""
     best = true if true is not None else estimated
-    assert best is not None  # asked for where there is one
+    assert best is not None  # `structure_of` requires one of the two
     begin, end = _layer(track, distance)
     along = np.linspace(begin, end, max(2, min(600, int((end - begin) / 0.05))))
     places = track.places(along)[:, :2]
     gap = np.abs(along[:, None] - along)
-    gap = np.minimum(gap, np.where(_closed(places), end - begin - gap, np.inf))
+    if np.hypot(*(places[-1] - places[0])) < _MIN_SEPARATION:  # the layer's path is closed
+        gap = np.minimum(gap, end - begin - gap)
     away = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
     remote = np.where(gap > _MIN_SEPARATION, away, np.inf).min(axis=1)
-    finite = np.where(np.isfinite(remote), remote, -1.0)
     laid = track.laying[track.pieces(along)]
-    finite = np.where(laid, finite, -1.0)
+    remote = np.where(laid & np.isfinite(remote), remote, -1.0)
     heights = np.where(laid, np.nan_to_num(best.at(places), nan=-1e9), -np.inf)
-    chosen = {"where the path passes once": int(finite.argmax()), "where it is highest": int(heights.argmax())}
+    chosen = {"where the path passes once": int(remote.argmax()), "where it is highest": int(heights.argmax())}
     return tuple(_section(track, title, float(along[i]), estimated, true) for title, i in chosen.items())
 
 
@@ -263,10 +242,6 @@ def _layer(track: Track, distance: float) -> tuple[float, float]:
     begun = np.flatnonzero(layers[:-1] <= max(0.0, distance - _MIN_SEPARATION))
     last = int(begun[-1]) if len(begun) else 0
     return float(layers[last]), float(layers[last + 1])
-
-
-def _closed(places: Array) -> bool:
-    return bool(np.hypot(*(places[-1] - places[0])) < _MIN_SEPARATION)
 
 
 def _section(
@@ -284,7 +259,7 @@ def _section(
 
 
 def _nearest_cells(field: HeightField, points: Array) -> Array:
-    """Heights of the cells of *points* (k, 2); interpolation would lose those beside unknown cells."""
+    """Heights of the cells of *points* (k, 2); interpolation would lose heights next to unknown cells."""
     inside = field.holds(points)
     found = np.full(len(points), np.nan)
     i, j = field.cells_of(points[inside]).T

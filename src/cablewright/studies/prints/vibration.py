@@ -1,7 +1,7 @@
 """First natural frequency of the lines, by their accelerometers, and its dependence on temperature.
 
-Merlet and Papegay 2023 (III.B) ask whether it indicates a cable's wear. It is the wave speed over twice the length, so
-it changes along the path; only the deviation from that can indicate anything.
+Merlet and Papegay 2023 (III.B) consider it as an indicator of a cable's wear. It is the wave speed over twice the
+length, so it changes along the path; only a deviation from that can indicate wear.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class VibrationWindows:
     """Collects readings in windows, and finds each window's peak frequency."""
 
     def __init__(self, m: int) -> None:
-        """For *m* lines."""
+        """Start with no readings of *m* lines."""
         self._m = m
         self._times: list[float] = []
         self._angles: list[Array] = []
@@ -71,7 +71,7 @@ class VibrationWindows:
         self._angles.clear()
 
     def close(self, temperature: float, expected: Array) -> None:
-        """Complete the window: find peaks near *expected* (m,), Hz; NaN: not for this line."""
+        """Complete the window: find peaks near *expected* (m,), Hz, or none for NaN. *temperature*: degrees Celsius."""
         times, angles = np.array(self._times), np.array(self._angles)
         self.drop()
         found = [peak_frequency(times, column, float(near)) for column, near in zip(angles.T, expected, strict=True)]
@@ -86,9 +86,9 @@ class VibrationWindows:
 
 
 def peak_frequency(times: Array, angles: Array, near: float) -> float:
-    """Frequency (Hz) of a clear peak of *angles* (k,) at *times* (k,), s, within a quarter of *near*; NaN without one.
+    """Frequency (Hz) of a clear peak of *angles* (k,) at *times* (k,), s, within 25 % of *near* (Hz); NaN without one.
 
-    By a periodogram with a Hann window; a parabola through the logarithms interpolates between bins.
+    From a periodogram with a Hann window; a parabola through the logarithms interpolates between bins.
     """
     known = np.isfinite(angles)
     if not math.isfinite(near) or np.count_nonzero(known) < max(64, _MIN_KNOWN * len(angles)):
