@@ -18,7 +18,7 @@ FIGURES = (
     Figure("cable", "", "Cable law.", "model.fidelity.cable"),
     Figure("sheave", "", "Sheave law; null where each sheave is as built.", "model.fidelity.sheave", detail=True),
     Figure("pose", "m, rad", "Position and, of a rigid platform, rotation vector of its origin.", digits=7),
-    Figure("nozzle", "m", "Position of the nozzle, world.", digits=7, shown="m", only=lambda of: of.model.n == 6),
+    Figure("nozzle", "m", "Position of the nozzle, world.", digits=7, shown="m"),
     Figure(
         "lines",
         "",
