@@ -48,9 +48,9 @@ def _widest(work):
     """The length whose smaller side from the centre is widest."""
     best, widest = 0, -1.0
     for i in range(work.left.shape[0]):
-        room = min(-work.left[i], work.right[i])
-        if room > widest:
-            best, widest = i, room
+        side = min(-work.left[i], work.right[i])
+        if side > widest:
+            best, widest = i, side
     return work.below.shape[0] + best
 
 

@@ -57,7 +57,7 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import copy
 
 PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
-ROOM = 0.25  # of the reach: initial margin of the box of second derivatives around it
+MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
 MORE = 1.6  # factor on the required margin in the next try
 TRIES = 4
 STEPS = 12
@@ -78,7 +78,7 @@ class TubeWork(NamedTuple):
     row: NDArray[np.float64]  # (m,)
     reach: NDArray[np.float64]  # (N + 2m,): a; then of each line's end, away from the exit and sideways
     gains: NDArray[np.float64]  # (K + m,): benefit of halving each slab and length
-    room: NDArray[np.float64]  # (N,): largest r for which the second derivatives are valid
+    margin: NDArray[np.float64]  # (N,): largest r for which the second derivatives are valid
     radius: NDArray[np.float64]  # (N,): r
     bound: NDArray[np.float64]  # (N,): k
     base: NDArray[np.float64]  # (N,): the part of k without second derivatives
@@ -148,10 +148,10 @@ def prove_tube(packed, lengths, pose, states, slabs, cert, work):
     _reach(packed, slabs, cert, work)
     _find_effects(packed, cert, work)
     for k in range(size):
-        work.room[k] = ROOM * work.reach[k] + 10.0 * (cert.step[k] + GRAIN)
+        work.margin[k] = MARGIN * work.reach[k] + 10.0 * (cert.step[k] + GRAIN)
     for tried in range(TRIES):
         for k in range(size):
-            cert.radius[k] = (work.reach[k] + work.room[k]) * ROUNDING
+            cert.radius[k] = (work.reach[k] + work.margin[k]) * ROUNDING
         image(cert)
         copy(cert.bound, work.base)
         if not _bend_all(packed, states, cert, work):
@@ -161,7 +161,7 @@ def prove_tube(packed, lengths, pose, states, slabs, cert, work):
         for k in range(size):
             if not work.bound[k] < HOPELESS:
                 return UNBOUNDED if tried == 0 else NOT_CONTRACTING
-            work.room[k] = max(work.room[k], MORE * work.bound[k])
+            work.margin[k] = max(work.margin[k], MORE * work.bound[k])
     return NOT_CONTRACTING
 
 
@@ -316,16 +316,16 @@ def _find_boxes(packed, whole, radius, cert, work, boxes):
 
 @jit
 def _bend_all(packed, states, cert, work):
-    """Bound the second derivatives of all equations over reach and room; False where one is not bounded."""
+    """Bound the second derivatives of all equations over reach and margin; False where one is not bounded."""
     m = packed.lines.shape[0]
     work.turns[:] = 0.0
-    omega = _find_boxes(packed, True, work.room, cert, work, work.boxes)
+    omega = _find_boxes(packed, True, work.margin, cert, work, work.boxes)
     for i in range(m):
         near = work.planes[i, 2] - work.boxes[i, AWAY] - work.boxes[i, ASIDE]
         work.turns[i] = work.boxes[i, ASIDE] / near * ROUNDING + 1e-13
         if not (near > 0.0 and work.turns[i] < 0.5):
             return False
-    _find_boxes(packed, True, work.room, cert, work, work.boxes)
+    _find_boxes(packed, True, work.margin, cert, work, work.boxes)
     for i in range(m):
         row, y, box, frame, eta = packed.lines[i], states[i], work.boxes[i], work.frames[i], work.turns[i]
         reach = inflate(point(work.planes[i, 2]), box[AWAY] + box[ASIDE])
@@ -340,7 +340,7 @@ def _bend_all(packed, states, cert, work):
 
 @jit
 def _settles(packed, cert, work):
-    """Find radii r within the room with k < r and u < r; False if there are none."""
+    """Find radii r within the margin with k < r and u < r; False if there are none."""
     size = cert.step.shape[0]
     work.radius[:] = 0.0
     good = False
@@ -351,11 +351,11 @@ def _settles(packed, cert, work):
         for k in range(size):
             work.bound[k] = _image_of(k, work)
             good = good and work.bound[k] < work.radius[k]
-            fits = fits and work.bound[k] <= work.room[k]
+            fits = fits and work.bound[k] <= work.margin[k]
         if good or not fits:
             break
         for k in range(size):
-            work.radius[k] = min(work.room[k], WIDER * work.bound[k] + 2.0 * cert.step[k] + GRAIN)
+            work.radius[k] = min(work.margin[k], WIDER * work.bound[k] + 2.0 * cert.step[k] + GRAIN)
     if not good:
         return False
     _find_boxes(packed, False, work.radius, cert, work, work.radii)

@@ -280,10 +280,10 @@ def _bend_turn(weight, cf, t, middle, free, reach, eta, omega, arm, bends):
     bends[ALONG, TURN_TURN] = bends[ACROSS, TURN_TURN] = arc
     bends[SIDEWAYS, TURN_TURN] = stiff * arc
     bends[PULL, TURN_TURN] = bends[SHEAR, TURN_TURN] = eta * stiff * arc
-    strayed = arm * omega * (1.0 + omega)
-    bends[TURNED, TURN_TURN] = arc * (t + weight * free) + strayed * stiff * arc
+    offset = arm * omega * (1.0 + omega)
+    bends[TURNED, TURN_TURN] = arc * (t + weight * free) + offset * stiff * arc
     bends[TURNED, PHI_TURN], bends[TURNED, TAU_TURN] = arm * t, arm * middle
     bends[TURNED, FREE_TURN], bends[TURNED, ASIDE_TURN] = arm * weight, arm * stiff
-    bends[TURNED, PHI_PHI], bends[TURNED, PHI_TAU] = strayed * t, strayed * middle
-    bends[TURNED, PHI_ASIDE], bends[TURNED, TAU_ASIDE] = strayed * t / reach, strayed * middle / reach
-    bends[TURNED, ASIDE_ASIDE] = bends[TURNED, AWAY_ASIDE] = strayed * stiff / reach
+    bends[TURNED, PHI_PHI], bends[TURNED, PHI_TAU] = offset * t, offset * middle
+    bends[TURNED, PHI_ASIDE], bends[TURNED, TAU_ASIDE] = offset * t / reach, offset * middle / reach
+    bends[TURNED, ASIDE_ASIDE] = bends[TURNED, AWAY_ASIDE] = offset * stiff / reach

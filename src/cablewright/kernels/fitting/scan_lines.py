@@ -291,7 +291,7 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
     """
     x, y, u, v, far, weight = work[X], work[Y], work[U], work[V], work[FAR], work[WEIGHT]
     offset, count, total, larger = ax * my - ay * mx, 0, 0.0, 0.0
-    most, scale = max(rules[MERGE], rules[OUTLIER] * rules[NOISE]), inf  # the initial line is rough
+    limit, scale = max(rules[MERGE], rules[OUTLIER] * rules[NOISE]), inf  # the initial line is rough
     for _ in range(ROUNDS):
         count, total, mx, my = 0, 0.0, 0.0, 0.0
         for j in range(n):
@@ -299,7 +299,7 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
             across = far[j] * rules[BEARING_NOISE] * (ax * u[j] + ay * v[j])
             variance = steep * steep + across * across
             weight[j] = 0.0
-            if abs(ax * y[j] - ay * x[j] - offset) <= min(rules[OUTLIER] * scale * sqrt(variance), most):
+            if abs(ax * y[j] - ay * x[j] - offset) <= min(rules[OUTLIER] * scale * sqrt(variance), limit):
                 count += 1
                 weight[j] = 1.0 / variance
                 total += weight[j]

@@ -84,7 +84,7 @@ class InverseWork(NamedTuple):
     low: NDArray[np.float64]  # (m,): limits on the pull
     high: NDArray[np.float64]
     pulls: NDArray[np.float64]  # (m,)
-    wanted: NDArray[np.float64]  # (m,): pulls that the last program requires
+    required: NDArray[np.float64]  # (m,): pulls that the last program requires
     multipliers: NDArray[np.float64]  # (n,)
     moves: NDArray[np.float64]  # (m,): the last required change of the pulls
     before: NDArray[np.float64]  # (m,): pulls of the last program
@@ -277,7 +277,7 @@ def _least_violation(packed, states, work):
             violation = max(violation, packed.lines[i, TENSION_MIN] - low, high - packed.lines[i, TENSION_MAX])
         return True, violation
     for i in range(packed.lines.shape[0]):
-        violation = max(violation, work.low[i] - work.wanted[i], work.wanted[i] - work.high[i])
+        violation = max(violation, work.low[i] - work.required[i], work.required[i] - work.high[i])
     return False, violation
 
 
@@ -286,7 +286,7 @@ def _would_push(packed, work):
     """Whether some line is required to push although its pull has been reduced to almost nothing."""
     share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
     for i in range(packed.lines.shape[0]):
-        if work.wanted[i] <= 0.0 and work.pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
+        if work.required[i] <= 0.0 and work.pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
             return True
     return False
 
@@ -350,22 +350,22 @@ def _program(packed, states, work, give, relax):
         work.low[i] = pull + (min_tension - low) * pull / max(dlow, FLATTEST * pull)
         work.high[i] = pull + (row[TENSION_MAX] - high) * pull / max(dhigh, FLATTEST * pull)
     program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
-    solved = distribute(program, give, work.wanted, work.multipliers, base.stiffness, work.step)
+    solved = distribute(program, give, work.required, work.multipliers, base.stiffness, work.step)
     if solved <= 0:
         return (INFEASIBLE if solved == 0 else NOT_CONVERGED), 0.0, False
     largest, change, along = 0.0, 0.0, 0.0
     for i in range(m):
         pull = work.pulls[i]
         largest = max(largest, pull)
-        wanted = max(work.wanted[i], 0.4 * pull)  # with softened limits it may be negative
-        work.pulls[i] = pull + relax * (wanted - pull)
+        required = max(work.required[i], 0.4 * pull)  # with softened limits it may be negative
+        work.pulls[i] = pull + relax * (required - pull)
         grown = log(work.pulls[i] / pull)
         if abs(grown) < 0.1:  # predict the line's state along dy / dlog(pull), which saves it a Newton step
             for k in range(int(packed.lines[i, UNKNOWNS])):
                 states[i, k] += grown * base.steps[i, k, 1]
-        change = max(change, abs(wanted - pull))
-        along += work.moves[i] * (wanted - pull)
-        work.moves[i] = wanted - pull
+        change = max(change, abs(required - pull))
+        along += work.moves[i] * (required - pull)
+        work.moves[i] = required - pull
     return OK, change / largest, along < 0.0
 
 

@@ -105,10 +105,10 @@ def _solve_from(packed, given, pose, states, work):
 
 @jit
 def _judge_failure(packed, states, work):
-    """Code and violation where the balance was not met: NEEDS_PUSH where a pull has fallen to nothing."""
+    """Code and violation where the balance was not met: NEEDS_PUSH where a pull has become negligible."""
     for i in range(packed.lines.shape[0]):
-        nothing = max(NO_PULL * packed.platform[PLATFORM_WEIGHT], packed.lines[i, WEIGHT] * states[i, FREE])
-        if work.pulls[i] < nothing:
+        min_pull = max(NO_PULL * packed.platform[PLATFORM_WEIGHT], packed.lines[i, WEIGHT] * states[i, FREE])
+        if work.pulls[i] < min_pull:
             return NEEDS_PUSH, packed.lines[i, TENSION_MIN]
     return NOT_CONVERGED, 0.0
 
@@ -215,10 +215,10 @@ def _mix(given, pose, work):
 
 
 @jit
-def _evaluate(packed, pose, states, work, anew):
+def _evaluate(packed, pose, states, work, restart):
     """Evaluate the balance at *pose*, its stiffness with the pulls held, and its change per log of each pull.
 
-    *anew*: start from straight lines. False where a line has no solution.
+    *restart*: start from straight lines. False where a line has no solution.
     """
     base = work.base
     if packed.freedoms == 6:
@@ -228,7 +228,7 @@ def _evaluate(packed, pose, states, work, anew):
         row, y, plane, block, steps = packed.lines[i], states[i], base.planes[i], base.blocks[i], base.steps[i]
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
         x, z, pull = plane[2], plane[3], work.pulls[i]
-        if anew or not settle_at_pull(row, x, z, pull, y, block, steps):
+        if restart or not settle_at_pull(row, x, z, pull, y, block, steps):
             if not straight(row, x, z, pull, y):
                 return False
             unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])

@@ -267,5 +267,4 @@ def capacity_sweep(packed, poses, half, length, margins, ranks, codes):
     rows = poses.shape[0]
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
-        last = min(rows, first + CHUNK)
-        capacity_rows(packed, poses, half, length, margins, ranks, codes, first, last)
+        capacity_rows(packed, poses, half, length, margins, ranks, codes, first, min(rows, first + CHUNK))

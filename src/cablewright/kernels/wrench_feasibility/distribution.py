@@ -207,10 +207,10 @@ def _least(packed, curvature, bias, tensions, work):
         tensions[:] = np.nan
         return INFEASIBLE, -np.inf
     _order_limits(packed.lines, structure.order, work.exchange.middle, work.exchange.half)
-    room, sure = widest(structure.table, rank, m, work.exchange)
+    widest_margin, sure = widest(structure.table, rank, m, work.exchange)
     answer, solved = 0, 0
     for give in (0.0, SOFT):
-        if give == 0.0 and sure and room < 0.0:
+        if give == 0.0 and sure and widest_margin < 0.0:
             continue
         program = Program(work.matrix, work.load, work.limits[0], work.limits[1], curvature, bias)
         solved = distribute(program, give, tensions, work.multipliers, work.hessian, work.step)

@@ -101,13 +101,13 @@ def _begin(table, rank, m, work):
     free = m - rank
     bound, chosen, total = 1e300, 0, 1.0
     for i in range(rank):
-        size, room = 1.0, work.half[i] - abs(work.shift[i])
+        size, slack = 1.0, work.half[i] - abs(work.shift[i])
         for j in range(free):
             share = abs(table[rank + j, i])
             size += share
-            room += share * work.half[rank + j]
-        if room < bound * size:
-            bound, chosen, total = room / size, i, size
+            slack += share * work.half[rank + j]
+        if slack < bound * size:
+            bound, chosen, total = slack / size, i, size
     side = 1.0 if work.shift[chosen] > 0.0 else -1.0
     work.reference[0], work.signs[0], work.weights[0] = chosen, side, 1.0 / total
     for j in range(free):
