@@ -29,9 +29,9 @@ from cablewright.kernels.certificates.interval import (
 )
 from cablewright.kernels.certificates.line_enclosure import (
     ONE,
-    PI,
     ZERO,
     arc_length,
+    contact,
     dead_direction,
     enclose_jacobian,
     enclose_residual,
@@ -161,12 +161,6 @@ def free_length(row, length, phi, t, box):
     taken, _ = taken_up(row, t)
     rest = (box[0], box[1]) if row[UNKNOWNS] > 3.0 else point(row[DEAD_LENGTH])
     return sub(sub(point(length), rest), arc_length(row, dead_angle(row, box), phi, taken))
-
-
-@jit
-def contact(row, phi, psi):
-    """Angle of contact with the sheave."""
-    return add(mul(point(row[SIDE]), sub(psi, phi)), PI)
 
 
 @jit

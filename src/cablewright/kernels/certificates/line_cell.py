@@ -25,8 +25,8 @@ from cablewright.kernels.certificates.interval import (
     sqr,
     sub,
 )
-from cablewright.kernels.certificates.line_branches import contact, dead_angle, free_length, rise
-from cablewright.kernels.certificates.line_enclosure import ONE, PI, ZERO, arc_length, taken_up
+from cablewright.kernels.certificates.line_branches import dead_angle, free_length, rise
+from cablewright.kernels.certificates.line_enclosure import ONE, PI, ZERO, arc_length, contact, taken_up
 from cablewright.kernels.certificates.span_enclosure import hanging_span
 from cablewright.kernels.layout import FREE_COMPLIANCE, LEVER, LEVER_MOMENT, RADIUS, SIDE, UNKNOWNS, WEIGHT
 

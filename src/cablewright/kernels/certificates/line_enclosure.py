@@ -200,8 +200,13 @@ def arc_length(row, psi, phi, taken):
     """Unstrained length of cable on the sheave."""
     if row[RADIUS] == 0.0:
         return ZERO
-    contact = add(mul(point(row[SIDE]), sub(psi, phi)), PI)
-    return mul(mul(point(row[RADIUS]), contact), taken)
+    return mul(mul(point(row[RADIUS]), contact(row, phi, psi)), taken)
+
+
+@jit
+def contact(row, phi, psi):
+    """Angle of contact with the sheave."""
+    return add(mul(point(row[SIDE]), sub(psi, phi)), PI)
 
 
 @jit
