@@ -45,7 +45,7 @@ FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE = 14, 15, 16
 COMPLIANCES = (FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE)
 TENSION_MIN, TENSION_MAX, BREAKING = 17, 18, 19
 UNKNOWNS = 20  # number of the line's unknowns, 3 to 6: it identifies the sheave kind
-PREFERRED = 21  # pull (N) that the inverse problem minimises distances from where it is redundant
+PREFERRED = 21  # preferred pull (N): where tensions are redundant, the inverse problem minimises distances from it
 COLUMNS = 22
 
 # Unknowns of one line, ordered so that a simpler sheave kind uses the first few of them.

@@ -238,10 +238,7 @@ def _slackest(packed, states):
 
 @jit
 def _distribute(packed, states, work, slackest):
-    """Solve programs within the limits until the pulls converge. Returns a code.
-
-    The tension of no line falls under *slackest* of its weight.
-    """
+    """Solve programs until the pulls converge, with tensions of at least *slackest* of a line's weight; a code."""
     work.slackest[0] = slackest
     relax = 1.0
     work.moves[:], work.before[:], work.curvature[:] = 0.0, 0.0, 1.0

@@ -287,10 +287,7 @@ def pull_of(row, y, x, z):
 
 @jit
 def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """Solve the line for a fixed platform point and *pull* (N) from *y*. True if it converges.
-
-    Then rhs[:, 1] is dy / dlog(pull).
-    """
+    """Solve the line at a fixed point for *pull* (N) from *y*; rhs[:, 1] is then dy / dlog(pull). True if converged."""
     unknowns = int(row[UNKNOWNS])
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
     for _ in range(STEPS):
