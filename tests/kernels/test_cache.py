@@ -51,7 +51,7 @@ def entries(folder: Path) -> list[Path]:
 def folder(tmp_path: Path, monkeypatch) -> Path:
     """Where the package's entries go during this test."""
     monkeypatch.setenv(cache.DIRECTORY, str(tmp_path))
-    monkeypatch.setattr(cache, "_said", False)
+    monkeypatch.setattr(cache, "_has_warned", False)
     return tmp_path / "kernels" / cache.STAMP
 
 

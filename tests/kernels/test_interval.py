@@ -57,12 +57,9 @@ def test_arithmetic_encloses_the_exact_result(a, b) -> None:
         assert holds(iv.scale(a, b[0]), x * exact(b[0]))
         assert holds(iv.neg(a), -x)
         assert iv.mig(a) <= abs(x) <= iv.mag(a)
-        assert abs(x - exact(iv.mid(a))) <= (exact(r) if (r := iv.radius(a)) < inf else abs(x) * 9 + 9)
         assert holds(iv.inflate(a, 0.5), x - Fraction(1, 2))
         assert holds(iv.inflate(a, 0.5), x + Fraction(1, 2))
         assert holds(iv.hull(a, b), x)
-    assert a[0] <= iv.mid(a) <= a[1]
-    assert iv.width(a) == inf or exact(iv.width(a)) >= exact(a[1]) - exact(a[0])
 
 
 @FEW
@@ -99,8 +96,7 @@ def test_what_is_undefined_is_anything() -> None:
     one, entire = (1.0, 1.0), iv.ENTIRE
     assert iv.div(one, (-1.0, 1.0)) == iv.div(one, (0.0, 1.0)) == iv.div(one, (-1.0, 0.0)) == entire
     assert iv.point(nan) == iv.point(inf) == iv.root((-1.0, 4.0)) == entire
-    for undefined in (iv.log((0.0, 1.0)), iv.log1p((-1.0, 1.0)), iv.log1p_ratio((-1.5, 1.0)), iv.log((2.0, 1.0))):
-        assert undefined == entire
+    assert iv.log1p_point(-1.0) == iv.log1p_ratio((-1.5, 1.0)) == iv.log1p_ratio((2.0, 1.0)) == entire
     for each in (iv.add, iv.sub, iv.mul, iv.div):
         assert each(entire, (1.0, 2.0)) == entire
         assert each((nan, nan), (1.0, 2.0)) == entire
@@ -111,14 +107,11 @@ def test_what_is_undefined_is_anything() -> None:
     assert iv.sin(entire) == iv.cos((-1e9, 2.0)) == (-1.0, 1.0)
     assert iv.exp((-800.0, 800.0)) == (0.0, inf)
     assert iv.log1p_ratio((0.0, inf)) == (0.0, 1.0)
-    assert iv.mid(entire) == 0.0
     assert iv.mag((nan, 1.0)) == inf
 
 
 def test_sets() -> None:
     assert iv.intersect((0.0, 2.0), (1.0, 3.0)) == (1.0, 2.0)
-    assert iv.inside((1.0, 2.0), (0.0, 3.0))
-    assert not iv.inside((0.0, 2.0), (0.0, 3.0))
     assert iv.contains_zero((-1.0, 0.0))
     assert iv.contains_zero((nan, 1.0))
     assert not iv.contains_zero((1e-300, 1.0))
@@ -163,13 +156,6 @@ def ratios() -> list[float]:
     return [x for x in [*wide, *left, *edges, *powers, 0.4142, -0.2928] if x > -1.0]
 
 
-def logs() -> list[float]:
-    rng = random.Random(4)
-    beside = [1.0 + x for x in scattered(rng, 700, -16, -0.4)]
-    powers = [math.nextafter(s * 2.0**k, inf) for k in range(-1074, 1023, 5) for s in (1.0, math.sqrt(2.0))]
-    return [1.0, 5e-324, 2.0**-1022, 1.7e308, *[abs(x) for x in scattered(rng, 1500, -323, 308)], *beside, *powers]
-
-
 def _ratio(x: mpf) -> mpf:
     return mpmath.log1p(x) / x if x else mpf(1)
 
@@ -178,7 +164,6 @@ POINTS = {
     "sin": (lambda x: iv.sin((x, x)), mpmath.sin, turns, 300),
     "cos": (lambda x: iv.cos((x, x)), mpmath.cos, turns, 300),
     "exp": (iv.exp_point, mpmath.exp, exponents, 300),
-    "log": (iv.log_point, mpmath.log, logs, 300),
     "log1p": (iv.log1p_point, mpmath.log1p, ratios, 1300),
     "ratio": (iv.log1p_ratio_point, _ratio, lambda: [0.0, *ratios()], 1300),
 }
@@ -214,8 +199,6 @@ CURVES = {
     "sin": (iv.sin, mpmath.sin, -60.0, 60.0),
     "cos": (iv.cos, mpmath.cos, -60.0, 60.0),
     "exp": (iv.exp, mpmath.exp, -700.0, 700.0),
-    "log": (iv.log, mpmath.log, 1e-9, 9.0),
-    "log1p": (iv.log1p, mpmath.log1p, -0.999, 9.0),
     "ratio": (iv.log1p_ratio, _ratio, -0.9, 9.0),
 }
 
@@ -262,13 +245,12 @@ def violations(x, y):
         s, c = iv.sin((x[i], x[i])), iv.cos((x[i], x[i]))
         one = iv.sub(iv.add(iv.sqr(s), iv.sqr(c)), (1.0, 1.0))
         twice = iv.sub(iv.sin((2.0 * x[i], 2.0 * x[i])), iv.scale(iv.mul(s, c), 2.0))
-        back = iv.sub(iv.exp(iv.log_point(y[i])), (y[i], y[i]))
-        lifted = iv.sub(iv.log1p_point(y[i]), iv.log(iv.add((1.0, 1.0), (y[i], y[i]))))
+        back = iv.sub(iv.exp(iv.log1p_point(y[i])), iv.add((1.0, 1.0), (y[i], y[i])))
         shared = iv.sub(iv.mul(iv.log1p_ratio_point(y[i]), (y[i], y[i])), iv.log1p_point(y[i]))
-        for each in (one, twice, back, lifted, shared):
+        for each in (one, twice, back, shared):
             if not iv.contains_zero(each):
                 count += 1
-        if iv.width(one) > 3e-15 or iv.width(shared) > 1e-14 * iv.mag(iv.log1p_point(y[i])) + 1e-300:
+        if one[1] - one[0] > 3e-15 or shared[1] - shared[0] > 1e-14 * iv.mag(iv.log1p_point(y[i])) + 1e-300:
             count += 1
     return count
 
@@ -322,8 +304,7 @@ def test_the_machine_code_fuses_nothing_and_calls_no_libm() -> None:
     def everything(a, b):
         total = iv.div(iv.mul(iv.add(a, b), iv.sub(a, b)), iv.root(iv.sqr(a)))
         total = iv.add(total, iv.mul(iv.sin(a), iv.cos(b)))
-        total = iv.add(total, iv.mul(iv.exp(a), iv.log(b)))
-        return iv.add(total, iv.mul(iv.log1p(a), iv.log1p_ratio(b)))
+        return iv.add(total, iv.mul(iv.exp(a), iv.log1p_ratio(b)))
 
     everything((0.1, 0.2), (0.3, 0.4))
     code = "\n".join(everything.inspect_asm().values())
@@ -336,9 +317,9 @@ def test_plain_python_computes_the_same() -> None:
     a, b = (0.3, 0.7), (1.1, 2.3)
     for each in (iv.add, iv.sub, iv.mul, iv.div, iv.hull):
         assert each(a, b) == each.py_func(a, b)
-    for each in (iv.sin, iv.cos, iv.exp, iv.log, iv.log1p, iv.log1p_ratio, iv.root, iv.sqr):
+    for each in (iv.sin, iv.cos, iv.exp, iv.log1p_ratio, iv.root, iv.sqr):
         assert each(a) == each.py_func(a)
-    for each in (iv.exp_point, iv.log_point, iv.log1p_point, iv.log1p_ratio_point):
+    for each in (iv.exp_point, iv.log1p_point, iv.log1p_ratio_point):
         for x in (1e-5, 0.2, 3.0, 1e-310):
             assert each(x) == each.py_func(x)
 

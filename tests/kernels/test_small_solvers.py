@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from cablewright.kernels import rotation
 from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.tension import SOFT, distribute
+from cablewright.kernels.statics.tension import SOFT, Program, distribute
 
 
 @pytest.mark.parametrize("n", range(1, 7))
@@ -43,19 +43,8 @@ def test_rotations_are_scipys(size: float) -> None:
 def distributed(structure, load, low, high, give=0.0):
     n, m = structure.shape
     tensions = np.zeros(m)
-    code = distribute(
-        structure,
-        load,
-        low,
-        high,
-        np.ones(m),
-        np.zeros(m),
-        give,
-        tensions,
-        np.zeros(n),
-        np.zeros((n, n)),
-        np.zeros((n, 3)),
-    )
+    program = Program(structure, load, low, high, np.ones(m), np.zeros(m))
+    code = distribute(program, give, tensions, np.zeros(n), np.zeros((n, n)), np.zeros((n, 3)))
     return code, tensions
 
 

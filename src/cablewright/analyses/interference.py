@@ -14,7 +14,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, Status
 from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
-from cablewright.kernels.collision.line_polyline import MOST
+from cablewright.kernels.collision.line_polyline import MAX_POINTS
 from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Pictured
@@ -243,7 +243,7 @@ class Interference(Distances):
         one = self[row].equilibrium
         _, poses, states = one.solved_arrays()
         m = one.model.m
-        points, counts = np.zeros((m, MOST, 3)), np.zeros(m, np.int64)
+        points, counts = np.zeros((m, MAX_POINTS, 3)), np.zeros(m, np.int64)
         around = _surroundings(one.model.robot, self.settings)
         kernel.drawn_lines(one.packed, poses, states, around, points, counts)
         return [own[:count] for own, count in zip(points, counts, strict=True)]

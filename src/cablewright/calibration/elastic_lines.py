@@ -18,7 +18,7 @@ from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured, equations
 from cablewright.errors import AnswerError
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
-from cablewright.kernels.fitting.pose_schur import FLOOR, MOST_DAMPING, NO_BETTER, StopRule
+from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.parameters import lines_of, varied
@@ -194,7 +194,7 @@ class ElasticProblem(CalibrationProblem):
         now, damping, steps = _cost(found), settings.damping, 0
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
-        for _ in range(min(settings.most, _MAX_STEPS)):
+        for _ in range(min(settings.max_steps, _MAX_STEPS)):
             change, lengths, promised = _step(found, damping)
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
             trial = states.copy()
@@ -217,7 +217,7 @@ class ElasticProblem(CalibrationProblem):
                 return int(Code.OK), steps, now
             else:
                 damping = max(8.0 * damping, _MIN_DAMPING)
-                if damping > MOST_DAMPING:
+                if damping > MAX_DAMPING:
                     break
         return int(Code.NOT_CONVERGED), steps, now
 

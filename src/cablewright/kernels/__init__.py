@@ -1,6 +1,6 @@
-"""Compiled kernels: arrays in, arrays and a status out. Nothing here knows a Robot.
+"""Compiled kernels: arrays in, arrays and a status code out. Nothing here knows a Robot.
 
-`jit` is the only spelling of compilation in the package; `cache` keeps what it compiled for later processes.
+All compilation in the package goes through `jit`; `cache` keeps compiled kernels on disk for later processes.
 """
 
 from collections.abc import Callable
@@ -19,8 +19,8 @@ prange = numba.prange
 def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False, allocates: bool = False) -> Any:
     """Compile *function* with the package's options, and cache it if it is one of the package's kernels.
 
-    A kernel that makes arrays says so with *allocates*. The others count no references: each view of a row
-    would cost more than the arithmetic done on it.
+    *allocates*: the kernel creates arrays. All others are compiled without reference counting, which would cost more
+    per view of a row than the arithmetic on it.
     """
     if function is None:
         return lambda inner: jit(inner, parallel=parallel, allocates=allocates)
@@ -32,7 +32,7 @@ def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False, a
 
 
 def is_compiled(function: Any) -> bool:
-    """Whether *function*, a product of `jit`, was compiled for these sources by this process or an earlier one."""
+    """Whether *function*, made by `jit`, was compiled from the present sources by this process or an earlier one."""
     if config.DISABLE_JIT or function.signatures:
         return True
     return isinstance(function._cache, KernelCache) and function._cache.holds_any()

@@ -1,8 +1,8 @@
-"""The kernels' disk cache: each compiled signature is one file, whole or absent, in a folder named by what made it.
+"""The kernels' disk cache: one file for each compiled signature, in a folder named by the cache stamp.
 
-The folder's name is the stamp: a hash of all kernel sources and of the programs that compile them, so that no edit,
-not even of a callee, is answered by an old number. A file has a checksum, since it may be cut short or rot.
-`docs/decisions/0003-cache-stamp.md` says why this is not left to Numba's own cache.
+The stamp is a hash of all kernel sources and of the programs that compile them, so that no edit, not even of a callee,
+leads to outdated results. Files are written atomically and have a checksum, since they may be truncated or corrupted.
+`docs/decisions/0003-cache-stamp.md` says why Numba's own cache is not used.
 """
 
 import errno
@@ -32,17 +32,17 @@ from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 
 DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
-"""The environment variable that names another folder than the user's cache folder."""
+"""Environment variable with the cache folder (default: the user's cache folder)."""
 _CHECKSUM = hashlib.sha256().digest_size
 _KEPT, _RECENT, _OLD = 8, 3600.0, 30 * 86400.0  # folders of other stamps; s since their last use
-_IDLE = re.compile("^_|CUDA|GDB|THREAD")  # settings of Numba that leave the compiled code as it is
+_IDLE = re.compile("^_|CUDA|GDB|THREAD")  # settings of Numba that do not change the compiled code
 _HOME = Path(__file__).parent
 SOURCES = frozenset(_HOME.rglob("[!.]*.py"))
 log = logging.getLogger(__name__)
 
 
 def stamp() -> str:
-    """Hash all that a compiled kernel depends on beside its types and the processor: programs, settings, sources."""
+    """Hash everything that a compiled kernel depends on besides its types and the CPU: programs, settings, sources."""
     programs = (sys.version, sys.flags.optimize, np.__version__, numba.__version__, llvmlite.__version__)
     settings = [f"{name}={value}" for name, value in vars(config).items() if name.isupper() and not _IDLE.search(name)]
     digest = hashlib.sha256(repr((programs, sorted(settings))).encode())
@@ -56,12 +56,12 @@ STAMP = stamp()  # before any kernel is imported
 
 
 def is_stamped(function: Any) -> bool:
-    """Whether an edit of *function* changes the stamp: it stands in a hashed file and closes over nothing."""
+    """Whether an edit of *function* changes the stamp: it is defined in a hashed file and is no closure."""
     return Path(function.__code__.co_filename) in SOURCES and function.__closure__ is None
 
 
 class KernelCache(NullCache):  # type: ignore[misc]
-    """What a dispatcher of Numba asks for a compiled signature of *function* before it compiles, and tells after."""
+    """Cache of the compiled signatures of *function*, as Numba's dispatchers use it."""
 
     def __init__(self, function: Any) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}"
@@ -69,7 +69,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         self._line = function.__code__.co_firstlineno
 
     def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
-        """Return what an earlier process compiled for *signature*; None if nothing whole is kept."""
+        """Return the kernel compiled for *signature* by an earlier process; None if there is no valid one."""
         target.refresh()
         folder = open_folder()
         if folder is None:
@@ -79,7 +79,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return None if data is None else CompileResult._rebuild(target, *data)
 
     def save_overload(self, signature: Any, result: CompileResult) -> None:
-        """Keep *result* for later processes, unless the sources were edited since this process read them."""
+        """Save *result* for later processes, unless the sources have changed since this process read them."""
         if result.library.has_dynamic_globals or not all(lifted.can_cache for lifted in result.lifted):
             warnings.warn(f"{self._name} cannot be cached: it holds addresses of this process", NumbaWarning, 2)
             return
@@ -91,10 +91,10 @@ class KernelCache(NullCache):  # type: ignore[misc]
             if stamp() == STAMP:
                 _write(folder / self._file(key), dumps((key, result._reduce())))
         except OSError as reason:
-            _say_once(reason)
+            _warn_once(reason)
 
     def holds_any(self) -> bool:
-        """Whether some signature of the function is kept."""
+        """Whether some signature of the function is saved."""
         folder = open_folder()
         return folder is not None and any((folder / self._folder).glob("*"))
 
@@ -106,7 +106,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
 
 def open_folder() -> Path | None:
-    """Return the folder of this stamp, made if need be; None, said once a process, if it cannot be made or trusted."""
+    """Return the folder of this stamp, created if missing; None, logged once, if it cannot be created or trusted."""
     try:
         home = Path(os.environ.get(DIRECTORY) or AppDirs("cablewright", False).user_cache_dir).expanduser()
         if not home.is_absolute():
@@ -117,18 +117,18 @@ def open_folder() -> Path | None:
             if is_new:
                 each.mkdir(0o700, parents=True, exist_ok=True)
             _refuse_shared(each)
-        with suppress(OSError):  # a folder that may only be read is of use, and what cannot be removed stays
+        with suppress(OSError):  # a read-only folder is still useful, and pruning is optional
             os.utime(folder)
             if is_new:
                 _prune(kernels)
     except (OSError, RuntimeError) as reason:  # RuntimeError: a user without a home
-        _say_once(reason)
+        _warn_once(reason)
         return None
     return folder
 
 
 def _refuse_shared(folder: Path) -> None:
-    """Raise `PermissionError` unless *folder* is no link and only this user may write to it: a pickle is a program."""
+    """Raise `PermissionError` if *folder* is a link or others may write to it, since unpickling executes code."""
     found = folder.lstat()
     own = os.name != "posix" or (found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
     if not (own and stat.S_ISDIR(found.st_mode)):
@@ -136,7 +136,7 @@ def _refuse_shared(folder: Path) -> None:
 
 
 def _prune(kernels: Path) -> None:
-    """Remove the folders of other stamps that are long unused, or unused just now and not among the newest."""
+    """Remove folders of other stamps that are old, or that are neither recently used nor among the newest."""
     others = [each for each in kernels.iterdir() if re.fullmatch("[0-9a-f]{32}", each.name) and each.name != STAMP]
     now = time.time()
     idle = sorted((now - each.lstat().st_mtime, each) for each in others)
@@ -145,17 +145,18 @@ def _prune(kernels: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-_said = False
+_has_warned = False
 
 
-def _say_once(reason: Exception) -> None:
-    global _said
-    log.log(logging.DEBUG if _said else logging.WARNING, "kernels are compiled anew in each process: %s", reason)
-    _said = True
+def _warn_once(reason: Exception) -> None:
+    global _has_warned
+    level = logging.DEBUG if _has_warned else logging.WARNING
+    log.log(level, "kernels are compiled anew in each process: %s", reason)
+    _has_warned = True
 
 
 def _read(file: Path, key: tuple[Any, ...]) -> Any:
-    """Return what was written to *file* under *key*; None if there is no such file, or it is damaged or another's."""
+    """Return the data saved in *file* for *key*; None if the file is missing, damaged, or of another key."""
     try:
         content = memoryview(file.read_bytes())
         if hashlib.sha256(content[_CHECKSUM:]).digest() != content[:_CHECKSUM]:
@@ -170,7 +171,7 @@ def _read(file: Path, key: tuple[Any, ...]) -> Any:
 
 
 def _write(file: Path, payload: bytes) -> None:
-    """Write *file* in one step: a process killed in between leaves no part of it under its name."""
+    """Write *file* atomically: a killed process leaves no partial file under this name."""
     handle, name = tempfile.mkstemp(dir=file.parents[1])
     try:
         with open(handle, "wb") as out:
@@ -178,4 +179,4 @@ def _write(file: Path, payload: bytes) -> None:
         file.parent.mkdir(0o700, exist_ok=True)
         Path(name).replace(file)
     finally:
-        Path(name).unlink(missing_ok=True)  # it is there only if it was not moved
+        Path(name).unlink(missing_ok=True)  # exists only if it was not moved

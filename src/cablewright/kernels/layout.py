@@ -1,4 +1,4 @@
-"""What a kernel is given: one row of numbers per line, a few for the platform, and the integers that name choices."""
+"""Layout of the kernels' arrays: columns of a line, entries of the platform, unknowns of a line; status codes."""
 
 from enum import IntEnum
 from typing import NamedTuple
@@ -6,9 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.kernels import jit
+
 
 class Code(IntEnum):
-    """What became of one solve. The sentences for people are in `cablewright.errors.Status`."""
+    """Status code of one solve. `cablewright.errors.Status` has the sentences shown to users."""
 
     OK = 0
     NOT_CONVERGED = 1
@@ -26,6 +28,11 @@ class Code(IntEnum):
     UNCERTIFIED = 13
 
 
+# The same as plain integers: compiled kernels return these.
+OK, NOT_CONVERGED, SINGULAR, NOT_FINITE, UNDER_EXIT, INSIDE_SHEAVE, BAD_WRAP, INFEASIBLE = map(int, list(Code)[:8])
+OVERSTRETCHED, LEVER_UNSTABLE, UNSTABLE, JUMPED, FOLD, UNCERTIFIED = map(int, list(Code)[8:])
+
+
 # Columns of `Packed.lines`. Lengths in m, forces in N, weights in N/m, compliances 1/EA in 1/N.
 EXIT_X, EXIT_Y, EXIT_Z = 0, 1, 2  # exit point A, world
 POINT_X, POINT_Y, POINT_Z = 3, 4, 5  # platform point B, platform frame
@@ -37,12 +44,12 @@ WEIGHT = 13  # weight per unstrained length
 FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE = 14, 15, 16
 COMPLIANCES = (FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE)
 TENSION_MIN, TENSION_MAX, BREAKING = 17, 18, 19
-UNKNOWNS = 20  # how many of the line's unknowns are free, 3 to 6: what tells sheave kinds apart
-PREFERRED = 21  # pull (N) that the inverse problem stays near to where it has a choice
+UNKNOWNS = 20  # number of the line's unknowns, 3 to 6: it identifies the sheave kind
+PREFERRED = 21  # preferred pull (N): where tensions are redundant, the inverse problem minimises distances from it
 COLUMNS = 22
 
-# Unknowns of one line, in the order in which sheave kinds need them: a simpler kind uses a leading part.
-# In the line's plane, x towards B and z up; angles of the tangent where the cable leaves the sheave.
+# Unknowns of one line, ordered so that a simpler sheave kind uses the first few of them.
+# In the line's plane, x points towards B and z up; angles are of the tangent where the cable leaves the sheave.
 PHI = 0  # direction of the free span where it leaves the sheave, rad
 TAU = 1  # log of the tension at the sheave, N
 FREE = 2  # unstrained length of the free span, m
@@ -55,12 +62,12 @@ STATE = 6
 MASS_X, MASS_Y, MASS_Z = 0, 1, 2  # centre of mass, platform frame
 PLATFORM_WEIGHT = 3  # N
 WRENCH = 4  # 4..9: external force (N) and moment about the platform's origin (N m), world
-MASSLESS = 10  # 1 if any line has no weight, and may so be slack without tension
+MASSLESS = 10  # 1 if any line is weightless and can therefore be slack at zero tension
 PLATFORM = 11
 
 
 class Packed(NamedTuple):
-    """A robot under one fidelity, as arrays: what every kernel takes first.
+    """A robot under one fidelity, as arrays: the first argument of most kernels.
 
     In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each.
     """
@@ -68,3 +75,10 @@ class Packed(NamedTuple):
     freedoms: int  # n: 3 or 6
     lines: NDArray[np.float64]  # (m, COLUMNS)
     platform: NDArray[np.float64]  # (PLATFORM,)
+
+
+@jit(allocates=True)
+def robot_of(packed, j):
+    """The robot of problem *j* of a batch."""
+    row = j if packed.lines.shape[0] > 1 else 0
+    return Packed(packed.freedoms, packed.lines[row], packed.platform[row])

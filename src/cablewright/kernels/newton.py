@@ -1,6 +1,15 @@
-"""Small dense systems, solved in place, and whether a stiffness holds."""
+"""Small dense arrays without allocation: copies, sizes, linear systems, and the smallest pivot of a stiffness."""
+
+from math import sqrt
 
 from cablewright.kernels import jit
+
+
+@jit
+def copy(source, target):
+    """Copy the vector *source* to *target*."""
+    for k in range(target.shape[0]):
+        target[k] = source[k]
 
 
 @jit
@@ -39,6 +48,23 @@ def solve(matrix, rhs, n, columns):
 
 
 @jit
+def cholesky(matrix, n):
+    """Replace the lower triangle of matrix[:n, :n] by its Cholesky factor. False if not positive definite."""
+    for i in range(n):
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= matrix[i, k] * matrix[j, k]
+            if i != j:
+                matrix[i, j] = total / matrix[j, j]
+            elif total > 0.0:
+                matrix[i, i] = sqrt(total)
+            else:
+                return False
+    return True
+
+
+@jit
 def largest(vector, n):
     """Largest absolute value of vector[:n]; a NaN counts as large."""
     size = 0.0
@@ -61,11 +87,11 @@ def largest_of_column(columns, n):
 
 
 @jit
-def least_pivot(matrix, n):
+def min_pivot(matrix, n):
     """Smallest pivot of the symmetric part of matrix[:n, :n], as a share of the largest diagonal entry of its kind.
 
     Positive means positive definite. The first three rows are of one kind (forces), the rest of another (moments).
-    Destroys the matrix; stops at the first pivot that is not positive, which is returned with its sign.
+    Destroys the matrix. Elimination stops at the first pivot that is not positive, which is returned with its sign.
     """
     forces, moments = 1e-300, 1e-300
     for i in range(n):
@@ -75,14 +101,14 @@ def least_pivot(matrix, n):
             forces = max(forces, abs(matrix[i, i]))
         else:
             moments = max(moments, abs(matrix[i, i]))
-    least = 1.0
+    smallest = 1.0
     for k in range(n):
         pivot = matrix[k, k]
-        least = min(least, pivot / (forces if k < 3 else moments))
+        smallest = min(smallest, pivot / (forces if k < 3 else moments))
         if not pivot > 0.0:
-            return least
+            return smallest
         for i in range(k + 1, n):
             factor = matrix[i, k] / pivot
             for j in range(k + 1, i + 1):
                 matrix[i, j] -= factor * matrix[j, k]
-    return least
+    return smallest

@@ -1,4 +1,4 @@
-"""Rotations as rotation vectors, rad. Increments are made in space: R becomes exp(d) R."""
+"""Rotations as rotation vectors, rad. Increments are about world axes: R becomes exp(d) R."""
 
 from math import atan2, cos, sin, sqrt
 
@@ -34,8 +34,18 @@ def _write(x, y, z, a, b, out):
 
 
 @jit
+def rotate(rotation, x, y, z):
+    """The vector (x, y, z) multiplied by the (3, 3) matrix *rotation*."""
+    return (
+        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
+        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
+        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z,
+    )
+
+
+@jit
 def left_jacobian(vector, out):
-    """Write the (3, 3) matrix that turns changes of rotation *vector* (3,) into increments in space."""
+    """Write to *out* the (3, 3) left Jacobian: from changes of rotation *vector* (3,) to increments in world axes."""
     x, y, z = vector[0], vector[1], vector[2]
     angle = sqrt(x * x + y * y + z * z)
     if angle > 1e-3:
@@ -49,13 +59,13 @@ def left_jacobian(vector, out):
 
 @jit
 def angle_of(pose):
-    """How far a pose (n,) is turned, rad; 0 for a point load."""
+    """Rotation angle of a pose (n,), rad; 0 for a point load."""
     return sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2) if pose.shape[0] == 6 else 0.0
 
 
 @jit
 def compose(x, y, z, vector):
-    """Turn rotation *vector* (3,) in place by the increment (x, y, z) in space: exp(increment) exp(vector)."""
+    """Compose rotation *vector* (3,) in place with the world increment (x, y, z): exp(increment) exp(vector)."""
     aw, ax, ay, az = _quaternion(x, y, z)
     bw, bx, by, bz = _quaternion(vector[0], vector[1], vector[2])
     w = aw * bw - ax * bx - ay * by - az * bz
@@ -71,7 +81,7 @@ def compose(x, y, z, vector):
 
 @jit
 def between(start, end, shift):
-    """Write to *shift* what moves the pose *start* to *end*: a translation, and a rotation in space."""
+    """Write to *shift* (n,) the translation and the rotation in world axes that move pose *start* to *end*."""
     for k in range(3):
         shift[k] = end[k] - start[k]
     if start.shape[0] == 6:

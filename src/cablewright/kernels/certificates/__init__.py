@@ -1,1 +1,1 @@
-"""Theorems about equilibria by interval arithmetic: existence, uniqueness, enclosures, exhaustive search."""
+"""Proofs about equilibria by interval arithmetic: existence, uniqueness, enclosures, exhaustive search."""

@@ -1,23 +1,21 @@
-"""Which way to cut a set of lengths for which no tube was found, or too wide a one."""
+"""Choice of the bisection of a set of lengths for which no tube was proved, or too wide a one."""
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.branch_tube import UNBOUNDED, slopes
+from cablewright.kernels.certificates.branch_tube import UNBOUNDED, reach_now, slopes
 from cablewright.kernels.certificates.hessian_bounds import ASIDE, PAIRS, ROWS, TURN
-from cablewright.kernels.certificates.length_polytope import most
 from cablewright.kernels.layout import STATE, TAU, UNKNOWNS
 
-COUNTED = 6  # unknowns that a cut is judged by
+COUNTED = 6  # number of unknowns by which a bisection is judged
 
 
 @jit
 def worst_cut(packed, code, row, linear, slabs, cert, work):
-    """The slab (0 to K - 1) or length (K on) whose halving helps most: that a *row* be narrower, or else that it prove.
+    """The slab (0 to K - 1) or length (from K) whose halving reduces the width of *row* most, or helps a proof most.
 
     *row* < 0: nothing was proved, see *code*. *linear*: the row is too wide by the linearisation, not by its error.
     """
-    pulls = work.base  # free by now
-    for k in range(pulls.shape[0]):
-        pulls[k] = 0.0
+    pulls = work.base  # no longer needed
+    pulls[:] = 0.0
     if code == UNBOUNDED:
         for i in range(packed.lines.shape[0]):
             pulls[cert.offsets[i] + TAU] = work.reach[cert.offsets[i] + TAU]
@@ -25,8 +23,7 @@ def worst_cut(packed, code, row, linear, slabs, cert, work):
         pulls[row] = 1.0
     else:
         _pull_all(packed, _weakest(work) if row < 0 else row, cert, pulls, work)
-    for cut in range(work.gains.shape[0]):
-        work.gains[cut] = 0.0
+    work.gains[:] = 0.0
     for _ in range(COUNTED):
         j = 0
         for k in range(pulls.shape[0]):
@@ -48,18 +45,18 @@ def worst_cut(packed, code, row, linear, slabs, cert, work):
 
 @jit
 def _widest(work):
-    """The length that has most on both sides of the centre."""
-    best, most_room = 0, -1.0
+    """The length whose smaller side from the centre is widest."""
+    best, widest = 0, -1.0
     for i in range(work.left.shape[0]):
-        room = min(-work.left[i], work.right[i])
-        if room > most_room:
-            best, most_room = i, room
+        side = min(-work.left[i], work.right[i])
+        if side > widest:
+            best, widest = i, side
     return work.below.shape[0] + best
 
 
 @jit
 def _halved(cut, slabs, work):
-    """Bound of |work.row . (L - L_c)| once a slab or length is halved at the centre, and the lesser part there."""
+    """Bound of |work.row . (L - L_c)| with a slab or length halved at the centre, and the share of its smaller part."""
     count = work.below.shape[0]
     if cut < count:
         low, high = 0.0, 0.0
@@ -70,26 +67,19 @@ def _halved(cut, slabs, work):
         first, last = work.below[cut], work.above[cut]
         low, high = max(low, first), min(high, last)
         work.below[cut], work.above[cut] = 0.5 * low, 0.5 * high
-        reach = _reach_now(slabs, work)
+        reach = reach_now(slabs, work)
         work.below[cut], work.above[cut] = first, last
     else:
         low, high = work.left[cut - count], work.right[cut - count]
         work.left[cut - count], work.right[cut - count] = 0.5 * low, 0.5 * high
-        reach = _reach_now(slabs, work)
+        reach = reach_now(slabs, work)
         work.left[cut - count], work.right[cut - count] = low, high
     return reach, max(0.0, min(-low, high)) / (high - low)
 
 
 @jit
-def _reach_now(slabs, work):
-    low = most(work.row, -1.0, work.left, work.right, slabs, work.below, work.above, work.weights)
-    high = most(work.row, 1.0, work.left, work.right, slabs, work.below, work.above, work.weights)
-    return max(low, high)
-
-
-@jit
 def _weakest(work):
-    """The unknown whose bound is largest against its reach."""
+    """The unknown whose bound is largest relative to its reach."""
     worst, row = -1.0, 0
     for k in range(work.bound.shape[0]):
         ratio = work.bound[k] / (work.reach[k] + 1e-9)
@@ -100,7 +90,7 @@ def _weakest(work):
 
 @jit
 def _pull_all(packed, row, cert, pulls, work):
-    """How the bound of unknown *row* grows with the half width of each unknown; a line's end goes with the platform."""
+    """Add the derivatives of the bound of unknown *row* by the half widths of all unknowns to *pulls*."""
     first = cert.offsets[packed.lines.shape[0]]
     for i in range(packed.lines.shape[0]):
         ex, ey = abs(work.planes[i, 0]), abs(work.planes[i, 1])

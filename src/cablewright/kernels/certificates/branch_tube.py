@@ -1,4 +1,4 @@
-"""For each lengths of a set exactly one equilibrium, in a tube around the linearisation at one of them.
+"""Proof that each vector of lengths in a set has exactly one equilibrium in a tube around the linearisation.
 
 With F the equations, L their lengths, x a solution at L_c, Y an approximate inverse of its Jacobian J, S = -Y F_L, and
 H bounds of all second derivatives within a + r, where a bounds |S (L - L_c)| over the set, let
@@ -6,8 +6,8 @@ H bounds of all second derivatives within a + r, where a bounds |S (L - L_c)| ov
     k = |Y F(x)| + |I - Y J| (a + r) + |Y| H[a + r, a + r] / 2
     u = |Y F(x)| + |I - Y J| (a + r) + |Y| H[a + r, r]
 
-If k < r and u < r, then for each L of the set F has exactly one zero within r of x + S (L - L_c), and it is within k
-of it. Proof: docs/theory/certificates.md. The products with Y are taken in each line's own frame.
+If k < r and u < r, then for each L of the set F has exactly one zero within r of x + S (L - L_c), and that zero is
+within k of it. Proof: docs/theory/certificates.md. The products with Y are taken in each line's own frame.
 """
 
 from math import cos, sin, sqrt
@@ -39,7 +39,7 @@ from cablewright.kernels.certificates.hessian_bounds import (
 )
 from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
 from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
-from cablewright.kernels.certificates.length_polytope import most
+from cablewright.kernels.certificates.length_polytope import upper_bound
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
 from cablewright.kernels.layout import (
     BETA,
@@ -54,39 +54,40 @@ from cablewright.kernels.layout import (
     STATE,
     UNKNOWNS,
 )
+from cablewright.kernels.newton import copy
 
 PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
-ROOM = 0.25  # of the reach: how much wider the box of second derivatives is, at first
-MORE = 1.6  # of what was asked for: how much wider then
+MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
+MORE = 1.6  # factor on the required margin in the next try
 TRIES = 4
 STEPS = 12
 HOPELESS = 1e3
 WIDER = 1.05
-GRAIN = 1e-10  # of an unknown: the least radius, over what a point's own certificate leaves open
+GRAIN = 1e-10  # of an unknown: min radius in addition to the error bound of the centre's solution
 SIDE_SLACK = 1e-14
 
 
 class TubeWork(NamedTuple):
     """Scratch of one prover. N unknowns as in `CertificateWork`, K slabs."""
 
-    left: NDArray[np.float64]  # (m,): the set's lengths from the centre's
-    right: NDArray[np.float64]
-    below: NDArray[np.float64]  # (K,): its slabs, from the centre
-    above: NDArray[np.float64]
+    left: NDArray[np.float64]  # (m,): lower ends of the set's lengths, relative to the centre
+    right: NDArray[np.float64]  # (m,): upper ends
+    below: NDArray[np.float64]  # (K,): lower ends of its slabs, relative to the centre
+    above: NDArray[np.float64]  # (K,): upper ends
     weights: NDArray[np.float64]  # (K,)
     row: NDArray[np.float64]  # (m,)
-    reach: NDArray[np.float64]  # (N + 2m,): a; then of each line's end, away from the exit and aside
-    gains: NDArray[np.float64]  # (K + m,): what it would help to halve each slab and length
-    room: NDArray[np.float64]  # (N,): r up to which the second derivatives are known
+    reach: NDArray[np.float64]  # (N + 2m,): a; then of each line's end, away from the exit and sideways
+    gains: NDArray[np.float64]  # (K + m,): benefit of halving each slab and length
+    margin: NDArray[np.float64]  # (N,): largest r for which the second derivatives are valid
     radius: NDArray[np.float64]  # (N,): r
     bound: NDArray[np.float64]  # (N,): k
-    base: NDArray[np.float64]  # (N,): of k, without second derivatives
+    base: NDArray[np.float64]  # (N,): the part of k without second derivatives
     planes: NDArray[np.float64]  # (m, 4): ex, ey, distance from the exit, of the platform point from the origin
     arms: NDArray[np.float64]  # (m, 3)
     frames: NDArray[np.float64]  # (m, 4): of the chord and of the dead span
-    turns: NDArray[np.float64]  # (m,): bounds of the planes' turns, rad
-    boxes: NDArray[np.float64]  # (m, 9): of a + r, in a line's own terms
-    radii: NDArray[np.float64]  # (m, 9): of r
+    turns: NDArray[np.float64]  # (m,): bounds of the planes' rotations, rad
+    boxes: NDArray[np.float64]  # (m, 9): a + r in the variables of each line
+    radii: NDArray[np.float64]  # (m, 9): r in the variables of each line
     bends: NDArray[np.float64]  # (m, rows, pairs): H
     curved: NDArray[np.float64]  # (m, rows)
     effects: NDArray[np.float64]  # (N, m, rows): |Y|
@@ -97,7 +98,7 @@ class TubeWork(NamedTuple):
 
 @jit(allocates=True)
 def tube_work(size, m, slabs):
-    """Scratch for *size* unknowns, *m* lines and so many slabs."""
+    """Scratch for *size* unknowns, *m* lines and a number of slabs."""
     return TubeWork(
         np.zeros(m),
         np.zeros(m),
@@ -128,17 +129,17 @@ def tube_work(size, m, slabs):
 
 @jit
 def prove_tube(packed, lengths, pose, states, slabs, cert, work):
-    """Whether for each lengths of the set exactly one equilibrium is within work.radius of the linearisation.
+    """Prove that each vector of lengths has exactly one equilibrium within work.radius of the linearisation.
 
-    *pose* and *states* are the solution for *lengths*, from which the set was measured (work.left to work.above).
-    work.bound is then how far the equilibrium is from the linearisation, whose slopes are columns of cert.inverse.
+    *pose* and *states* are the solution for *lengths*, the set's centre; work.left to work.above are the set relative
+    to it. If PROVED is returned, work.bound bounds the distance of the equilibrium from the linearisation, whose slopes
+    are columns of cert.inverse.
     """
     size = cert.step.shape[0]
     residual_of_all(packed, lengths, pose, states, cert)
-    for k in range(size):
-        cert.radius[k] = 0.0
+    cert.radius[:] = 0.0
     jacobian_of_all(packed, pose, states, cert)
-    if not (split(packed, cert) and _frame_lines(packed, pose, states, cert, work)):
+    if not (split(cert) and _frame_lines(packed, pose, states, cert, work)):
         return UNBOUNDED
     if not invert(packed, cert):
         return SINGULAR
@@ -147,13 +148,12 @@ def prove_tube(packed, lengths, pose, states, slabs, cert, work):
     _reach(packed, slabs, cert, work)
     _find_effects(packed, cert, work)
     for k in range(size):
-        work.room[k] = ROOM * work.reach[k] + 10.0 * (cert.step[k] + GRAIN)
+        work.margin[k] = MARGIN * work.reach[k] + 10.0 * (cert.step[k] + GRAIN)
     for tried in range(TRIES):
         for k in range(size):
-            cert.radius[k] = (work.reach[k] + work.room[k]) * ROUNDING
-        image(packed, cert)
-        for k in range(size):
-            work.base[k] = cert.bound[k]
+            cert.radius[k] = (work.reach[k] + work.margin[k]) * ROUNDING
+        image(cert)
+        copy(cert.bound, work.base)
         if not _bend_all(packed, states, cert, work):
             return UNBOUNDED
         if _settles(packed, cert, work):
@@ -161,13 +161,13 @@ def prove_tube(packed, lengths, pose, states, slabs, cert, work):
         for k in range(size):
             if not work.bound[k] < HOPELESS:
                 return UNBOUNDED if tried == 0 else NOT_CONTRACTING
-            work.room[k] = max(work.room[k], MORE * work.bound[k])
+            work.margin[k] = max(work.margin[k], MORE * work.bound[k])
     return NOT_CONTRACTING
 
 
 @jit
 def _frame_lines(packed, pose, states, cert, work):
-    """Planes, arms and chords at the centre; False under an exit."""
+    """Write planes, arms and chords at the centre; False under an exit point."""
     n = packed.freedoms
     first = cert.offsets[packed.lines.shape[0]]
     for i in range(packed.lines.shape[0]):
@@ -196,29 +196,29 @@ def _frame_lines(packed, pose, states, cert, work):
 
 @jit
 def _reach(packed, slabs, cert, work):
-    """How far the linearisation goes over the set: each unknown, and each line's end in its plane and aside."""
+    """Bound the linearisation over the set: each unknown, and each line's end in its plane and sideways."""
     m, size = packed.lines.shape[0], cert.step.shape[0]
     for j in range(size):
         slopes(cert, j, work.row)
-        _reach_of(j, 0.0, slabs, work)
+        work.reach[j] = reach_now(slabs, work)
     for line in range(m):
         ex, ey = work.planes[line, 0], work.planes[line, 1]
-        bulk = _end_slopes(packed, line, ex, ey, cert, work)
-        _reach_of(size + 2 * line, bulk, slabs, work)
-        bulk = _end_slopes(packed, line, -ey, ex, cert, work)
-        _reach_of(size + 2 * line + 1, bulk, slabs, work)
+        slack = _end_slopes(packed, line, ex, ey, cert, work)
+        work.reach[size + 2 * line] = reach_now(slabs, work) + slack
+        slack = _end_slopes(packed, line, -ey, ex, cert, work)
+        work.reach[size + 2 * line + 1] = reach_now(slabs, work) + slack
 
 
 @jit
 def slopes(cert, j, row):
-    """Change of unknown *j* per length, to *row*: its entry of Y at each line's equation for the length."""
+    """Write the derivatives of unknown *j* by the lengths to *row*: its entries of Y at the lines' length equations."""
     for i in range(row.shape[0]):
         row[i] = cert.inverse[j, cert.offsets[i] + 2]
 
 
 @jit
 def _end_slopes(packed, line, a, b, cert, work):
-    """How the line's end moves along the horizontal (a, b) per length, to work.row; a bound of the rounding."""
+    """Write the motion of the line's end along the horizontal (a, b) per length to work.row; returns its rounding."""
     first, bulk = cert.offsets[packed.lines.shape[0]], 0.0
     for i in range(packed.lines.shape[0]):
         at, far = cert.offsets[i] + 2, max(abs(work.left[i]), abs(work.right[i]))
@@ -235,16 +235,20 @@ def _end_slopes(packed, line, a, b, cert, work):
 
 
 @jit
-def _reach_of(j, slack, slabs, work):
+def reach_now(slabs, work):
     """Bound of |work.row . (L - L_c)| over the set."""
-    low = most(work.row, -1.0, work.left, work.right, slabs, work.below, work.above, work.weights)
-    high = most(work.row, 1.0, work.left, work.right, slabs, work.below, work.above, work.weights)
-    work.reach[j] = max(low, high) + slack
+    return max(reach_towards(-1.0, slabs, work), reach_towards(1.0, slabs, work))
+
+
+@jit
+def reach_towards(sign, slabs, work):
+    """Upper bound of *sign* work.row . (L - L_c) over the set."""
+    return upper_bound(work.row, sign, work.left, work.right, slabs, work.below, work.above, work.weights)
 
 
 @jit
 def _find_effects(packed, cert, work):
-    """|Y| for each unknown and each equation of a line in its own frame."""
+    """Write |Y| for each unknown and each equation of a line in the line's frame."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = cert.offsets[m]
     for k in range(cert.step.shape[0]):
@@ -275,14 +279,14 @@ def _find_effects(packed, cert, work):
 
 @jit
 def _turn_effect(x, z, c, s, along, across, slack, out):
-    """Effects of equations in x and z on those along (c, s) and across it; 1e-15 is for rounding."""
+    """Write the absolute entries along and across (c, s) from those of equations in x and z; 1e-15 covers rounding."""
     slack = 1e-15 * (abs(x) + abs(z) + slack)
     out[along], out[across] = abs(c * x + s * z) + slack, abs(c * z - s * x) + slack
 
 
 @jit
 def _find_boxes(packed, whole, radius, cert, work, boxes):
-    """Half widths in a line's own terms: of *radius*, where *whole* with the reach. Returns the body's whole turn."""
+    """Write *radius*, if *whole* plus the reach, in each line's variables; returns the body's whole rotation, rad."""
     m, n, size = packed.lines.shape[0], packed.freedoms, cert.step.shape[0]
     first = cert.offsets[m]
     omega, wide = 0.0, 0.0
@@ -299,44 +303,33 @@ def _find_boxes(packed, whole, radius, cert, work, boxes):
             at = cert.offsets[i] + k
             box[k] = radius[at] + (work.reach[at] if whole else 0.0)
         ex, ey, arm = abs(work.planes[i, 0]), abs(work.planes[i, 1]), work.planes[i, 3]
-        more = arm * (omega + 1.5 * wide * own)  # the end's motion is that of the arm as it is turned
+        more = arm * (omega + 1.5 * wide * own)  # motion of the end by the rotation of its arm
         away = ex * radius[first] + ey * radius[first + 1] + more
         aside = ey * radius[first] + ex * radius[first + 1] + more
         if whole:
             away += work.reach[size + 2 * i]
             aside += work.reach[size + 2 * i + 1]
-        eta = work.turns[i]  # the plane turns too
+        eta = work.turns[i]  # the plane rotates too
         box[AWAY], box[ASIDE], box[TURN] = (away + eta * aside) * ROUNDING, (aside + eta * away) * ROUNDING, own
     return wide
 
 
 @jit
 def _bend_all(packed, states, cert, work):
-    """Second derivatives of all equations over the reach and the room; False where one is not bounded."""
+    """Bound the second derivatives of all equations over reach and margin; False where one is not bounded."""
     m = packed.lines.shape[0]
-    for i in range(m):
-        work.turns[i] = 0.0
-    omega = _find_boxes(packed, True, work.room, cert, work, work.boxes)
+    work.turns[:] = 0.0
+    omega = _find_boxes(packed, True, work.margin, cert, work, work.boxes)
     for i in range(m):
         near = work.planes[i, 2] - work.boxes[i, AWAY] - work.boxes[i, ASIDE]
         work.turns[i] = work.boxes[i, ASIDE] / near * ROUNDING + 1e-13
         if not (near > 0.0 and work.turns[i] < 0.5):
             return False
-    _find_boxes(packed, True, work.room, cert, work, work.boxes)
+    _find_boxes(packed, True, work.margin, cert, work, work.boxes)
     for i in range(m):
-        reach = inflate(point(work.planes[i, 2]), work.boxes[i, AWAY] + work.boxes[i, ASIDE])
-        if not bend_line(
-            packed.lines[i],
-            states[i],
-            work.boxes[i],
-            reach,
-            work.frames[i],
-            work.turns[i],
-            omega,
-            work.planes[i, 3],
-            work.span,
-            work.bends[i],
-        ):
+        row, y, box, frame, eta = packed.lines[i], states[i], work.boxes[i], work.frames[i], work.turns[i]
+        reach = inflate(point(work.planes[i, 2]), box[AWAY] + box[ASIDE])
+        if not bend_line(row, y, box, reach, frame, eta, omega, work.planes[i, 3], work.span, work.bends[i]):
             return False
     if packed.freedoms == 6:
         body = packed.platform
@@ -347,10 +340,9 @@ def _bend_all(packed, states, cert, work):
 
 @jit
 def _settles(packed, cert, work):
-    """Find radii within the room that hold what they are mapped to, and no two zeros."""
+    """Find radii r within the margin with k < r and u < r; False if there are none."""
     size = cert.step.shape[0]
-    for k in range(size):
-        work.radius[k] = 0.0
+    work.radius[:] = 0.0
     good = False
     for _ in range(STEPS):
         _find_boxes(packed, True, work.radius, cert, work, work.boxes)
@@ -359,11 +351,11 @@ def _settles(packed, cert, work):
         for k in range(size):
             work.bound[k] = _image_of(k, work)
             good = good and work.bound[k] < work.radius[k]
-            fits = fits and work.bound[k] <= work.room[k]
+            fits = fits and work.bound[k] <= work.margin[k]
         if good or not fits:
             break
         for k in range(size):
-            work.radius[k] = min(work.room[k], WIDER * work.bound[k] + 2.0 * cert.step[k] + GRAIN)
+            work.radius[k] = min(work.margin[k], WIDER * work.bound[k] + 2.0 * cert.step[k] + GRAIN)
     if not good:
         return False
     _find_boxes(packed, False, work.radius, cert, work, work.radii)
@@ -376,11 +368,10 @@ def _settles(packed, cert, work):
 
 @jit
 def _curve(first, second, factor, work):
-    """*factor* H[first, second], line by line, to work.curved."""
+    """Write *factor* H[first, second] of each line to work.curved."""
+    work.curved[:, :] = 0.0
     for i in range(first.shape[0]):
         a, b, out = first[i], second[i], work.curved[i]
-        for row in range(ROWS):
-            out[row] = 0.0
         for k in range(len(PAIRS)):
             p, q = PAIRS[k, 0], PAIRS[k, 1]
             product = a[p] * b[p] if p == q else a[p] * b[q] + a[q] * b[p]
@@ -393,7 +384,7 @@ def _curve(first, second, factor, work):
 
 @jit
 def _image_of(k, work):
-    """The bound of unknown *k*: base and |Y| times what is curved."""
+    """Bound of unknown *k*: its base and |Y| times work.curved."""
     total = work.base[k]
     for i in range(work.curved.shape[0]):
         for row in range(ROWS):

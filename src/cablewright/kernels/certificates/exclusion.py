@@ -1,8 +1,8 @@
-"""Whether a box of places holds an equilibrium of a point load beside the known ones.
+"""Whether a box of positions contains an equilibrium of a point load besides the known ones.
 
-Each line's atlas gives all forces with which it can reach into the box. Forces that cannot add up to the load exclude
-it. Where all of a line's shapes of one label only stiffen over a convex set of forces, two equilibria with these forces
-would contradict each other: `docs/theory/exhaustive.md`.
+The leaves of each line give all forces with which it can end in the box. If these cannot sum to the load, the box is
+excluded. If all shapes of one label of each line only stiffen over a convex set of forces, two equilibria with such
+forces would contradict each other: `docs/theory/exhaustive.md`.
 """
 
 from math import cos as float_cos
@@ -32,15 +32,16 @@ from cablewright.kernels.certificates.line_cell import (
     X,
     Z,
 )
+from cablewright.kernels.newton import copy
 
 EXCLUDED, SETTLED, OPEN = 0, 1, 2
-AXIS, SHAPES, SOFT, UNSEEN = 1, 2, 4, 8  # why a box is open: bits
-SLACK = 1e-9  # far more than the rounding of what is compared in plain floats
-NEAR = 2e-3  # of a known equilibrium's forces: far more than they are off where it is certified
+AXIS, SHAPES, SOFT, UNSEEN = 1, 2, 4, 8  # bits of the reason why a box is open
+SLACK = 1e-9  # far above the rounding of comparisons in plain floats
+NEAR = 2e-3  # of a known equilibrium's forces: far above their certified error
 KINDS = 3
-MOST = 96  # directions in which forces are added up
-SIDES = 16  # of the polygons that hold forces
-NARROW = 0.1  # least cosine of a wedge of directions
+MAX_DIRECTIONS = 96  # along which forces are summed
+SIDES = 16  # of the polygons that enclose forces
+NARROW = 0.1  # min cosine of a wedge of directions
 CHUNK = 16
 COSINES = tuple(float_cos(2.0 * pi * k / SIDES) for k in range(SIDES))
 SINES = tuple(float_sin(2.0 * pi * k / SIDES) for k in range(SIDES))
@@ -48,30 +49,30 @@ UP, DOWN, BACK = SIDES // 4, 3 * SIDES // 4, SIDES // 2
 
 
 class Atlases(NamedTuple):
-    """All lines of a machine, and what is known of its equilibria."""
+    """The leaves of all lines of a robot, and its known equilibria."""
 
     exits: NDArray[np.float64]  # (m, 3) exit points less platform points
     weights: NDArray[np.float64]  # (m,) N/m
     load: NDArray[np.float64]  # (3,) external force and weight, N
     leaves: NDArray[np.float64]  # (L, LEAF), line after line
     offsets: NDArray[np.int64]  # (m + 1,)
-    free: NDArray[np.float64]  # (m, 2, 2) least and largest free length by label
+    free: NDArray[np.float64]  # (m, 2, 2) min and max free length by label
     tension: NDArray[np.float64]  # (m, 2) tensions at the sheave that the leaves cover
     labels: NDArray[np.int64]  # (K, m) of known equilibria
-    known: NDArray[np.float64]  # (K, m, 4): H, vertical force at the end; where the end is from the exit point, x, y
+    known: NDArray[np.float64]  # (K, m, 4): H, vertical force at the end; the end from the exit point, x, y
 
 
 class PlaceWork(NamedTuple):
     """Scratch of one judge."""
 
-    peaks: NDArray[np.float64]  # (m, KINDS, MOST): how far forces go in each direction
+    peaks: NDArray[np.float64]  # (m, KINDS, MAX_DIRECTIONS): largest component of forces along each direction
     hulls: NDArray[np.float64]  # (m, KINDS, SIDES): polygons of forces at the end, in the line's plane
     present: NDArray[np.int64]  # (m, KINDS)
-    wedges: NDArray[np.float64]  # (m, 3): direction of the box from the exit point, least cosine to it
-    narrow: NDArray[np.int64]  # (m,): whether there is one
-    directions: NDArray[np.float64]  # (MOST, 3)
-    choice: NDArray[np.int64]  # (m,) labels looked at
-    part: NDArray[np.float64]  # (4,) H and V of a leaf that can reach the box
+    wedges: NDArray[np.float64]  # (m, 3): direction of the box from the exit point, min cosine to it
+    narrow: NDArray[np.int64]  # (m,): whether the wedge is narrow
+    directions: NDArray[np.float64]  # (MAX_DIRECTIONS, 3)
+    choice: NDArray[np.int64]  # (m,) current labels
+    part: NDArray[np.float64]  # (4,) H and V of the part of a leaf that can reach the box
     wedge: NDArray[np.float64]  # (3,)
     polygon: NDArray[np.float64]  # (SIDES,)
 
@@ -80,12 +81,12 @@ class PlaceWork(NamedTuple):
 def place_work(m):
     """Scratch for `judge`, for m lines."""
     return PlaceWork(
-        np.zeros((m, KINDS, MOST)),
+        np.zeros((m, KINDS, MAX_DIRECTIONS)),
         np.zeros((m, KINDS, SIDES)),
         np.zeros((m, KINDS), dtype=np.int64),
         np.zeros((m, 3)),
         np.zeros(m, dtype=np.int64),
-        np.zeros((MOST, 3)),
+        np.zeros((MAX_DIRECTIONS, 3)),
         np.zeros(m, dtype=np.int64),
         np.zeros(4),
         np.zeros(3),
@@ -95,7 +96,7 @@ def place_work(m):
 
 @jit
 def judge(box, atlases, work):
-    """What is proved of *box* (6,): x, y and z, low and high. EXCLUDED, SETTLED (known ones only) or OPEN, and why."""
+    """Judge *box* (6,), low and high of x, y and z: EXCLUDED, SETTLED (known equilibria only) or OPEN; reason bits."""
     m = atlases.exits.shape[0]
     count = _directions(box, atlases.exits, work.directions)
     for i in range(m):
@@ -108,7 +109,7 @@ def judge(box, atlases, work):
         for i in range(m):
             possible = possible and work.present[i, work.choice[i]] != 0
         if possible and not _is_unbalanced(count, atlases.load, work):
-            code = _alone(box, atlases, work)
+            code = _judge_labels(box, atlases, work)
             verdict = max(verdict, SETTLED if code == 0 else OPEN)
             reason |= code
         i = 0
@@ -141,7 +142,7 @@ def judge_sweep(boxes, atlases, codes, reasons):
 
 @jit
 def _range(a, b):
-    """Least and largest absolute value between a and b."""
+    """Smallest and largest absolute value between a and b."""
     if a <= 0.0 <= b:
         return 0.0, max(-a, b)
     return min(abs(a), abs(b)), max(abs(a), abs(b))
@@ -149,7 +150,7 @@ def _range(a, b):
 
 @jit
 def _wedge(box, exit_point, px, py, with_point, out):
-    """Direction from the exit point to the box (and a point), and the least cosine to it; False if wide."""
+    """Write direction from the exit point to the box (and a point), and the min cosine to it; False if too wide."""
     x0, x1 = box[0] - exit_point[0], box[1] - exit_point[0]
     y0, y1 = box[2] - exit_point[1], box[3] - exit_point[1]
     cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
@@ -164,7 +165,7 @@ def _wedge(box, exit_point, px, py, with_point, out):
         if not size > NARROW:
             return False
         cx, cy = cx / size, cy / size
-    least, nearest = 1.0, 1e300
+    min_cosine, nearest = 1.0, 1e300
     for k in range(5 if with_point else 4):
         x, y = (x0 if k < 2 else x1), (y0 if k % 2 == 0 else y1)
         if k == 4:
@@ -172,36 +173,30 @@ def _wedge(box, exit_point, px, py, with_point, out):
         size = sqrt(x * x + y * y)
         if not size > SLACK:
             return False
-        least, nearest = min(least, (x * cx + y * cy) / size), min(nearest, size)
-    out[0], out[1], out[2] = cx, cy, least - SLACK - 2.0 * SLACK / nearest
-    return least > NARROW
+        min_cosine, nearest = min(min_cosine, (x * cx + y * cy) / size), min(nearest, size)
+    out[0], out[1], out[2] = cx, cy, min_cosine - SLACK - 2.0 * SLACK / nearest
+    return min_cosine > NARROW
 
 
 @jit
 def _push(directions, count, x, y, z):
-    """Add a direction and its opposite."""
+    """Append a direction and its opposite. Returns the new count."""
     size = sqrt(x * x + y * y + z * z)
-    if count + 2 > MOST or not size > SLACK:
+    if count + 2 > MAX_DIRECTIONS or not size > SLACK:
         return count
-    for sign in (-1.0, 1.0):
-        directions[count, 0], directions[count, 1], directions[count, 2] = (
-            sign * x / size,
-            sign * y / size,
-            sign * z / size,
-        )
-        count += 1
-    return count
+    x, y, z = x / size, y / size, z / size
+    directions[count] = (-x, -y, -z)
+    directions[count + 1] = (x, y, z)
+    return count + 2
 
 
 @jit
 def _directions(box, exits, directions):
-    """Directions in which to add forces up: axes, and what is square to one line or to two. Returns how many."""
+    """Write the directions along which to sum forces: axes, and normals to one line or two. Returns their number."""
     x, y, z = 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
-    count = _push(directions, 0, 1.0, 0.0, 0.0)
-    count = _push(directions, count, 0.0, 1.0, 0.0)
-    count = _push(directions, count, 0.0, 0.0, 1.0)
-    count = _push(directions, count, 1.0, 1.0, 0.0)
-    count = _push(directions, count, 1.0, -1.0, 0.0)
+    count = 0
+    for u, v, w in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0)):
+        count = _push(directions, count, u, v, w)
     for i in range(exits.shape[0]):
         ax, ay, az = x - exits[i, 0], y - exits[i, 1], z - exits[i, 2]
         count = _push(directions, count, -ay, ax, 0.0)
@@ -214,7 +209,7 @@ def _directions(box, exits, directions):
 
 @jit
 def _gather(box, i, count, atlases, work):
-    """All forces with which line *i* can end in the box, by label; False if it cannot."""
+    """Collect the forces with which line *i* can end in the box, by label; False if it cannot end there."""
     exit_point = atlases.exits[i]
     ax, bx = _range(box[0] - exit_point[0], box[1] - exit_point[0])
     ay, by = _range(box[2] - exit_point[1], box[3] - exit_point[1])
@@ -224,8 +219,7 @@ def _gather(box, i, count, atlases, work):
     near, far = sqrt(ax * ax + ay * ay) - SLACK, sqrt(bx * bx + by * by) + SLACK
     nearest, farthest = sqrt(ax * ax + ay * ay + az * az) - SLACK, sqrt(bx * bx + by * by + bz * bz) + SLACK
     work.narrow[i] = 1 if _wedge(box, exit_point, 0.0, 0.0, False, work.wedges[i]) else 0
-    for label in range(KINDS):
-        work.present[i, label] = 0
+    work.present[i, :] = 0
     reached = False
     for k in range(atlases.offsets[i], atlases.offsets[i + 1]):
         leaf = atlases.leaves[k]
@@ -241,10 +235,8 @@ def _gather(box, i, count, atlases, work):
         f1 = work.part[3] + atlases.weights[i] * leaf[FREE_SPAN + 1] + SLACK
         if work.present[i, label] == 0:
             work.present[i, label] = 1
-            for d in range(SIDES):
-                work.hulls[i, label, d] = -1e300
-            for d in range(count):
-                work.peaks[i, label, d] = -1e300
+            work.hulls[i, label, :] = -1e300
+            work.peaks[i, label, :count] = -1e300
         _reach_out(work.hulls[i, label], work.part[0], work.part[1], f0, f1)
         _peak(i, label, count, work.part[0], work.part[1], f0, f1, work)
     return reached
@@ -252,13 +244,13 @@ def _gather(box, i, count, atlases, work):
 
 @jit
 def _narrowed(leaf, x0, x1, z0, z1, nearest, farthest, out):
-    """H and V of the part of a leaf that can end at these distances and heights, to *out*. False if none can."""
+    """Write H and V of the part of a leaf that can end at these distances and heights. False if none can."""
     phi, tau = (leaf[CELL_PHI], leaf[CELL_PHI + 1]), (leaf[CELL_TAU], leaf[CELL_TAU + 1])
     middle = 0.5 * (phi[0] + phi[1])
     reach = intersect((leaf[REACH], leaf[REACH + 1]), (nearest, farthest))
     if not reach[0] <= reach[1]:
         return False
-    # the end's angle is phi's and the bend's: sines from phi's middle
+    # the end's angle is phi plus the bend: sines relative to the middle of phi
     across = div(sub(mul(cos(point(middle)), (z0, z1)), mul(sin(point(middle)), (x0, x1))), reach)
     bend = (leaf[BEND], leaf[BEND + 1])
     if max(abs(across[0]), abs(across[1])) < 0.5 and max(abs(bend[0]), abs(bend[1])) < 0.5 and phi[1] - phi[0] < 0.5:
@@ -280,13 +272,13 @@ def _narrowed(leaf, x0, x1, z0, z1, nearest, farthest, out):
 
 @jit
 def _arcsine(a):
-    """Asin of what is within 0.5 of zero, where it is between a and 1.048 a."""
+    """Enclose asin for arguments within 0.5 of zero, where it is between a and 1.048 a."""
     return (a[0] if a[0] > 0.0 else a[0] * 1.048, a[1] if a[1] < 0.0 else a[1] * 1.048)
 
 
 @jit
 def _reach_out(polygon, h0, h1, f0, f1):
-    """Widen a polygon, given by how far it goes in SIDES directions, to hold a rectangle."""
+    """Extend a polygon, given by its support in SIDES directions, to contain a rectangle."""
     for k in range(SIDES):
         c, s = COSINES[k], SINES[k]
         polygon[k] = max(polygon[k], (h1 if c > 0.0 else h0) * c + (f1 if s > 0.0 else f0) * s)
@@ -294,14 +286,14 @@ def _reach_out(polygon, h0, h1, f0, f1):
 
 @jit
 def _peak(i, label, count, h0, h1, f0, f1, work):
-    """How far these forces go in each direction."""
-    cx, cy, least = work.wedges[i, 0], work.wedges[i, 1], work.wedges[i, 2]
-    side = sqrt(max(1.0 - least * least, 0.0))
+    """Update the largest components of forces along each direction."""
+    cx, cy, cosine = work.wedges[i, 0], work.wedges[i, 1], work.wedges[i, 2]
+    side = sqrt(max(1.0 - cosine * cosine, 0.0))
     for d in range(count):
         dx, dy, dz = work.directions[d, 0], work.directions[d, 1], work.directions[d, 2]
         if work.narrow[i] != 0:
             along, across = dx * cx + dy * cy, abs(dx * cy - dy * cx) * side + SLACK
-            high, low = max(along, along * least) + across, min(along, along * least) - across
+            high, low = max(along, along * cosine) + across, min(along, along * cosine) - across
         else:
             high = sqrt(dx * dx + dy * dy) + SLACK
             low = -high
@@ -311,22 +303,22 @@ def _peak(i, label, count, h0, h1, f0, f1, work):
 
 @jit
 def _is_unbalanced(count, load, work):
-    """Whether forces of the chosen labels cannot add up to the load: in some direction they do not reach it."""
+    """Whether forces of the chosen labels cannot sum to the load: along some direction they do not reach it."""
     for d in range(count):
-        wanted = work.directions[d, 0] * load[0] + work.directions[d, 1] * load[1] + work.directions[d, 2] * load[2]
-        total, bulk = 0.0, abs(wanted)
+        required = work.directions[d, 0] * load[0] + work.directions[d, 1] * load[1] + work.directions[d, 2] * load[2]
+        total, bulk = 0.0, abs(required)
         for i in range(work.choice.shape[0]):
             peak = work.peaks[i, work.choice[i], d]
             total += peak
             bulk += abs(peak)
-        if total < wanted - SLACK * (1.0 + bulk):
+        if total < required - SLACK * (1.0 + bulk):
             return True
     return False
 
 
 @jit
-def _alone(box, atlases, work):
-    """0 if the chosen labels have no equilibrium in the box but one that is known; else why that is not proved."""
+def _judge_labels(box, atlases, work):
+    """0 if the chosen labels are proved to have at most a known equilibrium in the box; else the reason bit."""
     m = work.choice.shape[0]
     for i in range(m):
         if work.choice[i] == UNCLEAR:
@@ -349,12 +341,11 @@ def _alone(box, atlases, work):
 
 @jit
 def _only_stiffens(box, one, atlases, work):
-    """Whether every line only stiffens over a convex set of all forces into the box, and of known equilibrium *one*."""
+    """Whether all lines only stiffen over a convex set of the forces into the box and of known equilibrium *one*."""
     polygon = work.polygon
     for i in range(work.choice.shape[0]):
         label = work.choice[i]
-        for k in range(SIDES):
-            polygon[k] = work.hulls[i, label, k]
+        copy(work.hulls[i, label], polygon)
         px, py = 0.0, 0.0
         if one >= 0:
             h, f = atlases.known[one, i, 0], atlases.known[one, i, 1]
@@ -370,19 +361,19 @@ def _only_stiffens(box, one, atlases, work):
 
 
 @jit
-def _widen(polygon, least, weight, shortest, longest):
-    """From a polygon of forces at the end to one at the sheave that holds those of all chords of the wedge."""
+def _widen(polygon, cosine, weight, shortest, longest):
+    """Convert a polygon of forces at the end to one at the sheave that contains those of all chords of the wedge."""
     low, high = -polygon[DOWN], polygon[UP]
     for k in range(SIDES):
         s = SINES[k]
-        if COSINES[k] < -SLACK:  # chords come nearer to the axis than their ends
-            polygon[k] = max(polygon[k], least * polygon[k] + (1.0 - least) * s * (high if s > 0.0 else low))
+        if COSINES[k] < -SLACK:  # chords are nearer to the axis than their ends
+            polygon[k] = max(polygon[k], cosine * polygon[k] + (1.0 - cosine) * s * (high if s > 0.0 else low))
         polygon[k] += SLACK * (1.0 + abs(polygon[k])) - s * weight * (shortest if s > 0.0 else longest)
 
 
 @jit
 def _is_covered(polygon, i, label, atlases):
-    """Whether all shapes of *label* with a force at the sheave in the polygon are known and only stiffen."""
+    """Whether all shapes of *label* with a force at the sheave in the polygon are proved and only stiffen."""
     if not polygon[BACK] < 0.0:
         return False
     far = max(polygon[UP], polygon[DOWN])
@@ -402,7 +393,7 @@ def _is_covered(polygon, i, label, atlases):
 
 @jit
 def _meets(leaf, polygon):
-    """Whether forces of a leaf may be in the polygon."""
+    """Whether some force of a leaf may be in the polygon."""
     for k in range(SIDES):
         c, s = COSINES[k], SINES[k]
         if (leaf[H] if c > 0.0 else leaf[H + 1]) * c + (leaf[V] if s > 0.0 else leaf[V + 1]) * s > polygon[k]:

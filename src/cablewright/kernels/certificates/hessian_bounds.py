@@ -1,9 +1,8 @@
 """Bounds of the second derivatives of a line's equations over a box, in the frame of its chord.
 
-A line is stiff along its chord and soft across. So its two equations for the end of a span, and its force on the
-platform, are taken along the chord and across it, for each on its own. Tension counts relative to the middle of the
-box: T = T_c (1 + theta), which leaves the first derivatives there as they are by log T. Derivation:
-docs/theory/certificates.md.
+A line is stiff along its chord and soft across, so that its two equations for the end of a span, and its force on the
+platform, are taken along the chord and across it. Tension is relative to the middle of the box, T = T_c (1 + theta),
+where first derivatives by theta equal those by log T. Derivation: docs/theory/certificates.md.
 """
 
 import numpy as np
@@ -46,7 +45,7 @@ from cablewright.kernels.layout import (
 PI_UP = 3.1415926535897936
 ALONG, ACROSS, LENGTH, DEAD_ALONG, DEAD_ACROSS, MOMENT, PULL, SHEAR, SIDEWAYS, TURNED = range(10)
 ROWS = 10
-# Besides the line's own unknowns: the end's motion away from the exit and sideways of the plane, the body's rotation.
+# Variables besides the line's own unknowns: the end's motion away from the exit and sideways, the body's rotation.
 AWAY, ASIDE, TURN = 6, 7, 8
 VARIABLES = 9
 
@@ -66,21 +65,21 @@ PAIRS = np.array(
     ASIDE_ASIDE, AWAY_ASIDE, PHI_ASIDE, TAU_ASIDE,
     TURN_TURN, PHI_TURN, TAU_TURN, FREE_TURN, ASIDE_TURN,
 ) = range(24)  # fmt: skip
-LITTLE, SOME = 0.05, 0.5  # weight over tension of a span that is integrated in 1 part, 4 parts; else 16
-UP = 1.0 + 1e-13  # a few roundings of terms that are not negative
+LITTLE, SOME = 0.05, 0.5  # weight over tension up to which a span is integrated in 1 or 4 parts; else 16
+UP = 1.0 + 1e-13  # factor for a few roundings of nonnegative terms
 
 
 @jit
 def _chop(a):
-    """A sine or cosine that was made of a quotient."""
+    """Intersect a sine or cosine with [-1, 1]."""
     return (a[0] if a[0] > -1.0 else -1.0, a[1] if a[1] < 1.0 else 1.0)
 
 
 @jit
 def _local(alpha, cf, sf, along, across, ct, st):
-    """Where alpha tensions hang: the direction against the start's and the frame's, as sines and cosines.
+    """Direction of the span where its weight is *alpha* start tensions, as sines and cosines, q and 1/q.
 
-    And q, the tension there over that at the start, and 1/q.
+    The direction is relative to that at the start and to the frame; q is the tension there over that at the start.
     """
     forward = add(ONE, mul(alpha, sf))
     up = mul(alpha, cf)
@@ -94,21 +93,21 @@ def _local(alpha, cf, sf, along, across, ct, st):
 
 @jit
 def _turned(t, n, cd, sd):
-    """Components along the frame and across it of one along the span and one across it."""
+    """Components along and across the frame of the vector (*t*, *n*) along and across the span."""
     return sub(mul(t, cd), mul(n, sd)), add(mul(t, sd), mul(n, cd))
 
 
 @jit
 def bend_span(cf, sf, ct, st, tension, shrink, length, weight, compliance, out):
-    """Bounds of second derivatives of a span's end along and across (ct, st), to out (2, 6).
+    """Write bounds of the second derivatives of a span's end along and across (ct, st) to *out* (2, 6).
 
     Columns: angle twice, angle and theta, theta twice, angle and length, theta and length, length twice.
     """
     along = add(scale(cf, ct), scale(sf, st))
     across = sub(scale(sf, ct), scale(cf, st))
     heavy = div(point(weight), tension)
-    most = heavy[1] * length[1]
-    parts = 1 if most < LITTLE else (4 if most < SOME else 16)
+    ratio = heavy[1] * length[1]
+    parts = 1 if ratio < LITTLE else (4 if ratio < SOME else 16)
     pp_t, pp_n, pt_t, pt_n, tt_t, tt_n = ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
     whole = mul(heavy, length)
     share = 1.0 / parts  # exact
@@ -131,9 +130,8 @@ def bend_span(cf, sf, ct, st, tension, shrink, length, weight, compliance, out):
         tt_t, tt_n = add(tt_t, t), add(tt_n, n)
     strain = mul(point(compliance), tension)
     sa, sn = mul(strain, along), mul(strain, across)
-    each = length
-    out[0, 0] = mag(mul(each, sub(scale(pp_t, share), sa)))
-    out[1, 0] = mag(mul(each, sub(scale(pp_n, share), sn)))
+    out[0, 0] = mag(mul(length, sub(scale(pp_t, share), sa)))
+    out[1, 0] = mag(mul(length, sub(scale(pp_n, share), sn)))
     each = mul(length, shrink)
     out[0, 1] = mag(mul(each, sub(scale(pt_t, share), sn)))
     out[1, 1] = mag(mul(each, add(scale(pt_n, share), sa)))
@@ -155,11 +153,12 @@ def bend_span(cf, sf, ct, st, tension, shrink, length, weight, compliance, out):
 
 @jit
 def bend_line(row, y, box, reach, frame, eta, omega, arm, span, bends):
-    """Bounds of the second derivatives of a line's equations and force, to bends (ROWS, pairs).
+    """Write bounds of the second derivatives of a line's equations and force to *bends* (ROWS, pairs).
 
     *box* (9,): half widths of the unknowns (TAU: relative), of the end's motion away and sideways, of the rotation;
-    *reach*: an interval; *frame*: direction of the chord and of the dead span; *eta*: bound of the plane's turn, rad;
-    *omega*: of the body's; *arm* (m): the platform point's distance. False where something is not bounded.
+    *reach*: an interval, m; *frame*: direction of the chord and of the dead span; *eta* and *omega*: bounds of the
+    rotations of the plane and of the body, rad; *arm*: distance of the platform point, m. False where one is not
+    bounded.
     """
     bends[:, :] = 0.0
     unknowns = int(row[UNKNOWNS])
@@ -202,7 +201,7 @@ def bend_line(row, y, box, reach, frame, eta, omega, arm, span, bends):
 
 @jit
 def _bend_arc(row, y, box, middle, bends):
-    """The unstrained length on the sheave, R wrap / (1 + c T)."""
+    """Write the bounds for the unstrained length on the sheave, R wrap / (1 + c T)."""
     c, radius = row[ARC_COMPLIANCE] * middle, row[RADIUS]
     psi = abs(y[PSI]) + box[PSI] if row[UNKNOWNS] > 4.0 else 0.5 * PI_UP
     wrapped = PI_UP + psi + abs(y[PHI]) + box[PHI]
@@ -213,7 +212,7 @@ def _bend_arc(row, y, box, middle, bends):
 
 @jit
 def _bend_force(cf, sf, along, across, ct, st, t, middle, reach, eta, bends):
-    """The force at the platform, h e + (v + w l) z, along the chord, across it in the plane, and across the plane."""
+    """Write the bounds for the force h e + (v + w l) z: along the chord, across it in the plane, across the plane."""
     twist = 0.5 * eta * eta
     bends[PULL, PHI_PHI], bends[PULL, PHI_TAU] = t * (along + twist), middle * (across + twist)
     bends[SHEAR, PHI_PHI], bends[SHEAR, PHI_TAU] = t * (across + twist), middle * (along + twist)
@@ -233,7 +232,7 @@ def _bend_force(cf, sf, along, across, ct, st, t, middle, reach, eta, bends):
 
 @jit
 def _bend_dead(row, y, box, frame, t, shrink, span, bends):
-    """The dead span, whose direction is an unknown if the line has five."""
+    """Write the bounds for the dead span, whose direction is an unknown if the line has five."""
     dt, ds = frame[2], frame[3]
     dead = inflate(point(y[DEAD]), box[DEAD])
     turning = row[UNKNOWNS] > 4.0
@@ -254,7 +253,7 @@ def _bend_dead(row, y, box, frame, t, shrink, span, bends):
 
 @jit
 def _bend_lever(row, y, box, phi, frame, t, shrink, bends):
-    """The lever: where its end is, and the moment about the joint."""
+    """Write the bounds for the lever: the position of its end, and the moment about the joint."""
     psi, beta = inflate(point(y[PSI]), box[PSI]), inflate(point(y[BETA]), box[BETA])
     cb, sb = cos(beta), sin(beta)
     lever = row[LEVER]
@@ -275,16 +274,16 @@ def _bend_lever(row, y, box, phi, frame, t, shrink, bends):
 
 @jit
 def _bend_turn(weight, cf, t, middle, free, reach, eta, omega, arm, bends):
-    """What a body's rotation does: its points move on arcs, and the arms of moments with them."""
+    """Write the bounds due to a body's rotation: its points move on arcs, and the arms of moments with them."""
     arc = arm * (1.0 + 2.0 * omega)  # exp(omega) <= 1 + 2 omega for omega <= 1
     stiff = t * cf / reach
     bends[ALONG, TURN_TURN] = bends[ACROSS, TURN_TURN] = arc
     bends[SIDEWAYS, TURN_TURN] = stiff * arc
     bends[PULL, TURN_TURN] = bends[SHEAR, TURN_TURN] = eta * stiff * arc
-    strayed = arm * omega * (1.0 + omega)
-    bends[TURNED, TURN_TURN] = arc * (t + weight * free) + strayed * stiff * arc
+    offset = arm * omega * (1.0 + omega)
+    bends[TURNED, TURN_TURN] = arc * (t + weight * free) + offset * stiff * arc
     bends[TURNED, PHI_TURN], bends[TURNED, TAU_TURN] = arm * t, arm * middle
     bends[TURNED, FREE_TURN], bends[TURNED, ASIDE_TURN] = arm * weight, arm * stiff
-    bends[TURNED, PHI_PHI], bends[TURNED, PHI_TAU] = strayed * t, strayed * middle
-    bends[TURNED, PHI_ASIDE], bends[TURNED, TAU_ASIDE] = strayed * t / reach, strayed * middle / reach
-    bends[TURNED, ASIDE_ASIDE] = bends[TURNED, AWAY_ASIDE] = strayed * stiff / reach
+    bends[TURNED, PHI_PHI], bends[TURNED, PHI_TAU] = offset * t, offset * middle
+    bends[TURNED, PHI_ASIDE], bends[TURNED, TAU_ASIDE] = offset * t / reach, offset * middle / reach
+    bends[TURNED, ASIDE_ASIDE] = bends[TURNED, AWAY_ASIDE] = offset * stiff / reach

@@ -1,10 +1,10 @@
-"""Intervals of real numbers with outward rounding: what an enclosure encloses is a theorem.
+"""Interval arithmetic with outward rounding: enclosures are guaranteed.
 
-An interval is a tuple (lo, hi) of two floats. Each function of intervals encloses all values of its real namesake;
-each *_point function encloses the value at one double. What is undefined anywhere on its arguments gives ENTIRE. Only
-the correctly rounded + - * / and sqrt of IEEE 754 are trusted. No function of a libm is called: libm promises no error
-bound. Every constant is derived in docs/theory/intervals.md. Compile callers with `kernels.jit`, whose options allow
-neither reassociation nor fused operations.
+An interval is a tuple (lo, hi) of two floats. Each function of intervals encloses all values of the real function of
+that name; each *_point function encloses the value at one double. The result is ENTIRE where the function is undefined
+anywhere on its arguments. Only the correctly rounded + - * / and sqrt of IEEE 754 are trusted. No function of a libm is
+called, since libm promises no error bound. Every constant is derived in docs/theory/intervals.md. Compile callers with
+`kernels.jit`, whose options allow neither reassociation nor fused operations.
 """
 
 from math import ceil, factorial, floor, inf, sqrt
@@ -16,9 +16,9 @@ from cablewright.kernels import jit
 ENTIRE = (-inf, inf)
 U = 2.0**-53  # the unit roundoff
 PHI = U * (1.0 + 2.0**-52)
-ETA = 2.0**-1022  # the least normal number, so that a process that flushes subnormals to zero rounds outward as well
-GAMMA = 1e-13  # more than 900 roundings, of the sum of absolute values: no sum of a certificate has as many terms
-ROUNDING = 1.0 + 1e-12  # of sums and products of terms that are not negative
+ETA = 2.0**-1022  # the smallest normal number: rounding is outward even where subnormals are flushed to zero
+GAMMA = 1e-13  # of the sum of absolute values: over 900 roundings, more than any sum of a certificate has
+ROUNDING = 1.0 + 1e-12  # factor for the rounding of sums and products of nonnegative terms
 
 LN2_HIGH = float.fromhex("0x1.62e42fefa3800p-1")  # a multiple of 2^-42: k LN2_HIGH is exact for |k| < 2^11
 LN2_LOW = float.fromhex("0x1.ef35793c76730p-45")
@@ -30,7 +30,7 @@ HALF_PI_HIGH = float.fromhex("0x1.921fb54443000p+0")  # a multiple of 2^-40: k H
 HALF_PI_MID = float.fromhex("-0x1.73dcb3b39a000p-43")  # a multiple of 2^-82: k HALF_PI_MID is exact
 HALF_PI_LOW = float.fromhex("0x1.45c06e0e68948p-86")
 PER_HALF_PI = 0.6366197723675814
-TURNS = 1000.0  # the largest argument of sin and cos
+TURNS = 1000.0  # largest argument of sin and cos with a tight enclosure
 ROUND = 1.5 * 2.0**52  # (x + ROUND) - ROUND is an integer next to x
 
 # Coefficients in powers of the square (of the argument itself for exp), highest first, each correctly rounded.
@@ -39,7 +39,7 @@ EXP = tuple(1.0 / factorial(k + 2) for k in range(11, -1, -1))  # (exp(r) - 1 - 
 SINE = tuple((-1.0) ** (k + 1) / factorial(2 * k + 3) for k in range(7, -1, -1))  # (sin(r)/r - 1) / r^2
 COSINE = tuple((-1.0) ** k / factorial(2 * k + 4) for k in range(6, -1, -1))  # (cos(r) - 1 + r^2/2) / r^4
 
-# Half-widths in units of U: the error of the value, one for the subtraction that makes the end, and some slack.
+# Half widths: the error of the value, one U for the subtraction that makes the end, and some slack.
 TURN_BOUND = 2.9 * U
 TURN_LOSS = 2.0**-130  # of the reduction, per quarter turn
 EXP_BOUND = 3.6 * U
@@ -52,21 +52,21 @@ FAR_BOUND, FAR_TAIL_BOUND = 2.05 * U, 4.25 * U
 
 @jit
 def down(c):
-    """A bound below whatever rounds to *c*, however rounded: -inf for NaN and for an overflow."""
+    """Lower bound of all numbers that round to *c* in any rounding mode: -inf for NaN and for an overflow."""
     bound = c - (PHI * abs(c) + ETA)
     return bound if bound == bound else -inf
 
 
 @jit
 def up(c):
-    """A bound above whatever rounds to *c*: inf for NaN and for an overflow."""
+    """Upper bound of all numbers that round to *c*: inf for NaN and for an overflow."""
     bound = c + (PHI * abs(c) + ETA)
     return bound if bound == bound else inf
 
 
 @jit
 def _ball(value, radius):
-    """Ends of *value* -/+ *radius*, which has in it one U |value| for the rounding of the ends."""
+    """Ends of *value* -/+ *radius*, which includes one U |value| for the rounding of the ends."""
     lo = value - (radius + ETA)
     hi = value + (radius + ETA)
     return (lo if lo == lo else -inf, hi if hi == hi else inf)
@@ -144,9 +144,9 @@ def scale(a, factor):
 @jit
 def sqr(a):
     """a^2."""
-    least, most = mig(a), mag(a)
-    lo = down(least * least)
-    return (lo if lo > 0.0 else 0.0, up(most * most))
+    smallest, largest = mig(a), mag(a)
+    lo = down(smallest * smallest)
+    return (lo if lo > 0.0 else 0.0, up(largest * largest))
 
 
 @jit
@@ -163,51 +163,20 @@ def root(a):
 
 @jit
 def hull(a, b):
-    """The least interval that holds a and b."""
+    """The smallest interval that contains a and b."""
     return (a[0] if a[0] <= b[0] else b[0], a[1] if a[1] >= b[1] else b[1])
 
 
 @jit
 def intersect(a, b):
-    """What a and b share; lo > hi if nothing."""
+    """Intersection of a and b; lo > hi if it is empty."""
     return (a[0] if a[0] >= b[0] else b[0], a[1] if a[1] <= b[1] else b[1])
 
 
 @jit
-def inside(a, b):
-    """Whether a lies in the interior of b."""
-    return b[0] < a[0] and a[1] < b[1]
-
-
-@jit
 def contains_zero(a):
-    """Whether a holds zero, as far as is known."""
+    """Whether a may contain zero; true for NaN."""
     return not (a[0] > 0.0 or a[1] < 0.0)
-
-
-@jit
-def width(a):
-    """An upper bound of hi - lo."""
-    return up(a[1] - a[0])
-
-
-@jit
-def mid(a):
-    """A number of a near its middle; finite also for ENTIRE."""
-    middle = 0.5 * a[0] + 0.5 * a[1]
-    if not abs(middle) < inf:
-        middle = 0.0
-    if middle < a[0]:
-        return a[0]
-    return a[1] if middle > a[1] else middle
-
-
-@jit
-def radius(a):
-    """An upper bound of the distance of mid(a) from what a holds."""
-    middle = mid(a)
-    left, right = middle - a[0], a[1] - middle
-    return up(right if left < right else left)
 
 
 @jit
@@ -221,7 +190,7 @@ def mag(a):
 
 @jit
 def mig(a):
-    """The least absolute value in a."""
+    """The smallest absolute value in a."""
     if a[0] > 0.0:
         return a[0]
     return -a[1] if a[1] < 0.0 else 0.0
@@ -229,7 +198,7 @@ def mig(a):
 
 @jit
 def inflate(a, r):
-    """A with *r* more on either side."""
+    """A widened by *r* on either side."""
     return (down(a[0] - abs(r)), up(a[1] + abs(r)))
 
 
@@ -245,7 +214,7 @@ def _turned(x, quarters):
     rest = x - k * HALF_PI_HIGH  # exact
     step = k * HALF_PI_MID  # exact
     r = rest - step
-    back = r + step  # the two-sum of Knuth: what r lost
+    back = r + step  # Knuth's two-sum: the rounding error of r
     lost = (rest - back) - (step - (back - r))
     low = lost - k * HALF_PI_LOW
     turn = (int(k) + quarters) & 3
@@ -274,13 +243,13 @@ def _cosine(r, low):
     for c in COSINE:
         tail = tail * square + c
     half = 0.5 * square
-    most = 1.0 - half
-    return most + (((1.0 - most) - half) + (square * square * tail - r * low))
+    head = 1.0 - half
+    return head + (((1.0 - head) - half) + (square * square * tail - r * low))
 
 
 @jit
 def _wave(a, quarters):
-    """sin(a + quarters pi/2): its ends, and each extremum that may lie between them."""
+    """sin(a + quarters pi/2), from its ends and the extrema that may lie between them."""
     ends = _turned(a[0], quarters)
     if a[0] == a[1]:
         return ends
@@ -353,36 +322,6 @@ def _twice_atanh(z):
 
 
 @jit
-def _log_of_sum(s, rest):
-    """Enclosure of log(s + rest) for a positive s outside [0.7072, 1.4142] and |rest| <= U s."""
-    shift = 0
-    scaled = s
-    if s < 2.0**-1022:
-        scaled = s * 2.0**54
-        shift = 54
-    bits = int(np.float64(scaled).view(np.int64))
-    k = (bits >> 52) - 1023 - shift
-    m = float(np.int64((bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000).view(np.float64))
-    if m > SQRT2:
-        m *= 0.5
-        k += 1
-    tail = _twice_atanh((m - 1.0) / (m + 1.0)) + (k * LN2_LOW + rest / s)
-    value = k * LN2_HIGH + tail
-    return _ball(value, FAR_TAIL_BOUND * abs(tail) + FAR_BOUND * abs(value))
-
-
-@jit
-def log_point(x):
-    """Enclosure of log(x)."""
-    if not 0.0 < x < inf:
-        return ENTIRE
-    if 1.0 + NEAR_LEFT <= x <= 1.0 + NEAR_RIGHT:
-        value = _twice_atanh((x - 1.0) / (x + 1.0))
-        return _ball(value, NEAR_BOUND * abs(value))
-    return _log_of_sum(x, 0.0)
-
-
-@jit
 def log1p_point(x):
     """Enclosure of log(1 + x)."""
     if not -1.0 < x < inf:
@@ -390,26 +329,17 @@ def log1p_point(x):
     if NEAR_LEFT <= x <= NEAR_RIGHT:
         value = _twice_atanh(x / (2.0 + x))
         return _ball(value, NEAR_BOUND * abs(value))
-    s = 1.0 + x
-    return _log_of_sum(s, x - (s - 1.0) if x < 1.0 else 1.0 - (s - x))
-
-
-@jit
-def log(a):
-    """log(a)."""
-    if not 0.0 < a[0] <= a[1]:
-        return ENTIRE
-    lo, hi = log_point(a[0])
-    return (lo, hi) if a[0] == a[1] else (lo, log_point(a[1])[1])
-
-
-@jit
-def log1p(a):
-    """log(1 + a)."""
-    if not -1.0 < a[0] <= a[1]:
-        return ENTIRE
-    lo, hi = log1p_point(a[0])
-    return (lo, hi) if a[0] == a[1] else (lo, log1p_point(a[1])[1])
+    s = 1.0 + x  # a normal number, since 1 + x >= 2^-53
+    rest = x - (s - 1.0) if x < 1.0 else 1.0 - (s - x)
+    bits = int(np.float64(s).view(np.int64))
+    k = (bits >> 52) - 1023
+    m = float(np.int64((bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000).view(np.float64))
+    if m > SQRT2:
+        m *= 0.5
+        k += 1
+    tail = _twice_atanh((m - 1.0) / (m + 1.0)) + (k * LN2_LOW + rest / s)
+    value = k * LN2_HIGH + tail
+    return _ball(value, FAR_TAIL_BOUND * abs(tail) + FAR_BOUND * abs(value))
 
 
 @jit

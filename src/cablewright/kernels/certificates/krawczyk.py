@@ -1,4 +1,4 @@
-"""A certificate of one equilibrium: Krawczyk's test around a numerical solution, in intervals.
+"""A certificate of one equilibrium: Krawczyk's test around a numerical solution in interval arithmetic.
 
 With F the equations, Y any matrix, and a box x +- r on which every Jacobian of F is within [J], let
 
@@ -6,7 +6,7 @@ With F the equations, Y any matrix, and a box x +- r on which every Jacobian of 
 
 If k < r in every component, F has exactly one zero in the box, and it is within k of x (Krawczyk 1969; Rump 2010,
 section 13). F(x) and [J] are enclosed with outward rounding, Y is an approximate inverse by blocks: one for each line,
-and the platform. Rounding in the floating point sums with Y is bounded by GAMMA times the sums of absolute values.
+and the platform. The rounding of floating-point sums with Y is bounded by GAMMA times the sums of absolute values.
 """
 
 from cablewright.kernels import jit
@@ -16,11 +16,11 @@ from cablewright.kernels.layout import BETA, UNKNOWNS
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.equilibrium import is_slack
 
-UNDERFLOW = 1e-290  # more than sums of products with Y lose below the smallest float
-LARGEST = 1e12  # entry of Y up to which that is so
+UNDERFLOW = 1e-290  # bound of the underflow in sums of products with Y
+LARGEST = 1e12  # largest entry of Y for which UNDERFLOW is valid
 WIDEN = 2.5  # radii over the size of a Newton step
-WIDTH = 1e-10  # of an unknown: the box that is tried first, far wider than a solution's error
-GRAIN = 4e-16  # of an unknown: the least box
+WIDTH = 1e-10  # of an unknown: half width of the first box, far larger than a solution's error
+GRAIN = 4e-16  # of an unknown: min half width
 NARROWER = 1e-3
 TRIES = 5
 
@@ -29,10 +29,10 @@ CERTIFIED, NOT_CONTRACTING, UNBOUNDED, NO_INVERSE, SLACK, IMPRECISE = 0, 1, 2, 3
 
 @jit
 def certify(packed, lengths, pose, states, tolerance, work):
-    """Whether exactly one equilibrium lies in a box around *pose* and *states*, and within *tolerance* of the pose.
+    """Prove that exactly one equilibrium lies in a box around *pose* and *states*, within *tolerance* of the pose.
 
-    work.radius is then the box, work.bound how far the equilibrium is from the solution: for each line its unknowns,
-    then the pose (m, and a rotation from the solution's, rad). Returns a code.
+    Returns a code. If CERTIFIED, work.radius is the box and work.bound bounds the distance of the equilibrium from the
+    solution: for each line its unknowns, then the pose (m, and a rotation relative to the solution's, rad).
     """
     for i in range(packed.lines.shape[0]):
         if is_slack(packed.lines[i], states[i]):
@@ -42,7 +42,7 @@ def certify(packed, lengths, pose, states, tolerance, work):
     code = UNBOUNDED
     for tried in range(TRIES):
         jacobian_of_all(packed, pose, states, work)
-        if not split(packed, work):
+        if not split(work):
             code = UNBOUNDED
             for k in range(work.radius.shape[0]):
                 work.radius[k] *= NARROWER
@@ -51,7 +51,7 @@ def certify(packed, lengths, pose, states, tolerance, work):
             return NO_INVERSE
         if not newton_bound(work):
             return UNBOUNDED
-        image(packed, work)
+        image(work)
         if _contracts(work):
             return CERTIFIED if _is_within(packed, tolerance, work) else IMPRECISE
         code = NOT_CONTRACTING
@@ -65,7 +65,7 @@ def certify(packed, lengths, pose, states, tolerance, work):
 
 @jit
 def _widen(packed, pose, states, work, width, stepped):
-    """Set the box: *width* of each unknown, and where *stepped* WIDEN Newton steps at least."""
+    """Set the box to *width* of each unknown, and if *stepped* to at least WIDEN Newton steps."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     for i in range(m):
@@ -80,6 +80,7 @@ def _widen(packed, pose, states, work, width, stepped):
 
 @jit
 def _contracts(work):
+    """Whether the bound is smaller than the box in every unknown."""
     for k in range(work.bound.shape[0]):
         if not work.bound[k] < work.radius[k]:
             return False
@@ -88,7 +89,7 @@ def _contracts(work):
 
 @jit
 def _is_within(packed, tolerance, work):
-    """Whether the pose is as near to the equilibrium as is wanted."""
+    """Whether the bound of the pose is at most *tolerance*."""
     for k in range(work.offsets[packed.lines.shape[0]], work.bound.shape[0]):
         if not work.bound[k] <= tolerance:
             return False
@@ -97,7 +98,7 @@ def _is_within(packed, tolerance, work):
 
 @jit
 def levers(packed, work):
-    """Of the certified box: 1 if every lever surely returns when pushed, -1 if some surely does not, else 0."""
+    """1 if every lever is proved stable over the certified box, -1 if one is proved unstable, else 0."""
     sure = 1
     for i in range(packed.lines.shape[0]):
         if packed.lines[i, UNKNOWNS] == 6.0:
@@ -110,41 +111,23 @@ def levers(packed, work):
 
 
 @jit
-def split(packed, work):
-    """Middles and half widths of the Jacobian's blocks; False where an entry is not bounded."""
-    m, n = packed.lines.shape[0], packed.freedoms
-    first = work.offsets[m]
+def split(work):
+    """Write middles and half widths of the Jacobian's blocks; False where an entry is not bounded."""
     bounded = True
-    for i in range(m):
-        start, end = work.offsets[i], work.offsets[i + 1]
-        for row in range(start, end):
-            for column in range(start, end):
-                bounded = _halve(work, row, column) and bounded
-        for row in range(start, start + 2):
-            for column in range(first, first + n):
-                bounded = _halve(work, row, column) and bounded
-        for row in range(first, first + n):
-            for column in range(start, start + 3):
-                bounded = _halve(work, row, column) and bounded
-    for row in range(first, first + n):
-        for column in range(first, first + n):
-            bounded = _halve(work, row, column) and bounded
+    for block in work.blocks:
+        for row in range(block[0], block[1]):
+            for column in range(block[2], block[3]):
+                low, high = work.low[row, column], work.high[row, column]
+                middle = 0.5 * (low + high)
+                spread = max(high - middle, middle - low) * ROUNDING
+                work.middle[row, column], work.spread[row, column] = middle, spread
+                bounded = bounded and spread < 1e300  # False for NaN too
     return bounded
 
 
 @jit
-def _halve(work, row, column):
-    low, high = work.low[row, column], work.high[row, column]
-    middle = 0.5 * (low + high)
-    work.middle[row, column] = middle
-    spread = max(high - middle, middle - low) * ROUNDING
-    work.spread[row, column] = spread
-    return spread < 1e300  # False for NaN too
-
-
-@jit
 def invert(packed, work):
-    """Y, from inverses of the lines' blocks and of the platform's Schur complement."""
+    """Write Y from inverses of the lines' blocks and the platform's Schur complement. False if one is singular."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     inverse, middle, columns = work.inverse, work.middle, work.columns
@@ -167,13 +150,13 @@ def invert(packed, work):
             for b in range(k):
                 inverse[start + a, start + b] = columns[a, b]
             for b in range(n):
-                inverse[start + a, first + b] = columns[a, k + b]  # X, for now
+                inverse[start + a, first + b] = columns[a, k + b]  # X of `_assemble`
         for a in range(n):
             for b in range(k):
                 total = 0.0
                 for c in range(3):
                     total += middle[first + a, start + c] * columns[c, b]
-                inverse[first + a, start + b] = total  # Z, for now
+                inverse[first + a, start + b] = total  # Z of `_assemble`
             for b in range(n):
                 for c in range(3):
                     work.schur[a, b] -= middle[first + a, start + c] * columns[c, k + b]
@@ -185,7 +168,7 @@ def invert(packed, work):
 
 @jit
 def _assemble(first, n, m, work):
-    """Y from J^-1, X, Z and the inverse of the Schur complement."""
+    """Write Y from J^-1, X, Z and the inverse of the Schur complement."""
     inverse, offsets, sums = work.inverse, work.offsets, work.sums
     for row in range(first):
         for b in range(n):
@@ -216,7 +199,7 @@ def _assemble(first, n, m, work):
 
 @jit
 def newton_bound(work):
-    """|Y F|, outward; False where it is not bounded."""
+    """Write |Y F|, rounded outward; False where it is not bounded."""
     size = work.step.shape[0]
     for row in range(size):
         total, bulk = 0.0, 0.0
@@ -236,26 +219,18 @@ def newton_bound(work):
 
 
 @jit
-def image(packed, work):
-    """The bound |Y F| + |I - Y [J]| r, outward."""
-    m, n = packed.lines.shape[0], packed.freedoms
-    first = work.offsets[m]
-    size = first + n
-    radius, inverse = work.radius, work.inverse
+def image(work):
+    """Write the bound |Y F| + |I - Y [J]| r, rounded outward."""
+    radius, inverse, size = work.radius, work.inverse, work.radius.shape[0]
+    work.sums[:] = 0.0
+    for block in work.blocks:
+        for row in range(block[0], block[1]):
+            total = 0.0
+            for column in range(block[2], block[3]):
+                total += (work.spread[row, column] + GAMMA * abs(work.middle[row, column])) * radius[column]
+            work.sums[row] += total
     for row in range(size):
-        work.sums[row] = 0.0
-    for i in range(m):
-        start, end = work.offsets[i], work.offsets[i + 1]
-        for row in range(start, end):
-            _add_spread(work, row, start, end)
-        for row in range(start, start + 2):
-            _add_spread(work, row, first, size)
-        for row in range(first, size):
-            _add_spread(work, row, start, start + 3)
-    for row in range(first, size):
-        _add_spread(work, row, first, size)
-    for row in range(size):
-        _left_over(work, row, first, m)
+        _left_over(work, row)
         total = work.step[row] + GAMMA * radius[row]
         for k in range(size):
             total += abs(inverse[row, k]) * work.sums[k] + abs(work.entries[k]) * radius[k]
@@ -263,37 +238,13 @@ def image(packed, work):
 
 
 @jit
-def _left_over(work, row, first, m):
-    """A row of I - Y J, of the Jacobian's middles, to work.entries."""
+def _left_over(work, row):
+    """Write a row of I - Y J, with the middles of the Jacobian, to work.entries."""
     middle, inverse, entries = work.middle, work.inverse, work.entries
-    size = entries.shape[0]
-    for k in range(size):
-        entries[k] = 0.0
+    entries[:] = 0.0
     entries[row] = 1.0
-    for i in range(m):
-        start, end = work.offsets[i], work.offsets[i + 1]
-        for k in range(start, end):
+    for block in work.blocks:
+        for k in range(block[0], block[1]):
             y = inverse[row, k]
-            for column in range(start, end):
+            for column in range(block[2], block[3]):
                 entries[column] -= y * middle[k, column]
-        for k in range(start, start + 2):
-            y = inverse[row, k]
-            for column in range(first, size):
-                entries[column] -= y * middle[k, column]
-        for k in range(first, size):
-            y = inverse[row, k]
-            for column in range(start, start + 3):
-                entries[column] -= y * middle[k, column]
-    for k in range(first, size):
-        y = inverse[row, k]
-        for column in range(first, size):
-            entries[column] -= y * middle[k, column]
-
-
-@jit
-def _add_spread(work, row, first, last):
-    """Add to a row's sum what the Jacobian's half widths, and rounding with its middles, make of the radii."""
-    total = 0.0
-    for column in range(first, last):
-        total += (work.spread[row, column] + GAMMA * abs(work.middle[row, column])) * work.radius[column]
-    work.sums[row] += total

@@ -1,7 +1,7 @@
-"""A box of lengths that is cut by slabs: bounds of linear forms over it, and points in it.
+"""Polytopes of lengths, a box intersected with slabs: bounds of linear forms, and points in it.
 
-The set is low <= x <= high, slab_low <= S (x - origin) <= slab_high. A linear form's bound is that of weak duality: any
-weights of the slabs give a true one, so how they are found matters for its tightness alone.
+The set is low <= x <= high, slab_low <= S (x - origin) <= slab_high. The bound of a linear form is that of weak
+duality: any weights of the slabs give a valid one, so that their choice affects its tightness only.
 """
 
 import numpy as np
@@ -16,11 +16,10 @@ HALVINGS = 20
 
 
 @jit
-def most(row, sign, left, right, slabs, below, above, weights):
-    """Upper bound of sign row . x for left <= x <= right, below <= slabs x <= above; *weights* are chosen for it."""
+def upper_bound(row, sign, left, right, slabs, below, above, weights):
+    """Upper bound of sign row . x for left <= x <= right, below <= slabs x <= above; writes its dual *weights*."""
     m, count = left.shape[0], below.shape[0]
-    for k in range(count):
-        weights[k] = 0.0
+    weights[:] = 0.0
     for _ in range(SWEEPS if count > 1 else count):
         for k in range(count):
             _weigh(row, sign, left, right, slabs, below, above, weights, k)
@@ -40,10 +39,10 @@ def most(row, sign, left, right, slabs, below, above, weights):
 
 @jit
 def _weigh(row, sign, left, right, slabs, below, above, weights, k):
-    """The best weight of slab *k* with the others' as they are: the bound is convex, its corners where a term is 0."""
+    """Set the best weight of slab *k* with the others fixed: the bound is convex, its corners are where a term is 0."""
     m = left.shape[0]
     weights[k] = 0.0
-    best, least = 0.0, np.inf
+    best, smallest = 0.0, np.inf
     for j in range(m + 1):
         trial = 0.0
         if j < m:
@@ -54,14 +53,14 @@ def _weigh(row, sign, left, right, slabs, below, above, weights, k):
         for i in range(m):
             rest = _rest(row, sign, slabs, weights, i) - trial * slabs[k, i]
             total += max(rest * left[i], rest * right[i])
-        if total < least:
-            best, least = trial, total
+        if total < smallest:
+            best, smallest = trial, total
     weights[k] = best
 
 
 @jit
 def _rest(row, sign, slabs, weights, i):
-    """What the weights leave of an entry."""
+    """Entry *i* of sign row less the weighted slabs."""
     rest = sign * row[i]
     for k in range(weights.shape[0]):
         rest -= weights[k] * slabs[k, i]
@@ -81,7 +80,7 @@ def offset(slabs, k, origin, x):
 
 @jit
 def holds(low, high, slab_low, slab_high, slabs, origin, x, pads):
-    """Whether *x* is in the set, with half of *pads* more on each side of a slab."""
+    """Whether *x* is in the set with its slabs widened by half of *pads* on each side."""
     for i in range(x.shape[0]):
         if not low[i] <= x[i] <= high[i]:
             return False
@@ -94,7 +93,7 @@ def holds(low, high, slab_low, slab_high, slabs, origin, x, pads):
 
 @jit
 def centre_of(low, high, slab_low, slab_high, slabs, origin, x, pads, inner):
-    """Move *x* near the middle of the set, of which *inner* is a point. Whether it is in it."""
+    """Write a point near the middle of the set to *x*; *inner* is a point of the set. Returns whether *x* is in it."""
     for i in range(x.shape[0]):
         x[i] = 0.5 * (low[i] + high[i])
     for _ in range(ROUNDS):
@@ -116,18 +115,18 @@ def centre_of(low, high, slab_low, slab_high, slabs, origin, x, pads, inner):
 
 @jit
 def _middle(slabs, k, origin, low, high, first, last):
-    """The middle of what a slab leaves of the box's range."""
-    least, greatest = 0.0, 0.0
+    """Middle of the slab's interval intersected with the range of its form over the box."""
+    lower, upper = 0.0, 0.0
     for i in range(low.shape[0]):
         a, b = slabs[k, i] * (low[i] - origin[i]), slabs[k, i] * (high[i] - origin[i])
-        least += min(a, b)
-        greatest += max(a, b)
-    return 0.5 * (max(first, least) + min(last, greatest))
+        lower += min(a, b)
+        upper += max(a, b)
+    return 0.5 * (max(first, lower) + min(last, upper))
 
 
 @jit
 def _shift(slabs, k, low, high, lack, x):
-    """Move what is not at its end yet, so that slabs[k] . x grows by *lack*, as far as the box lets it."""
+    """Move entries of *x* that are not at a limit so that slabs[k] . x grows by *lack*, as far as the box allows."""
     free = 0.0
     for i in range(x.shape[0]):
         if _may_move(slabs[k, i] * lack, low[i], high[i], x[i]):

@@ -1,8 +1,8 @@
-"""The shapes that one line can have over a cell: directions and tensions at its sheave, in intervals.
+"""The shapes that one line can have over a cell, which is an interval of directions and of tensions at its sheave.
 
-Given direction phi and tension of the free span where it leaves the sheave, dead span and lever have a few solutions:
-the inner unknowns dead length, psi and beta. Boxes of them (low and high, six numbers) are excluded, narrowed by
-Krawczyk's operator, or proved to hold exactly one solution for each point of the cell.
+Given direction phi and tension of the free span at the sheave, dead span and lever have a few solutions in the inner
+unknowns: dead length, psi and beta. Boxes of these (low and high, six numbers) are excluded, narrowed by Krawczyk's
+operator, or proved to contain exactly one solution for each point of the cell.
 """
 
 from typing import NamedTuple
@@ -29,9 +29,9 @@ from cablewright.kernels.certificates.interval import (
 )
 from cablewright.kernels.certificates.line_enclosure import (
     ONE,
-    PI,
     ZERO,
     arc_length,
+    contact,
     dead_direction,
     enclose_jacobian,
     enclose_residual,
@@ -58,11 +58,11 @@ from cablewright.kernels.layout import (
     WINCH_X,
     WINCH_Z,
 )
-from cablewright.kernels.newton import solve
+from cablewright.kernels.newton import copy, solve
 
-TURN = 6.2832  # over 2 pi
-NARROWER = 0.7  # of its width: a box that shrinks by less is not looked at again
-INNER = 3  # inner unknowns at most
+TURN = 6.2832  # just above 2 pi
+NARROWER = 0.7  # ratio of widths above which a shrunk box is not examined again
+INNER = 3  # max number of inner unknowns
 TIGHTEN = 4
 
 DROPPED, SHRUNK, PROVED, UNSURE = 0, 1, 2, 3
@@ -80,13 +80,13 @@ class ShapeWork(NamedTuple):
     block: NDArray[np.float64]  # (INNER, INNER)
     image: NDArray[np.float64]  # (INNER, 2): middles and half widths
     slopes: NDArray[np.float64]  # (INNER, 5): derivatives by phi, by log tension: middles, half widths; row sums
-    alone: NDArray[np.float64]  # (6,) the box that holds one solution
-    where: NDArray[np.float64]  # (6,) where in it
+    alone: NDArray[np.float64]  # (6,) a box that contains exactly one solution
+    where: NDArray[np.float64]  # (6,) enclosure of that solution
 
 
 @jit(allocates=True)
 def shape_work():
-    """Scratch for `examine` and `tighten`. The Jacobian is cut from more, as in `certify`: one compiled signature."""
+    """Scratch for `examine` and `tighten`. The Jacobian is a slice, as in `certify`, to have one compiled signature."""
     jacobian = np.zeros((2, STATE, STATE + 1))
     return ShapeWork(
         np.zeros(STATE),
@@ -105,10 +105,10 @@ def shape_work():
 
 @jit
 def examine(row, length, cell, box, work):
-    """Look at one box of the inner unknowns over a *cell* (phi low, high, log tension low, high).
+    """Examine one box of the inner unknowns over a *cell* (phi low, high, log tension low, high).
 
-    DROPPED: nothing in it. PROVED: for each point of the cell exactly one solution in work.alone, and it is in
-    work.where. SHRUNK: *box* is smaller now. UNSURE.
+    Returns DROPPED: no solution in it; PROVED: for each point of the cell exactly one solution in work.alone, which is
+    in work.where; SHRUNK: *box* was reduced; UNSURE: none of these.
     """
     size = int(row[UNKNOWNS]) - 3
     if not _prepare(row, length, cell, box, work):
@@ -129,7 +129,7 @@ def examine(row, length, cell, box, work):
         return PROVED
     if _shrink(box, size, work):
         return SHRUNK
-    for attempt in range(2):  # a solution on the box's edge: look around it
+    for attempt in range(2):  # the solution may be on the box's edge: try a box around the image
         copy(box, work.alone)
         for a in range(size):
             more = (1.3 + attempt) * work.image[a, 1]
@@ -144,7 +144,7 @@ def examine(row, length, cell, box, work):
 
 @jit
 def tighten(row, length, cell, box, work):
-    """Narrow *box*, where the solution is for each point of the cell; work.slopes are then its derivatives."""
+    """Narrow *box*, which contains a solution for each point of the cell; writes its derivatives to work.slopes."""
     size = int(row[UNKNOWNS]) - 3
     if size == 0:
         return
@@ -157,21 +157,15 @@ def tighten(row, length, cell, box, work):
 
 @jit
 def free_length(row, length, phi, t, box):
-    """Unstrained length that is left for the free span."""
+    """Unstrained length of the free span: the line's *length* less dead span and contact."""
     taken, _ = taken_up(row, t)
     rest = (box[0], box[1]) if row[UNKNOWNS] > 3.0 else point(row[DEAD_LENGTH])
     return sub(sub(point(length), rest), arc_length(row, dead_angle(row, box), phi, taken))
 
 
 @jit
-def contact(row, phi, psi):
-    """Angle of contact with the sheave."""
-    return add(mul(point(row[SIDE]), sub(psi, phi)), PI)
-
-
-@jit
 def rise(row, t, box):
-    """Vertical tension where the dead span ends at the winch: over zero it hangs in a loop, which is left out."""
+    """Vertical tension of the dead span at the winch: where positive it has a loop, which is not a valid shape."""
     _, sine = dead_direction(row, dead_angle(row, box))
     return add(mul(t, sine), mul(point(row[WEIGHT]), (box[0], box[1])))
 
@@ -184,16 +178,9 @@ def dead_angle(row, box):
 
 @jit
 def lever_moment(row, phi, t, psi, beta):
-    """Moment about the joint over lever and tension."""
+    """Moment about the joint, divided by lever and tension."""
     pull = div(point(row[LEVER_MOMENT]), mul(point(row[LEVER]), t))
     return sub(add(sin(sub(phi, beta)), sin(sub(psi, beta))), mul(pull, cos(beta)))
-
-
-@jit
-def copy(source, target):
-    """Write the box *source* to *target*."""
-    for k in range(target.shape[0]):
-        target[k] = source[k]
 
 
 @jit
@@ -204,7 +191,7 @@ def _centre(lo, hi, work, k):
 
 @jit
 def _prepare(row, length, cell, box, work):
-    """Middles and half widths of a cell and a box; False if no length is left or the contact is impossible."""
+    """Write middles and half widths of a cell and a box; False if the free span or the contact is impossible."""
     phi, psi = (cell[0], cell[1]), dead_angle(row, box)
     if row[RADIUS] > 0.0:
         wound = contact(row, phi, psi)
@@ -224,7 +211,7 @@ def _prepare(row, length, cell, box, work):
 
 @jit
 def _misses(row, phi, t, box):
-    """Whether the equations of dead span and lever have surely no solution in the box, or its dead span is a loop."""
+    """Whether the equations of dead span and lever have no solution in the box, or all of it has a dead span's loop."""
     turn, lever = point(row[SIDE] * row[RADIUS]), point(row[LEVER])
     psi, dead, beta = dead_angle(row, box), (box[0], box[1]), (box[4], box[5])
     cp, sp = dead_direction(row, psi)
@@ -249,7 +236,7 @@ def _misses(row, phi, t, box):
 
 @jit
 def _krawczyk(row, work):
-    """Krawczyk's image of the inner unknowns' box, and their derivatives over it. False if there is none."""
+    """Write Krawczyk's image of the inner unknowns' box, and their derivatives over it. False if it does not exist."""
     size = int(row[UNKNOWNS]) - 3
     enclose_residual(row, work.y, ZERO, ZERO, ZERO, work.residual)
     enclose_jacobian(row, work.y, work.radius, work.low, work.high)
@@ -303,20 +290,20 @@ def _times_jacobian(a, column, size, work):
 
 @jit
 def _widen_slopes(size, worst, work):
-    """Half widths of D, from J D = -J_p: D = -Y J_p + (I - Y J) D."""
+    """Widen the derivatives D for the error of Y: J D = -J_p, so D = -Y J_p + (I - Y J) D."""
     slopes = work.slopes
     for b in range(2):
-        most, largest = 0.0, 0.0
+        spread, largest = 0.0, 0.0
         for a in range(size):
-            most, largest = max(most, slopes[a, 2 + b]), max(largest, abs(slopes[a, b]))
-        bound = (most + worst * largest) / (1.0 - worst) * ROUNDING if worst < 1.0 else np.inf
+            spread, largest = max(spread, slopes[a, 2 + b]), max(largest, abs(slopes[a, b]))
+        bound = (spread + worst * largest) / (1.0 - worst) * ROUNDING if worst < 1.0 else np.inf
         for a in range(size):
             slopes[a, 2 + b] = (slopes[a, 2 + b] + slopes[a, 4] * (largest + bound)) * ROUNDING
 
 
 @jit
 def _is_inside(box, size, work):
-    """Whether the image is inside the box; where the solution is, to work.where."""
+    """Whether the image is inside the box; writes the enclosure of the solution to work.where."""
     copy(box, work.where)
     for a in range(size):
         lo, hi = down(work.image[a, 0] - work.image[a, 1]), up(work.image[a, 0] + work.image[a, 1])
@@ -328,7 +315,7 @@ def _is_inside(box, size, work):
 
 @jit
 def _shrink(box, size, work):
-    """Cut the box to the image; whether that makes it much smaller."""
+    """Intersect the box with the image. Returns whether that makes it much smaller."""
     shrunk = False
     for a in range(size):
         wide = box[2 * a + 1] - box[2 * a]

@@ -1,7 +1,8 @@
-"""What one line does in a cell of directions and tensions: where it ends, how it pulls, and whether it only stiffens.
+"""Enclosures of one line over a cell of directions and tensions: its end, its force, and whether it only stiffens.
 
-Everything is enclosed in the frame of phi, along and across, so that a wide cell costs little. Derivatives are those
-of the free span's end, by phi and log tension or by the end's force; see `docs/theory/exhaustive.md`.
+All quantities are enclosed in the frame along and across phi, in which wide cells cause little overestimation.
+Derivatives are those of the free span's end by phi and log tension, or by its force; see `docs/theory/exhaustive.md`. A
+line only stiffens where the derivative of its end by the force is positive definite.
 """
 
 from cablewright.kernels import jit
@@ -24,35 +25,27 @@ from cablewright.kernels.certificates.interval import (
     sqr,
     sub,
 )
-from cablewright.kernels.certificates.line_branches import contact, dead_angle, free_length, rise
-from cablewright.kernels.certificates.line_enclosure import ONE, PI, ZERO, arc_length, taken_up
+from cablewright.kernels.certificates.line_branches import dead_angle, free_length, rise
+from cablewright.kernels.certificates.line_enclosure import ONE, PI, ZERO, arc_length, contact, taken_up
 from cablewright.kernels.certificates.span_enclosure import hanging_span
-from cablewright.kernels.layout import (
-    FREE_COMPLIANCE,
-    LEVER,
-    LEVER_MOMENT,
-    RADIUS,
-    SIDE,
-    UNKNOWNS,
-    WEIGHT,
-)
+from cablewright.kernels.layout import FREE_COMPLIANCE, LEVER, LEVER_MOMENT, RADIUS, SIDE, UNKNOWNS, WEIGHT
 
-# Columns of a leaf; all but LABEL and GOOD are the low end of an interval, whose high end follows.
+# Columns of a leaf; all but LABEL and GOOD are the lower end of an interval, whose upper end follows.
 CELL_PHI, CELL_TAU = 0, 2
 X, Z, REACH = 4, 6, 8  # end of the line from the exit point: horizontally, height, distance
-H, V, FREE_SPAN = 10, 12, 14  # force where the free span starts; its unstrained length
-LABEL, GOOD = 16, 17
+H, V, FREE_SPAN = 10, 12, 14  # force at the start of the free span; its unstrained length
+LABEL, GOOD = 16, 17  # GOOD: 1 where the line is proved to stiffen only
 CENTRE, BY_PHI, BY_TAU, BEND = 18, 20, 22, 24  # REACH in the cell's middle, its derivatives; sine of the end's angle
 LEAF = 26
 
-HANGING, STANDING, UNCLEAR, OTHER_SHEET = 0, 1, 2, 4  # labels; the last is added where phi is beyond half a turn
+HANGING, STANDING, UNCLEAR, OTHER_SHEET = 0, 1, 2, 4  # labels; the last is added where phi exceeds half a turn
 
 
 @jit
 def describe(row, length, cell, box, slopes, leaf):
-    """Write to *leaf* what the line does in *cell*, its inner unknowns in *box* and their derivatives *slopes*.
+    """Write enclosures of the line in *cell* to *leaf*, for inner unknowns in *box* with the derivatives *slopes*.
 
-    `shapes.tighten` says what slopes are; row sums (column 4) of 1 or more mean that they are not known.
+    For *slopes* see `line_branches.tighten`; row sums (column 4) of 1 or more mean that they are not known.
     """
     phi, tau = (cell[0], cell[1]), (cell[2], cell[3])
     t, beta = exp(tau), (box[4], box[5])
@@ -69,22 +62,22 @@ def describe(row, length, cell, box, slopes, leaf):
     ca, sa = cos(away), sin(away)
     n = add(mul(lever, ca), mul(free, add(add(along, stretch), mul(carried, sf))))
     p = add(add(mul(lever, sa), turn), mul(free, add(across, mul(carried, cf))))
-    # no farther than a straight line of the largest tension
-    most = add(add(lever, point(row[RADIUS])), mul(free, add(ONE, mul(stretch, add(ONE, q)))))[1]
-    ball = (-most, most)
+    # not farther than a straight line at the largest tension
+    longest = add(add(lever, point(row[RADIUS])), mul(free, add(ONE, mul(stretch, add(ONE, q)))))[1]
+    ball = (-longest, longest)
     x = intersect(sub(mul(n, cf), mul(p, sf)), ball)
     reach = intersect(root(add(sqr(n), sqr(p))), ball)
     for k in range(4):
         leaf[k] = cell[k]
-    _put(leaf, X, x)
-    _put(leaf, Z, intersect(add(mul(n, sf), mul(p, cf)), ball))
-    _put(leaf, REACH, reach)
-    _put(leaf, CENTRE, reach)
+    leaf[X], leaf[X + 1] = x
+    leaf[Z], leaf[Z + 1] = intersect(add(mul(n, sf), mul(p, cf)), ball)
+    leaf[REACH], leaf[REACH + 1] = reach
+    leaf[CENTRE], leaf[CENTRE + 1] = reach
     force(t, cf, sf, leaf)
-    _put(leaf, FREE_SPAN, free)
-    _put(leaf, BEND, intersect(div(p, reach), (-1.0, 1.0)) if n[0] > 0.0 else (-1.0, 1.0))
-    _put(leaf, BY_PHI, ENTIRE)
-    _put(leaf, BY_TAU, ENTIRE)
+    leaf[FREE_SPAN], leaf[FREE_SPAN + 1] = free
+    leaf[BEND], leaf[BEND + 1] = intersect(div(p, reach), (-1.0, 1.0)) if n[0] > 0.0 else (-1.0, 1.0)
+    leaf[BY_PHI], leaf[BY_PHI + 1] = ENTIRE
+    leaf[BY_TAU], leaf[BY_TAU + 1] = ENTIRE
     leaf[LABEL] = _label(row, phi, t, dead_angle(row, box), beta)
     leaf[GOOD] = 0.0
     if not slopes[0, 4] < 1.0:
@@ -100,7 +93,7 @@ def describe(row, length, cell, box, slopes, leaf):
 
 @jit
 def _is_usual(row, t, phi, box):
-    """Whether in all of the cell the dead span is no loop and the contact within a turn: no neighbour drops it."""
+    """Whether in the whole cell the dead span has no loop and the contact is within a turn: neighbours keep it too."""
     if row[UNKNOWNS] > 3.0 and not rise(row, t, box)[1] < 0.0:
         return False
     if row[RADIUS] == 0.0:
@@ -111,26 +104,21 @@ def _is_usual(row, t, phi, box):
 
 @jit
 def force(t, cf, sf, leaf):
-    """Write the force where the free span starts."""
-    _put(leaf, H, mul(t, cf))
-    _put(leaf, V, mul(t, sf))
+    """Write the force at the start of the free span to *leaf*."""
+    leaf[H], leaf[H + 1] = mul(t, cf)
+    leaf[V], leaf[V + 1] = mul(t, sf)
 
 
 @jit
 def sheet(row, cell):
-    """What is added to labels of a cell whose directions are beyond half a turn."""
+    """The number added to labels of a cell whose directions exceed half a turn."""
     is_other = cell[0] >= PI[0] or cell[1] <= -PI[0]
     return float(OTHER_SHEET) if row[RADIUS] > 0.0 and is_other else 0.0
 
 
 @jit
-def _put(leaf, k, value):
-    leaf[k], leaf[k + 1] = value
-
-
-@jit
 def _label(row, phi, t, psi, beta):
-    """Whether the lever returns when pushed: the moment about the joint falls with its angle."""
+    """Label by the lever's stability: HANGING if the moment about the joint surely falls with its angle."""
     if row[UNKNOWNS] < 6.0:
         return float(HANGING)
     pull = div(point(row[LEVER_MOMENT]), mul(point(row[LEVER]), t))
@@ -166,7 +154,7 @@ def _inner_slopes(row, t, phi, psi, slopes):
 
 @jit
 def _changes(free, sf, cf, q, a, b, c, stretch, turn, moved, direction, leaf):
-    """How the distance of the end from the exit point changes with phi and log tension."""
+    """Write the derivatives of the end's distance from the exit point by phi and log tension to *leaf*."""
     lever_n, lever_t, beta_f, beta_t, free_f, free_t = moved
     end, side = add(ONE, mul(q, sf)), mul(q, cf)
     per = add(div(ONE, root(add(sqr(end), sqr(side)))), stretch)
@@ -176,20 +164,20 @@ def _changes(free, sf, cf, q, a, b, c, stretch, turn, moved, direction, leaf):
     across_f = add(add(mul(lever_t, beta_f), mul(grow_t, free_f)), mul(free, add(c, stretch)))
     along_t = add(sub(mul(grow_n, free_t), mul(lever_n, beta_t)), mul(free, add(mul(sqr(q), a), stretch)))
     across_t = add(add(mul(lever_t, beta_t), mul(grow_t, free_t)), both)
-    _put(leaf, BY_PHI, add(mul(direction[0], along_f), mul(direction[1], across_f)))
-    _put(leaf, BY_TAU, add(mul(direction[0], along_t), mul(direction[1], across_t)))
+    leaf[BY_PHI], leaf[BY_PHI + 1] = add(mul(direction[0], along_f), mul(direction[1], across_f))
+    leaf[BY_TAU], leaf[BY_TAU + 1] = add(mul(direction[0], along_t), mul(direction[1], across_t))
 
 
 @jit
 def _stiffens(weight, t, free, sf, cf, q, a, b, c, stretch, turn, moved):
-    """Whether the end's position, as a function of its force, has a positive definite derivative (symmetric part)."""
+    """Whether the derivative of the end's position by its force has a positive definite symmetric part."""
     lever_n, lever_t, beta_f, beta_t, free_f, free_t = moved
     per = add(ONE, stretch)
-    # what moves the end beside the span's own compliance, by dT / T and by d phi: along, across
+    # motion of the end besides the span's own compliance, per dT / T and per d phi: along, across
     along_t = sub(mul(per, free_t), mul(lever_n, beta_t))
     along_f = sub(sub(mul(per, free_f), mul(lever_n, beta_f)), turn)
     across_t, across_f = mul(lever_t, beta_t), mul(lever_t, beta_f)
-    # forces at the end are those at the sheave times I + w e k', where k T = (free_t, free_f)
+    # changes of force at the end are those at the sheave times I + w e k', where k T = (free_t, free_f)
     kt, kf = div(mul(weight, free_t), t), div(mul(weight, free_f), t)
     scaled = add(ONE, add(mul(kt, sf), mul(kf, cf)))
     if not scaled[0] > 0.0:

@@ -1,4 +1,4 @@
-"""An atlas of one line: its shapes for all directions and tensions, in leaves that leave nothing out."""
+"""A cover of all shapes of one line by leaves, over all directions and tensions at its sheave."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,6 @@ from cablewright.kernels.certificates.line_branches import (
     PROVED,
     SHRUNK,
     ShapeWork,
-    copy,
     examine,
     shape_work,
     tighten,
@@ -33,12 +32,13 @@ from cablewright.kernels.certificates.line_cell import (
     sheet,
 )
 from cablewright.kernels.layout import UNKNOWNS
+from cablewright.kernels.newton import copy
 
-MOST = 128  # boxes of the inner unknowns of one cell that are kept apart
-CUTS = 4000  # of boxes, in one cell
-DEPTH = 4096  # cells that wait
-BOXES = 20_000  # their boxes
-ANGLE_WEIGHT = 5.0  # m per rad: how a box's width in psi counts beside its dead length
+MAX_BOXES = 128  # boxes of the inner unknowns of one cell that are kept apart
+CUTS = 4000  # max bisections of boxes in one cell
+DEPTH = 4096  # max number of waiting cells
+BOXES = 20_000  # max number of their boxes
+ANGLE_WEIGHT = 5.0  # m per rad: weight of a box's width in psi relative to its dead length
 TURN = 6.283185307179586
 FULL = -1
 
@@ -47,15 +47,15 @@ class AtlasWork(NamedTuple):
     """Scratch of one atlas."""
 
     shape: ShapeWork
-    pool: NDArray[np.float64]  # (BOXES, 6): boxes of the cells that wait, then of the cell looked at
-    cells: NDArray[np.float64]  # (DEPTH, 4) that wait
-    spans: NDArray[np.int64]  # (DEPTH, 3): their boxes in the pool, and whether shapes of theirs were passed over
-    alone: NDArray[np.float64]  # (MOST, 6): boxes that hold one solution each
-    where: NDArray[np.float64]  # (MOST, 6): where in them
-    slopes: NDArray[np.float64]  # (MOST, INNER, 5)
-    kept: NDArray[np.float64]  # (MOST, 6): boxes that nothing is known of
+    pool: NDArray[np.float64]  # (BOXES, 6): boxes of the waiting cells, then of the current cell
+    cells: NDArray[np.float64]  # (DEPTH, 4): waiting cells
+    spans: NDArray[np.int64]  # (DEPTH, 3): first and last of their boxes in the pool, and whether shapes were skipped
+    alone: NDArray[np.float64]  # (MAX_BOXES, 6): boxes that contain exactly one solution
+    where: NDArray[np.float64]  # (MAX_BOXES, 6): enclosures of these
+    slopes: NDArray[np.float64]  # (MAX_BOXES, INNER, 5)
+    kept: NDArray[np.float64]  # (MAX_BOXES, 6): boxes of which nothing is proved
     leaf: NDArray[np.float64]  # (LEAF,)
-    unknown: NDArray[np.float64]  # (INNER, 5): slopes that are not known
+    unknown: NDArray[np.float64]  # (INNER, 5): slopes marked as not known
     cell: NDArray[np.float64]  # (4,)
     middle: NDArray[np.float64]  # (4,)
     box: NDArray[np.float64]  # (6,)
@@ -72,10 +72,10 @@ def atlas_work():
         np.zeros((BOXES, 6)),
         np.zeros((DEPTH, 4)),
         np.zeros((DEPTH, 3), dtype=np.int64),
-        np.zeros((MOST, 6)),
-        np.zeros((MOST, 6)),
-        np.zeros((MOST, INNER, 5)),
-        np.zeros((MOST, 6)),
+        np.zeros((MAX_BOXES, 6)),
+        np.zeros((MAX_BOXES, 6)),
+        np.zeros((MAX_BOXES, INNER, 5)),
+        np.zeros((MAX_BOXES, 6)),
         np.zeros(LEAF),
         unknown,
         np.zeros(4),
@@ -89,13 +89,14 @@ def atlas_work():
 def cover(row, length, cell, box, grain, view, leaves, count, work):
     """Cover *cell* (4,) of phi and log tension with leaves, written to *leaves* from row *count* on.
 
-    *box* (6,) holds all inner unknowns: low and high of dead length, psi, beta. *grain* (6,), phi and log tension each:
-    the widest leaf, the least, the widest that ends out of view. *view* (4,): what is looked at, horizontal distance
-    and height from the exit point, low and high. Returns the new count, FULL where there is no room.
+    *box* (6,) contains all inner unknowns: low and high of dead length, psi, beta. *grain* (6,): width in phi and log
+    tension of the largest leaf, of the smallest leaf, and of the largest leaf that ends out of view. *view* (4,): low
+    and high of horizontal distance and height from the exit point that are of interest. Returns the new count, FULL
+    where there is no room.
     """
     copy(box, work.pool[0])
     copy(cell, work.cells[0])
-    work.spans[0, 0], work.spans[0, 1], work.spans[0, 2] = 0, 1, 0
+    work.spans[0] = (0, 1, 0)
     depth = 1
     while depth > 0:
         depth -= 1
@@ -116,16 +117,16 @@ def cover(row, length, cell, box, grain, view, leaves, count, work):
             for half in range(2):
                 copy(work.cell, work.cells[depth])
                 work.cells[depth, axis + 1 - half] = middle
-                work.spans[depth, 0], work.spans[depth, 1], work.spans[depth, 2] = last, top, 1 if hole else 0
+                work.spans[depth] = (last, top, 1 if hole else 0)
                 depth += 1
     return count
 
 
 @jit
 def _sift(row, length, first, last, grain, view, work):
-    """Look at a cell's boxes: how many are proved, how many nothing is known of, whether that is none.
+    """Examine a cell's boxes. Returns the numbers of proved and unproved boxes, and whether the latter is zero.
 
-    Last, whether something was passed over because it ends out of view.
+    The last value is whether a box was skipped because it ends out of view.
     """
     size = int(row[UNKNOWNS]) - 3
     cell, pool, box = work.cell, work.pool, work.box
@@ -133,7 +134,7 @@ def _sift(row, length, first, last, grain, view, work):
     for k in range(first, last):
         copy(pool[k], pool[top])
         top += 1
-    least = cell[1] - cell[0] + cell[3] - cell[2]
+    min_width = cell[1] - cell[0] + cell[3] - cell[2]
     is_small = cell[1] - cell[0] <= grain[4] and cell[3] - cell[2] <= grain[5]
     one, rest, cuts = 0, 0, 0
     resolved, hole = True, False
@@ -148,13 +149,14 @@ def _sift(row, length, first, last, grain, view, work):
         if verdict == PROVED:
             tighten(row, length, cell, work.shape.where, work.shape)
             if _is_new(one, size, work):
-                if one == MOST:
+                if one == MAX_BOXES:
                     resolved = False
                     rest = _keep(box, rest, work)
                     continue
                 copy(work.shape.alone, work.alone[one])
                 copy(work.shape.where, work.where[one])
-                _copy_slopes(work.shape.slopes, work.slopes[one])
+                for a in range(INNER):
+                    copy(work.shape.slopes[a], work.slopes[one, a])
                 one += 1
             continue
         if is_small:
@@ -163,7 +165,7 @@ def _sift(row, length, first, last, grain, view, work):
                 hole = True
                 continue
         axis, width = _widest(box, size)
-        if width > least and cuts < CUTS and top + 2 < pool.shape[0]:
+        if width > min_width and cuts < CUTS and top + 2 < pool.shape[0]:
             middle = 0.5 * (box[2 * axis] + box[2 * axis + 1])
             copy(box, pool[top])
             copy(box, pool[top + 1])
@@ -176,15 +178,8 @@ def _sift(row, length, first, last, grain, view, work):
 
 
 @jit
-def _copy_slopes(source, target):
-    for a in range(source.shape[0]):
-        for b in range(source.shape[1]):
-            target[a, b] = source[a, b]
-
-
-@jit
 def _widest(box, size):
-    """The side of a box that counts most, and its width."""
+    """The widest side of a box by weight, and its weighted width."""
     axis, width = 0, 0.0
     for a in range(size):
         own = (box[2 * a + 1] - box[2 * a]) * (ANGLE_WEIGHT if a == 1 else 1.0)
@@ -195,8 +190,8 @@ def _widest(box, size):
 
 @jit
 def _keep(box, rest, work):
-    """Keep a box that nothing is known of; where there is no room, one for two."""
-    if rest < MOST:
+    """Keep an unproved box; where there is no room, merge it with the last one. Returns the number kept."""
+    if rest < MAX_BOXES:
         copy(box, work.kept[rest])
         return rest + 1
     for a in range(0, 6, 2):
@@ -207,7 +202,7 @@ def _keep(box, rest, work):
 
 @jit
 def _is_new(one, size, work):
-    """Whether what was just proved is none of the solutions proved before."""
+    """Whether the solution just proved differs from those proved before."""
     for k in range(one):
         if _is_in(work.shape.where, work.alone[k], size) or _is_in(work.where[k], work.shape.alone, size):
             return False
@@ -216,10 +211,10 @@ def _is_new(one, size, work):
 
 @jit
 def _is_in(inner, outer, size):
-    """Whether a solution in *inner* is the one that is alone in *outer*; the lever modulo a turn."""
+    """Whether a solution in *inner* is the only one in *outer*; the lever's angle counts modulo a turn."""
     for a in range(size):
         lo, hi = inner[2 * a], inner[2 * a + 1]
-        if a == 2:  # of the lever alone: a turn of psi is a turn of the cable about its sheave
+        if a == 2:  # not psi: a turn of psi is a turn of cable around the sheave
             away = 0.5 * (lo + hi - outer[2 * a] - outer[2 * a + 1])
             shift = TURN if away < -3.0 else (-TURN if away > 3.0 else 0.0)
             lo, hi = lo + shift - 1e-14, hi + shift + 1e-14
@@ -230,13 +225,13 @@ def _is_in(inner, outer, size):
 
 @jit
 def _is_out(leaf, view):
-    """Whether the line surely ends outside what is looked at."""
+    """Whether the line surely ends out of view."""
     return leaf[X] > view[1] or leaf[X + 1] < view[0] or leaf[Z] > view[3] or leaf[Z + 1] < view[2]
 
 
 @jit
 def _write(row, length, one, rest, resolved, hole, grain, view, leaves, count, work):
-    """Write the cell's leaves, or say that it has to be split: the count, and whether."""
+    """Write the cell's leaves. Returns the new count, and whether the cell has to be split instead."""
     cell = work.cell
     wide_phi, wide_tau = cell[1] - cell[0], cell[3] - cell[2]
     is_least = wide_phi <= grain[2] and wide_tau <= grain[3]
@@ -280,10 +275,9 @@ def _write(row, length, one, rest, resolved, hole, grain, view, leaves, count, w
 
 @jit
 def _write_hole(cell, label, leaves, count):
-    """A leaf without shapes that end in view: it only says that nothing is proved of these forces."""
+    """Write a leaf without shapes in view, which marks its forces as unproved. Returns the new count."""
     leaf = leaves[count]
-    for k in range(LEAF):
-        leaf[k] = np.nan
+    leaf[:] = np.nan
     for k in range(4):
         leaf[k] = cell[k]
     force(exp((cell[2], cell[3])), cos((cell[0], cell[1])), sin((cell[0], cell[1])), leaf)
@@ -293,7 +287,7 @@ def _write_hole(cell, label, leaves, count):
 
 @jit
 def _centre(row, length, box, leaf, work):
-    """The distance that the line reaches in the middle of the cell."""
+    """Write the end's distance from the exit point in the middle of the cell to *leaf*."""
     cell, middle = work.cell, work.middle
     middle[0] = middle[1] = 0.5 * (cell[0] + cell[1])
     middle[2] = middle[3] = 0.5 * (cell[2] + cell[3])
@@ -305,13 +299,13 @@ def _centre(row, length, box, leaf, work):
 
 @jit
 def _inherit(size, one, rest, last, work):
-    """Put the boxes that a cell's halves begin with in the pool; where they end there, FULL if there is no room."""
+    """Write the initial boxes of a cell's halves to the pool. Returns their end, FULL if there is no room."""
     if last + one + rest + 4 > work.pool.shape[0]:
         return FULL
     top = last
     for k in range(one):
         copy(work.where[k], work.pool[top])
-        for a in range(size):  # room to be proved again
+        for a in range(size):  # margin for the next proof
             more = 0.02 * (work.alone[k, 2 * a + 1] - work.alone[k, 2 * a])
             work.pool[top, 2 * a] = max(work.alone[k, 2 * a], work.where[k, 2 * a] - more)
             work.pool[top, 2 * a + 1] = min(work.alone[k, 2 * a + 1], work.where[k, 2 * a + 1] + more)

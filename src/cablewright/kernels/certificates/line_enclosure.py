@@ -1,7 +1,7 @@
-"""All equations and their Jacobian in intervals: what `line.system` and `equilibrium.evaluate` compute, enclosed.
+"""Enclosures of a line's equations and their Jacobian, as `line.system` computes them.
 
-The same formulas, every operation rounded outward. Model data are taken as the doubles that they are packed as; pi is
-pi, and where the dead span is upright it is upright.
+The formulas are the same, with every operation rounded outward. The packed doubles are taken as exact model data; pi
+and the direction of an upright dead span are enclosed.
 """
 
 from cablewright.kernels import jit
@@ -49,7 +49,7 @@ ONE = (1.0, 1.0)
 
 @jit
 def enclose_end(h, v, length, weight, compliance):
-    """Where `catenary.span` ends, x and z, of intervals. *weight*, *compliance*: doubles."""
+    """Enclose the end point x, z of `catenary.span` for intervals. *weight*, *compliance*: doubles."""
     v1, t0, t1, reach = _tensions(h, v, length, weight)
     c = point(compliance)
     x = mul(h, add(mul(c, length), reach))
@@ -73,7 +73,7 @@ def _tensions(h, v, length, weight):
 
 @jit
 def enclose_flexibility(h, v, length, weight, compliance):
-    """Derivatives of where a span ends: x_h, x_v (= z_h), z_v, x_l, z_l, as `catenary.span`, of intervals."""
+    """Enclose the derivatives x_h, x_v (= z_h), z_v, x_l, z_l of `catenary.span` for intervals."""
     v1, t0, t1, reach = _tensions(h, v, length, weight)
     c = point(compliance)
     stretch, both, across = mul(c, length), add(v, v1), mul(t0, t1)
@@ -95,15 +95,10 @@ def enclose_flexibility(h, v, length, weight, compliance):
 
 
 @jit
-def _entry(low, high, i, j, value):
-    low[i, j], high[i, j] = value
-
-
-@jit
 def enclose_residual(row, y, x, z, length, out):
-    """The line's equations at *y*, in rows of *out* (k, 2); *x*, *z*, *length* are intervals.
+    """Enclose the line's equations at *y* in rows of *out* (k, 2); *x*, *z*, *length* are intervals.
 
-    Returns the tension (h, v) where the free span starts.
+    Returns the force (h, v) at the start of the free span.
     """
     unknowns = int(row[UNKNOWNS])
     turn, lever = point(row[SIDE] * row[RADIUS]), point(row[LEVER])  # exact: the side is a sign
@@ -116,30 +111,30 @@ def enclose_residual(row, y, x, z, length, out):
     hx, hz = mul(lever, cb), mul(lever, sb)
     h, v = mul(t, cf), mul(t, sf)
     sx, sz = enclose_end(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
-    _put(out, 0, sub(add(sub(hx, mul(turn, sf)), sx), x))
-    _put(out, 1, sub(add(add(hz, mul(turn, cf)), sz), z))
+    out[0, 0], out[0, 1] = sub(add(sub(hx, mul(turn, sf)), sx), x)
+    out[1, 0], out[1, 1] = sub(add(add(hz, mul(turn, cf)), sz), z)
     psi = point(y[PSI]) if unknowns > 4 else upright(row[SIDE])
     taken, _ = taken_up(row, t)
     rest = point(y[DEAD]) if unknowns > 3 else point(row[DEAD_LENGTH])
-    _put(out, 2, sub(add(add(free, arc_length(row, psi, phi, taken)), rest), length))
+    out[2, 0], out[2, 1] = sub(add(add(free, arc_length(row, psi, phi, taken)), rest), length)
     if unknowns > 3:
         cp, sp = dead_direction(row, psi)
         dx, dz = enclose_end(mul(t, cp), mul(t, sp), rest, row[WEIGHT], row[DEAD_COMPLIANCE])
-        _put(out, 3, sub(add(sub(hz, mul(turn, cp)), dz), point(row[WINCH_Z])))
+        out[3, 0], out[3, 1] = sub(add(sub(hz, mul(turn, cp)), dz), point(row[WINCH_Z]))
         if unknowns > 4:
-            _put(out, 4, sub(add(add(hx, mul(turn, sp)), dx), point(row[WINCH_X])))
+            out[4, 0], out[4, 1] = sub(add(add(hx, mul(turn, sp)), dx), point(row[WINCH_X]))
         if unknowns > 5:
             pull = div(point(row[LEVER_MOMENT]), mul(lever, t))
             across = sub(mul(add(sf, sp), cb), mul(add(cf, cp), sb))
-            _put(out, 5, sub(across, mul(pull, cb)))
+            out[5, 0], out[5, 1] = sub(across, mul(pull, cb))
     return h, v
 
 
 @jit
 def enclose_jacobian(row, y, radius, low, high):
-    """The Jacobian (k, k) of the line's equations for unknowns within *radius* of *y*, between *low* and *high*.
+    """Enclose the Jacobian (k, k) of the line's equations between *low* and *high* for unknowns within *radius* of *y*.
 
-    Returns the tension (h, v) where the free span starts.
+    Returns the force (h, v) at the start of the free span.
     """
     unknowns = int(row[UNKNOWNS])
     low[:unknowns, :unknowns] = 0.0
@@ -151,17 +146,17 @@ def enclose_jacobian(row, y, radius, low, high):
     h, v = mul(t, cf), mul(t, sf)
     hh, hv, vv, xl, zl = enclose_flexibility(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
     rsf, rcf = mul(turn, sf), mul(turn, cf)
-    _entry(low, high, 0, PHI, sub(sub(mul(hv, h), mul(hh, v)), rcf))
-    _entry(low, high, 1, PHI, sub(sub(mul(vv, h), mul(hv, v)), rsf))
-    _entry(low, high, 0, TAU, add(mul(hh, h), mul(hv, v)))
-    _entry(low, high, 1, TAU, add(mul(hv, h), mul(vv, v)))
-    _entry(low, high, 0, FREE, xl)
-    _entry(low, high, 1, FREE, zl)
+    low[0, PHI], high[0, PHI] = sub(sub(mul(hv, h), mul(hh, v)), rcf)
+    low[1, PHI], high[1, PHI] = sub(sub(mul(vv, h), mul(hv, v)), rsf)
+    low[0, TAU], high[0, TAU] = add(mul(hh, h), mul(hv, v))
+    low[1, TAU], high[1, TAU] = add(mul(hv, h), mul(vv, v))
+    low[0, FREE], high[0, FREE] = xl
+    low[1, FREE], high[1, FREE] = zl
     psi = _unknown(y, radius, PSI) if unknowns > 4 else upright(row[SIDE])
     taken, stretch = taken_up(row, t)
-    _entry(low, high, 2, PHI, neg(mul(turn, taken)))
-    _entry(low, high, 2, TAU, neg(mul(arc_length(row, psi, phi, taken), mul(taken, stretch))))
-    _entry(low, high, 2, FREE, ONE)
+    low[2, PHI], high[2, PHI] = neg(mul(turn, taken))
+    low[2, TAU], high[2, TAU] = neg(mul(arc_length(row, psi, phi, taken), mul(taken, stretch)))
+    low[2, FREE], high[2, FREE] = ONE
     if unknowns > 3:
         cp, sp = dead_direction(row, psi)
         _enclose_dead(row, t, cp, sp, _unknown(y, radius, DEAD), turn, taken, low, high)
@@ -172,11 +167,6 @@ def enclose_jacobian(row, y, radius, low, high):
 
 
 @jit
-def _put(out, k, value):
-    out[k, 0], out[k, 1] = value
-
-
-@jit
 def _unknown(y, radius, k):
     """The interval of unknown *k*."""
     return inflate(point(y[k]), radius[k])
@@ -184,7 +174,7 @@ def _unknown(y, radius, k):
 
 @jit
 def upright(side):
-    """Direction of a dead span that is upright: -90 degrees on one side, 90 on the other."""
+    """Direction of an upright dead span, rad: -pi/2 for a positive side, else pi/2."""
     return neg(HALF_PI) if side > 0.0 else HALF_PI
 
 
@@ -198,7 +188,7 @@ def dead_direction(row, psi):
 
 @jit
 def taken_up(row, t):
-    """Unstrained per strained length of the cable on the sheave, and its strain."""
+    """Ratio of unstrained to strained length of the cable on the sheave, and its strain."""
     if row[ARC_COMPLIANCE] == 0.0:
         return ONE, ZERO
     stretch = mul(t, point(row[ARC_COMPLIANCE]))
@@ -207,41 +197,46 @@ def taken_up(row, t):
 
 @jit
 def arc_length(row, psi, phi, taken):
-    """Unstrained length on the sheave."""
+    """Unstrained length of cable on the sheave."""
     if row[RADIUS] == 0.0:
         return ZERO
-    contact = add(mul(point(row[SIDE]), sub(psi, phi)), PI)
-    return mul(mul(point(row[RADIUS]), contact), taken)
+    return mul(mul(point(row[RADIUS]), contact(row, phi, psi)), taken)
+
+
+@jit
+def contact(row, phi, psi):
+    """Angle of contact with the sheave."""
+    return add(mul(point(row[SIDE]), sub(psi, phi)), PI)
 
 
 @jit
 def _enclose_dead(row, t, cp, sp, dead, turn, taken, low, high):
-    """The dead span: it ends at the winch exit."""
+    """Enclose the entries of the dead span's end at the winch exit."""
     h, v = mul(t, cp), mul(t, sp)
     hh, hv, vv, xl, zl = enclose_flexibility(h, v, dead, row[WEIGHT], row[DEAD_COMPLIANCE])
-    _entry(low, high, 3, TAU, add(mul(hv, h), mul(vv, v)))
-    _entry(low, high, 3, DEAD, zl)
-    _entry(low, high, 2, DEAD, ONE)
+    low[3, TAU], high[3, TAU] = add(mul(hv, h), mul(vv, v))
+    low[3, DEAD], high[3, DEAD] = zl
+    low[2, DEAD], high[2, DEAD] = ONE
     if row[UNKNOWNS] > 4.0:
-        _entry(low, high, 4, TAU, add(mul(hh, h), mul(hv, v)))
-        _entry(low, high, 4, DEAD, xl)
-        _entry(low, high, 4, PSI, add(sub(mul(hv, h), mul(hh, v)), mul(turn, cp)))
-        _entry(low, high, 3, PSI, add(sub(mul(vv, h), mul(hv, v)), mul(turn, sp)))
-        _entry(low, high, 2, PSI, mul(turn, taken))
+        low[4, TAU], high[4, TAU] = add(mul(hh, h), mul(hv, v))
+        low[4, DEAD], high[4, DEAD] = xl
+        low[4, PSI], high[4, PSI] = add(sub(mul(hv, h), mul(hh, v)), mul(turn, cp))
+        low[3, PSI], high[3, PSI] = add(sub(mul(vv, h), mul(hv, v)), mul(turn, sp))
+        low[2, PSI], high[2, PSI] = mul(turn, taken)
 
 
 @jit
 def _enclose_moment(row, t, cf, sf, cp, sp, cb, sb, low, high):
-    """Moment about the joint over lever and tension, and the lever's column."""
+    """Enclose the entries of the moment about the joint, divided by lever and tension, and the lever's column."""
     lever = point(row[LEVER])
     pull = div(point(row[LEVER_MOMENT]), mul(lever, t))
     free, dead = add(mul(cf, cb), mul(sf, sb)), add(mul(cp, cb), mul(sp, sb))
-    _entry(low, high, 5, PHI, free)
-    _entry(low, high, 5, TAU, mul(pull, cb))
-    _entry(low, high, 5, PSI, dead)
-    _entry(low, high, 5, BETA, sub(sub(mul(pull, sb), free), dead))
+    low[5, PHI], high[5, PHI] = free
+    low[5, TAU], high[5, TAU] = mul(pull, cb)
+    low[5, PSI], high[5, PSI] = dead
+    low[5, BETA], high[5, BETA] = sub(sub(mul(pull, sb), free), dead)
     sine, cosine = mul(lever, sb), mul(lever, cb)
-    _entry(low, high, 0, BETA, neg(sine))
-    _entry(low, high, 4, BETA, neg(sine))
-    _entry(low, high, 1, BETA, cosine)
-    _entry(low, high, 3, BETA, cosine)
+    low[0, BETA], high[0, BETA] = neg(sine)
+    low[4, BETA], high[4, BETA] = neg(sine)
+    low[1, BETA], high[1, BETA] = cosine
+    low[3, BETA], high[3, BETA] = cosine

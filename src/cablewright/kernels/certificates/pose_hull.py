@@ -1,8 +1,8 @@
-"""A box that holds the pose for every lengths within some error: a box of lengths in leaves, each with a tube.
+"""A box that encloses the pose for all lengths within given errors, by a cover of the lengths with tubes.
 
-The box is halved again and again, by lengths and by slabs, until each part has a tube (`tube.prove_tube`) that is
-narrow enough. Halves are glued at one point that both hold: the solution there is certified and shown to be in the
-tubes of both. By induction over the halvings the tubes hold one continuous branch. Proof: docs/theory/certificates.md.
+The box of lengths is bisected, by lengths and by slabs, until each part, a leaf, has a narrow enough tube
+(`branch_tube.prove_tube`). The two halves share a point whose solution is certified and shown to be in both tubes. By
+induction over the bisections the tubes enclose one continuous branch. Proof: docs/theory/certificates.md.
 """
 
 from math import inf, sqrt
@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.bisection import worst_cut
-from cablewright.kernels.certificates.branch_tube import PROVED, TubeWork, prove_tube, slopes, tube_work
+from cablewright.kernels.certificates.branch_tube import (
+    PROVED,
+    TubeWork,
+    prove_tube,
+    reach_towards,
+    slopes,
+    tube_work,
+)
 from cablewright.kernels.certificates.interval import (
     GAMMA,
     ROUNDING,
@@ -30,48 +37,48 @@ from cablewright.kernels.certificates.interval import (
     up,
 )
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
-from cablewright.kernels.certificates.length_polytope import centre_of, holds, most, offset
+from cablewright.kernels.certificates.length_polytope import centre_of, holds, offset
 from cablewright.kernels.certificates.system_enclosure import (
     CertificateWork,
     certificate_pool,
     enclose_rotation,
     unfold,
 )
-from cablewright.kernels.layout import STATE, TAU, UNKNOWNS
-from cablewright.kernels.newton import solve
+from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
+from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import left_jacobian
-from cablewright.kernels.statics.equilibrium import OK, Work, refine, workspace
+from cablewright.kernels.statics.equilibrium import Work, refine, workspace
 
 COVERED, GOING, TOO_DEEP, NO_CENTRE, UNGLUED, HALF_TURN, UNCERTIFIED = 0, 1, 2, 3, 4, 5, 6
-NO_SOLUTION, OTHER_BRANCH = -1, 9  # of a part, besides those of a tube
-LEAVES, TESTS, DEPTH = 0, 1, 2  # of a tally
-NEAR = 1e-6  # m: far over what a point's certificate leaves open
-FLOOR = 1e-10  # m, rad: of what a box may be too wide by
-HALF = 3.1  # rad: rotation vectors up to here are no matter of which way round
+NO_SOLUTION, OTHER_BRANCH = -1, 9  # codes of a part, in addition to those of a tube
+LEAVES, TESTS, DEPTH = 0, 1, 2  # entries of a tally
+NEAR = 1e-6  # m: tolerance of a point's certificate, far above the usual bounds
+FLOOR = 1e-10  # m, rad: min excess width that is tolerated
+HALF = 3.1  # rad: rotation vectors are unique up to this angle
 
 
 class Leaves(NamedTuple):
-    """The parts that are left to do: of each its set, and a solution of the branch that is in it."""
+    """The stack of parts to do: the set of each, and a solution of the branch in it."""
 
     low: NDArray[np.float64]  # (D, m)
     high: NDArray[np.float64]
     slab_low: NDArray[np.float64]  # (D, K)
     slab_high: NDArray[np.float64]
-    share: NDArray[np.float64]  # (D,): of the whole
+    share: NDArray[np.float64]  # (D,): of the whole box
     lengths: NDArray[np.float64]  # (D, m)
     pose: NDArray[np.float64]  # (D, n)
     states: NDArray[np.float64]  # (D, m, 6)
     bound: NDArray[np.float64]  # (D, N)
-    known: NDArray[np.bool_]  # (D,): whether the solution is proved to be of the branch
+    known: NDArray[np.bool_]  # (D,): whether the solution is proved to be on the branch
 
 
 class HullSearch(NamedTuple):
-    """What does not change, and scratch."""
+    """Constants, results and scratch of a search."""
 
-    origin: NDArray[np.float64]  # (m,): where slabs are counted from
+    origin: NDArray[np.float64]  # (m,): the point where slabs are zero
     slabs: NDArray[np.float64]  # (K, m)
-    pads: NDArray[np.float64]  # (K,): by how much neighbours overlap
-    found: NDArray[np.float64]  # (4, n): least and largest pose that is known; of the leaves
+    pads: NDArray[np.float64]  # (K,): overlap of neighbours
+    found: NDArray[np.float64]  # (4, n): min and max of known poses, then of the leaves' bounds
     centre: NDArray[np.float64]  # (m,)
     pose: NDArray[np.float64]  # (n,)
     states: NDArray[np.float64]  # (m, 6)
@@ -86,7 +93,7 @@ class HullSearch(NamedTuple):
 
 @jit(allocates=True)
 def part_list(deepest, size, m, n, slabs):
-    """Room for so many parts of *size* unknowns."""
+    """Stack of up to *deepest* parts with *size* unknowns."""
     return Leaves(
         np.zeros((deepest, m)),
         np.zeros((deepest, m)),
@@ -103,7 +110,7 @@ def part_list(deepest, size, m, n, slabs):
 
 @jit(allocates=True)
 def search_of(packed, origin, slabs, pads, found):
-    """A search by *slabs* (K, m) from *origin* (m,). *found* (4, n): least and largest pose, known and proved."""
+    """A search with *slabs* (K, m) from *origin* (m,). *found* (4, n): see `HullSearch`."""
     m, n = packed.lines.shape[0], packed.freedoms
     cert, own = unfold(packed, certificate_pool(packed)), unfold(packed, certificate_pool(packed))
     return HullSearch(
@@ -126,22 +133,22 @@ def search_of(packed, origin, slabs, pads, found):
 
 @jit
 def begin(nodes, low, high, reach, lengths, pose, states):
-    """Set the first part: the whole box from *low* to *high*, *reach* (K,) of its slabs, a solution in it."""
-    _copy(low, nodes.low[0])
-    _copy(high, nodes.high[0])
+    """Set the first part: the whole box from *low* to *high*, the *reach* (K,) of its slabs, a solution in it."""
+    copy(low, nodes.low[0])
+    copy(high, nodes.high[0])
     for k in range(reach.shape[0]):
         nodes.slab_low[0, k], nodes.slab_high[0, k] = -reach[k], reach[k]
-    _copy(lengths, nodes.lengths[0])
-    _copy(pose, nodes.pose[0])
+    copy(lengths, nodes.lengths[0])
+    copy(pose, nodes.pose[0])
     for i in range(states.shape[0]):
-        _copy(states[i], nodes.states[0, i])
+        copy(states[i], nodes.states[0, i])
 
 
 @jit
 def explore(packed, nodes, tally, upto, tolerance, search):
-    """Go on until the box is covered or *upto* leaves are proved. Returns a code; the bounds are in search.found.
+    """Continue until the box is covered or *upto* leaves are proved. Returns a code; the bounds are in search.found.
 
-    A leaf is narrow enough if it is within *tolerance*, of the width, of poses that are known.
+    A leaf is narrow enough if it exceeds the known poses by at most *tolerance*, a share of their width.
     """
     if tally[TESTS] == 0 and not _know(packed, nodes, 0, search):
         return UNCERTIFIED
@@ -176,57 +183,39 @@ def explore(packed, nodes, tally, upto, tolerance, search):
 
 
 @jit
-def _copy(source, target):
-    for i in range(source.shape[0]):
-        target[i] = source[i]
-
-
-@jit
 def _open(nodes, at, search):
-    """Find the part's centre, and measure it from there. Whether the centre is in it."""
+    """Find the part's centre, and write the part relative to it. Returns whether the centre is in it."""
     low, high, first, last = nodes.low[at], nodes.high[at], nodes.slab_low[at], nodes.slab_high[at]
     pads, known = search.pads, nodes.lengths[at]
-    inside = centre_of(low, high, first, last, search.slabs, search.origin, search.centre, pads, known)
-    _measure_from(low, high, first, last, search.centre, search)
-    return inside
-
-
-@jit
-def _measure_from(low, high, slab_low, slab_high, centre, search):
-    """A set from *centre*, its slabs a pad wider on either side; outward."""
-    tube = search.tube
+    centre, tube = search.centre, search.tube
+    inside = centre_of(low, high, first, last, search.slabs, search.origin, centre, pads, known)
     for i in range(centre.shape[0]):
         tube.left[i], tube.right[i] = low[i] - centre[i], high[i] - centre[i]
-    for k in range(search.pads.shape[0]):
-        at, bulk = offset(search.slabs, k, search.origin, centre)
-        spare = search.pads[k] + GAMMA * bulk
-        tube.below[k], tube.above[k] = slab_low[k] - at - spare, slab_high[k] - at + spare
+    for k in range(pads.shape[0]):  # slabs are widened by a pad on either side, and rounded outward
+        position, bulk = offset(search.slabs, k, search.origin, centre)
+        spare = pads[k] + GAMMA * bulk
+        tube.below[k], tube.above[k] = first[k] - position - spare, last[k] - position + spare
+    return inside
 
 
 @jit
 def _prove(packed, nodes, at, search):
     """Solve the centre, prove its tube, and that the part's known solution is in it. Returns a code."""
-    _copy(nodes.pose[at], search.pose)
+    copy(nodes.pose[at], search.pose)
     for i in range(search.states.shape[0]):
-        _copy(nodes.states[at, i], search.states[i])
+        copy(nodes.states[at, i], search.states[i])
     code, _, _ = refine(packed, search.centre, search.pose, search.states, search.newton)
     if code != OK:
         return NO_SOLUTION
     code = prove_tube(packed, search.centre, search.pose, search.states, search.slabs, search.cert, search.tube)
-    if code == PROVED and not _joins(packed, nodes, at, search):
+    if code == PROVED and not _is_in_tube(packed, nodes, at, search):
         return OTHER_BRANCH
     return code
 
 
 @jit
-def _joins(packed, nodes, at, search):
-    """Whether the solution of a part is in the tube."""
-    return in_tube(packed, nodes.lengths[at], nodes.pose[at], nodes.states[at], nodes.bound[at], search)
-
-
-@jit
 def _measure(packed, search):
-    """Bounds of the leaf's poses, to search.ends. False where a rotation comes near half a turn."""
+    """Write bounds of the leaf's poses to search.ends. False where a rotation is near half a turn."""
     m, n = packed.lines.shape[0], packed.freedoms
     first, cert, tube = search.cert.offsets[m], search.cert, search.tube
     for k in range(3):
@@ -245,8 +234,7 @@ def _measure(packed, search):
         return False
     for k in range(3):
         spread = 1.05 * turn + 1e-13  # of the second order, docs/theory/certificates.md
-        for i in range(m):
-            tube.row[i] = 0.0
+        tube.row[:] = 0.0
         for j in range(3):
             share = search.increment[k, j]
             spread += abs(share) * (tube.bound[first + 3 + j] + 1e-13 * tube.reach[first + 3 + j])
@@ -258,17 +246,15 @@ def _measure(packed, search):
 
 @jit
 def _add_ends(k, middle, spread, search):
-    """Bounds of pose coordinate *k*: from *middle* by tube.row per length, and *spread* more."""
-    tube = search.tube
-    high = most(tube.row, 1.0, tube.left, tube.right, search.slabs, tube.below, tube.above, tube.weights)
-    low = most(tube.row, -1.0, tube.left, tube.right, search.slabs, tube.below, tube.above, tube.weights)
+    """Write bounds of pose coordinate *k*, which is *middle* plus tube.row per length, with the error *spread*."""
+    low, high = reach_towards(-1.0, search.slabs, search.tube), reach_towards(1.0, search.slabs, search.tube)
     search.ends[0, k] = down(middle - up(low + spread))
     search.ends[1, k] = up(middle + up(high + spread))
 
 
 @jit
 def _too_wide(tolerance, search):
-    """The pose coordinate by which the leaf is too wide, or -1; and whether by its linearisation alone."""
+    """The pose coordinate in which the leaf is too wide, or -1; and whether because of its linearisation alone."""
     worst, row, linear = 1.0, -1, False
     found, ends, first = search.found, search.ends, search.cert.step.shape[0] - search.pose.shape[0]
     for k in range(search.pose.shape[0]):
@@ -282,7 +268,7 @@ def _too_wide(tolerance, search):
 
 @jit
 def _take(packed, nodes, at, search):
-    """Count a leaf in, and prove the solutions of parts still to do that are in it."""
+    """Add a leaf to the bounds, and prove the solutions in it of parts still to do."""
     found, ends = search.found, search.ends
     for k in range(search.pose.shape[0]):
         found[2, k], found[3, k] = min(found[2, k], ends[0, k]), max(found[3, k], ends[1, k])
@@ -292,7 +278,7 @@ def _take(packed, nodes, at, search):
             continue
         if not holds(low, high, first, last, search.slabs, search.origin, nodes.lengths[i], search.pads):
             continue
-        if not (_know(packed, nodes, i, search) and _joins(packed, nodes, i, search)):
+        if not (_know(packed, nodes, i, search) and _is_in_tube(packed, nodes, i, search)):
             return False
     return True
 
@@ -301,19 +287,17 @@ def _take(packed, nodes, at, search):
 def _know(packed, nodes, i, search):
     """Certify the solution of a part."""
     code = certify(packed, nodes.lengths[i], nodes.pose[i], nodes.states[i], NEAR, search.own)
-    _copy(search.own.bound, nodes.bound[i])
+    copy(search.own.bound, nodes.bound[i])
     nodes.known[i] = code == CERTIFIED
     return nodes.known[i]
 
 
 @jit
 def _halve(nodes, at, cut, tally, search):
-    """Cut a part through its centre. The half with the known solution comes next; the centre is the other's."""
+    """Bisect a part at its centre. The half with the known solution is next; the other half gets the centre's."""
     count, up = search.slabs.shape[0], at + 1
-    _copy(nodes.low[at], nodes.low[up])
-    _copy(nodes.high[at], nodes.high[up])
-    _copy(nodes.slab_low[at], nodes.slab_low[up])
-    _copy(nodes.slab_high[at], nodes.slab_high[up])
+    for each in (nodes.low, nodes.high, nodes.slab_low, nodes.slab_high, nodes.lengths, nodes.pose, nodes.bound):
+        copy(each[at], each[up])
     if cut < count:
         here, _ = offset(search.slabs, cut, search.origin, search.centre)
         known, _ = offset(search.slabs, cut, search.origin, nodes.lengths[at])
@@ -323,21 +307,18 @@ def _halve(nodes, at, cut, tally, search):
         _part(nodes.low, nodes.high, at, cut - count, here, nodes.lengths[at, cut - count] <= here)
     nodes.share[at] *= 0.5
     nodes.share[up] = nodes.share[at]
-    _copy(nodes.lengths[at], nodes.lengths[up])
-    _copy(nodes.pose[at], nodes.pose[up])
-    _copy(nodes.bound[at], nodes.bound[up])
     for i in range(nodes.low.shape[1]):
-        _copy(nodes.states[at, i], nodes.states[up, i])
-        _copy(search.states[i], nodes.states[at, i])
-    _copy(search.centre, nodes.lengths[at])
-    _copy(search.pose, nodes.pose[at])
+        copy(nodes.states[at, i], nodes.states[up, i])
+        copy(search.states[i], nodes.states[at, i])
+    copy(search.centre, nodes.lengths[at])
+    copy(search.pose, nodes.pose[at])
     nodes.known[up], nodes.known[at] = True, False
     tally[DEPTH] += 1
 
 
 @jit
 def _part(low, high, at, k, here, lower):
-    """The lower half above *at*, or the upper one; what is left stays at *at*."""
+    """Put the lower or upper half at *at* + 1; the other half stays at *at*."""
     if lower:
         high[at + 1, k], low[at, k] = here, here
     else:
@@ -345,8 +326,10 @@ def _part(low, high, at, k, here, lower):
 
 
 @jit
-def in_tube(packed, lengths, other_pose, other_states, bound, search):
-    """Whether all within *bound* of a solution for *lengths*, a point of the set, is in the tube."""
+def _is_in_tube(packed, nodes, at, search):
+    """Whether the known solution of part *at*, with its error bound, is in the tube."""
+    lengths, other_pose, other_states = nodes.lengths[at], nodes.pose[at], nodes.states[at]
+    bound = nodes.bound[at]
     pose, states, centre, cert, work = search.pose, search.states, search.centre, search.cert, search.tube
     m, n = packed.lines.shape[0], packed.freedoms
     first = cert.offsets[m]
@@ -354,7 +337,7 @@ def in_tube(packed, lengths, other_pose, other_states, bound, search):
         for k in range(int(packed.lines[line, UNKNOWNS])):
             j = cert.offsets[line] + k
             off = sub(inflate(point(other_states[line, k]), bound[j]), point(states[line, k]))
-            if k == TAU:  # counts relative in the tube
+            if k == TAU:  # the tube has relative tensions
                 off = sub(exp(off), (1.0, 1.0))
             if not _is_near(off, j, lengths, centre, cert, work):
                 return False
@@ -373,7 +356,7 @@ def in_tube(packed, lengths, other_pose, other_states, bound, search):
 
 @jit
 def _is_near(off, j, lengths, centre, cert, work):
-    """Whether *off*, from the centre's, is within the radius of the linearisation."""
+    """Whether *off*, the difference of unknown *j* from the centre's, is within the radius of the linearisation."""
     move, bulk = 0.0, 0.0
     for i in range(lengths.shape[0]):
         part = cert.inverse[j, cert.offsets[i] + 2] * (lengths[i] - centre[i])
@@ -384,7 +367,7 @@ def _is_near(off, j, lengths, centre, cert, work):
 
 @jit
 def _turn_between(other, pose, bound, first, cert, work):
-    """Enclose the rotation vectors from *pose* to all within *bound* of *other*, to work.turned."""
+    """Write an enclosure of the rotation vectors from *pose* to the box of *bound* around *other* to work.turned."""
     a, b, spare = cert.rotation, work.rotation, 0.0
     enclose_rotation(other, a)
     enclose_rotation(pose, b)
@@ -395,7 +378,7 @@ def _turn_between(other, pose, bound, first, cert, work):
         sine = scale(sub(_product(a, b, j, i), _product(a, b, i, j)), 0.5)
         work.turned[k, 0], work.turned[k, 1] = sine
         square = add(square, sqr(sine))
-        spare += 1.6 * bound[first + 3 + k] * ROUNDING  # a rotation's vector grows by pi/2 of what it is turned
+        spare += 1.6 * bound[first + 3 + k] * ROUNDING  # a rotation vector changes by at most pi/2 times the rotation
     small = trace[0] > 1.0 and square[1] < 0.25  # asin(s) / s < 1 + s^2 there
     for k in range(3):
         off = mul((work.turned[k, 0], work.turned[k, 1]), (1.0, 1.0 + 1.01 * square[1]))

@@ -1,27 +1,27 @@
-"""A hanging span in the frame of its start force, in intervals: what it spans and how it gives.
+"""Enclosures of a hanging span in the frame of its start force: its end point and its compliance.
 
-With T the tension at the start, in the direction phi, e upwards, l the unstrained length, u = w s / T and q = w l / T,
-the tension at s is T (1 + u sin phi, u cos phi) along and across phi. Nothing large cancels in this frame, however
-little is known of phi. See `docs/theory/exhaustive.md`.
+With T the tension at the start, in the direction phi, l the unstrained length, u = w s / T and q = w l / T, the tension
+at s is T (1 + u sin phi, u cos phi) along and across phi. Nothing large cancels in this frame, even for a wide interval
+of phi. See `docs/theory/exhaustive.md`.
 """
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import add, div, intersect, mul, neg, point, root, scale, sqr, sub
 from cablewright.kernels.certificates.line_enclosure import ONE, ZERO
 
-PARTS = ((0.01, 1), (0.1, 4), (0.7, 16), (0.9, 48))  # of a span: up to this q, so many
-MOST = 128
+PARTS = ((0.01, 1), (0.1, 4), (0.7, 16), (0.9, 48))  # upper limit of q, number of parts of a span
+MAX_PARTS = 128
 
 
 @jit
 def hanging_span(sine, cosine, q):
-    """Ends along and across phi, per length, without stretch; integrals A, B, C of the compliance.
+    """End along and across phi, per length, without stretch; integrals A, B, C of the compliance.
 
     *sine*, *cosine* of phi. The compliance at fixed length, times T / l and without stretch, is [q^2 A, q B; q B, C].
     """
-    parts = MOST
-    for most, enough in PARTS[::-1]:
-        if q[1] < most:
+    parts = MAX_PARTS
+    for limit, enough in PARTS[::-1]:
+        if q[1] < limit:
             parts = enough
     along, across, a, b, c = ZERO, ZERO, ZERO, ZERO, ZERO
     share = div(ONE, point(float(parts)))
@@ -45,7 +45,7 @@ def hanging_span(sine, cosine, q):
 
 @jit
 def _component(one, other, size):
-    """One / sqrt(one^2 + other^2), of which *size* encloses the root."""
+    """One / sqrt(one^2 + other^2); *size* encloses the root."""
     if one[0] > 0.0 or one[1] < 0.0:
         share = div(ONE, root(add(ONE, sqr(div(other, one)))))
         return share if one[0] > 0.0 else neg(share)

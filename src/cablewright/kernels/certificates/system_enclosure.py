@@ -1,6 +1,6 @@
-"""All equations of the machine and their Jacobian in intervals: every line's block, and the platform's rows.
+"""Enclosures of all equations of the machine and of their Jacobian: the lines' blocks and the platform's rows.
 
-What `equilibrium.evaluate` computes, enclosed. A body's rotation is an increment in space from the solution's.
+The equations are those of `equilibrium.evaluate`. Rotations are increments in world axes from the solution's rotation.
 """
 
 from typing import NamedTuple
@@ -29,8 +29,9 @@ from cablewright.kernels.layout import (
 class CertificateWork(NamedTuple):
     """Scratch of one certifier. N unknowns: those of each line, then the platform's n."""
 
-    offsets: NDArray[np.int64]  # (m + 1,): where each line's unknowns begin, and the platform's
-    low: NDArray[np.float64]  # (N, N): the Jacobian; only blocks of lines and platform are used
+    offsets: NDArray[np.int64]  # (m + 1,): index of each line's first unknown, and of the platform's
+    blocks: NDArray[np.int64]  # (3m + 1, 4): first and last row, then column, of the Jacobian's nonzero blocks
+    low: NDArray[np.float64]  # (N, N): the Jacobian; only its nonzero blocks are used
     high: NDArray[np.float64]
     middle: NDArray[np.float64]
     spread: NDArray[np.float64]  # half widths
@@ -54,7 +55,7 @@ class CertificateWork(NamedTuple):
 
 @jit(allocates=True)
 def certificate_pool(packed):
-    """Memory for one certifier of *packed*; see `unfold`."""
+    """Memory of one certifier of *packed*; see `unfold`."""
     n = packed.freedoms
     size = int(packed.lines[:, UNKNOWNS].sum()) + n
     return np.zeros(5 * size * size + 7 * size + STATE * (2 * STATE + 6) + 2 * n * n + 48)
@@ -62,12 +63,18 @@ def certificate_pool(packed):
 
 @jit(allocates=True)
 def unfold(packed, pool):
-    """Scratch that fits *packed*, in the memory of *pool*: one array is quicker to hand over from Python than many."""
+    """Scratch that fits *packed*, in the memory of *pool*: one array is passed from Python faster than many."""
     m, n = packed.lines.shape[0], packed.freedoms
-    offsets = np.zeros(m + 1, dtype=np.int64)
+    offsets, blocks = np.zeros(m + 1, dtype=np.int64), np.zeros((3 * m + 1, 4), dtype=np.int64)
     for i in range(m):
         offsets[i + 1] = offsets[i] + int(packed.lines[i, UNKNOWNS])
-    size = offsets[m] + n
+    first, size = offsets[m], offsets[m] + n
+    for i in range(m):  # a line's own block, two of its rows by the platform, and the platform's rows by three unknowns
+        start, end = offsets[i], offsets[i + 1]
+        blocks[3 * i] = (start, end, start, end)
+        blocks[3 * i + 1] = (start, start + 2, first, size)
+        blocks[3 * i + 2] = (first, size, start, start + 3)
+    blocks[3 * m] = (first, size, first, size)
     square = size * size
     matrices = pool[: 5 * square].reshape((5, size, size))
     rest = pool[5 * square :]
@@ -83,6 +90,7 @@ def unfold(packed, pool):
     points = rest[18:48].reshape((5, 3, 2))
     return CertificateWork(
         offsets,
+        blocks,
         matrices[0],
         matrices[1],
         matrices[2],
@@ -108,13 +116,16 @@ def unfold(packed, pool):
 
 @jit
 def residual_of_all(packed, lengths, pose, states, work):
-    """All equations at the solution itself."""
+    """Enclose all equations at the solution itself."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     work.radius[first:] = 0.0
     if n == 6:
         enclose_rotation(pose, work.rotation)
-    _begin_residual(packed, work)
+    for k in range(n):
+        work.residual[first + k, 0] = work.residual[first + k, 1] = packed.platform[WRENCH + k]
+    _place_weight(packed, 0.0, work)
+    _add_balance(work.residual, first, n, work.arm, work.force)
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
         ex, ey, reach, z = place_line(row, pose, 0.0, n, work.radius[first:], work)
@@ -127,7 +138,7 @@ def residual_of_all(packed, lengths, pose, states, work):
 
 @jit
 def jacobian_of_all(packed, pose, states, work):
-    """The Jacobian of all equations over the box."""
+    """Enclose the Jacobian of all equations over the box."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     low, high = work.low, work.high
@@ -135,7 +146,12 @@ def jacobian_of_all(packed, pose, states, work):
     for k in range(3, n):
         omega += work.radius[first + k]
     omega *= ROUNDING
-    _begin_jacobian(packed, omega, work)
+    low[first:, first:], high[first:, first:] = 0.0, 0.0
+    _place_weight(packed, omega, work)
+    for k in range(3, n):
+        _along(k, omega, work.arm, work.moved)
+        for j in range(3):
+            _add_to(low, high, first + 3 + j, first + k, _cross(work.moved, work.force, j))
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
         ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
@@ -155,7 +171,7 @@ def jacobian_of_all(packed, pose, states, work):
 
 @jit
 def place_line(row, pose, omega, n, radius, work):
-    """Enclose a line's plane over the box, ex and ey, its platform point in it, x and z; its arm in work.arm."""
+    """Enclose a line's plane over the box: ex, ey, and the platform point x, z in it; writes its arm to work.arm."""
     if n == 3:
         for k in range(3):
             work.arm[k, 0] = work.arm[k, 1] = row[POINT_X + k]
@@ -168,7 +184,7 @@ def place_line(row, pose, omega, n, radius, work):
 
 @jit
 def _from_exit(row, pose, radius, arm, k):
-    """A coordinate of the platform point from the exit point, over the box."""
+    """Enclose a coordinate of the platform point relative to the exit point over the box."""
     return sub(add(inflate(point(pose[k]), radius[k]), _part(arm, k)), point(row[EXIT_X + k]))
 
 
@@ -216,7 +232,7 @@ def _add_balance(residual, first, n, arm, force):
 
 @jit
 def _add_unknown(first, column, n, work, dh, dv, ex, ey):
-    """Set the platform's rows of a line's unknown, by which the end tension changes by (dh, dv)."""
+    """Set the platform's rows of a line's unknown whose derivative of the end force is (dh, dv)."""
     for k in range(n):
         work.low[first + k, column], work.high[first + k, column] = 0.0, 0.0
     _set(work.change, neg(mul(dh, ex)), neg(mul(dh, ey)), neg(dv))
@@ -225,7 +241,10 @@ def _add_unknown(first, column, n, work, dh, dv, ex, ey):
 
 @jit
 def _add_coordinate(first, start, k, n, omega, work, turn, ex, ey):
-    """Column of pose coordinate *k*: how the line's end moves, and how its force, *turn* per length, turns with it."""
+    """Set a line's entries in the column of pose coordinate *k*: motion of its end, and rotation of its force.
+
+    *turn* is the force per length by which the line's plane rotates.
+    """
     _along(k, omega, work.arm, work.moved)
     dx, dy = _part(work.moved, 0), _part(work.moved, 1)
     column = first + k
@@ -241,9 +260,10 @@ def _add_coordinate(first, start, k, n, omega, work, turn, ex, ey):
 
 @jit
 def _along(k, omega, arm, moved):
-    """How a point at *arm* moves with pose coordinate *k*: the axis itself, or crossed with the arm.
+    """Enclose the motion of a point at *arm* with pose coordinate *k*: an axis, or its cross product with *arm*.
 
-    Increments of rotation after one of at most *omega* are the axis to within omega (the left Jacobian).
+    After a rotation of at most *omega*, an increment of a rotation coordinate is its axis to within omega (the left
+    Jacobian).
     """
     if k < 3:
         _set(moved, ZERO, ZERO, ZERO)
@@ -260,7 +280,7 @@ def _along(k, omega, arm, moved):
 
 @jit
 def _turn(x, y, z, omega, rotation, out):
-    """Enclose a point of the platform turned as the pose is, and by up to *omega* more."""
+    """Enclose a point of the platform rotated with the pose, and by up to *omega* more."""
     size = (abs(x) + abs(y) + abs(z)) * omega * ROUNDING
     for k in range(3):
         a = mul((rotation[k, 0, 0], rotation[k, 0, 1]), point(x))
@@ -270,34 +290,12 @@ def _turn(x, y, z, omega, rotation, out):
 
 
 @jit
-def _begin_residual(packed, work):
-    """The platform's own load in its rows of the residual."""
-    n, platform = packed.freedoms, packed.platform
-    first = work.offsets[packed.lines.shape[0]]
-    for k in range(n):
-        work.residual[first + k, 0] = work.residual[first + k, 1] = platform[WRENCH + k]
+def _place_weight(packed, omega, work):
+    """Enclose the platform's weight in work.force and, of a body, its arm in work.arm."""
+    platform = packed.platform
     _set(work.force, ZERO, ZERO, point(-platform[PLATFORM_WEIGHT]))
-    if n == 6:
-        _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], 0.0, work.rotation, work.arm)
-    _add_balance(work.residual, first, n, work.arm, work.force)
-
-
-@jit
-def _begin_jacobian(packed, omega, work):
-    """What the platform's weight does as it turns."""
-    n, platform = packed.freedoms, packed.platform
-    first = work.offsets[packed.lines.shape[0]]
-    for k in range(n):
-        for j in range(n):
-            work.low[first + k, first + j], work.high[first + k, first + j] = 0.0, 0.0
-    if n == 3:
-        return
-    _set(work.force, ZERO, ZERO, point(-platform[PLATFORM_WEIGHT]))
-    _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], omega, work.rotation, work.arm)
-    for k in range(3, 6):
-        _along(k, omega, work.arm, work.moved)
-        for j in range(3):
-            _add_to(work.low, work.high, first + 3 + j, first + k, _cross(work.moved, work.force, j))
+    if packed.freedoms == 6:
+        _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], omega, work.rotation, work.arm)
 
 
 @jit

@@ -1,4 +1,4 @@
-"""How far the lines of solved poses keep from each other, the platform, the frame and a part, with its sign."""
+"""Clearances of the lines of solved poses from each other, the platform, the frame and a part."""
 
 from math import sqrt
 from typing import NamedTuple
@@ -7,13 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit, prange
-from cablewright.kernels.collision.distance import clipped, depth_in_box, segment_box, segment_polygon, segment_segment
-from cablewright.kernels.collision.line_polyline import MOST, polyline
+from cablewright.kernels.collision.distance import (
+    clipped,
+    depth_in_box,
+    segment_box,
+    segment_polygon,
+    segment_segment,
+    vector,
+)
+from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
 from cablewright.kernels.layout import STATE
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.wrench import place
 
-LINE, BODY, FRAME, PART = 0, 1, 2, 3  # what a line may come near to, in the order of the results
+LINE, BODY, FRAME, PART = 0, 1, 2, 3  # kinds of obstacles, in the order of the results
 KINDS = 4
 SHARED_EXIT, SHARED_POINT = 1, 2
 BEADS, TRIANGLES = 0, 1
@@ -23,11 +30,11 @@ CHUNK = 32  # rows per task
 
 
 class PartTree(NamedTuple):
-    """A part as pieces in a tree of boxes, which is complete: node k has the children 2 k + 1 and 2 k + 2.
+    """A part as pieces in a complete binary tree of boxes: node k has the children 2 k + 1 and 2 k + 2.
 
-    A bead is a box: centre, the unit vectors along two of its sides, half its three sides. A triangle is its corners.
-    Each is there from its `births` on: what that counts in, and what is asked for, are of one kind. A triangle's is the
-    height of its lowest corner, and it is there as far up as is asked for.
+    A bead is a box: centre, unit vectors along two of its sides, its three half sides. A triangle is its corners. A
+    piece exists from its entry of `births` on, in the same quantity as the queries' `now`. For triangles that is the
+    height of the lowest corner, and a triangle exists up to the height `now`.
     """
 
     kind: int
@@ -39,29 +46,29 @@ class PartTree(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What lines are held against, besides each other and the part."""
+    """Obstacles of the lines besides each other and the part."""
 
     radii: NDArray[np.float64]  # (m,) m, of the cables
     shared: NDArray[np.int64]  # (m, m): SHARED_EXIT, SHARED_POINT or their sum
     beams: NDArray[np.float64]  # (B, 2, 3) m, world
     beam_radii: NDArray[np.float64]  # (B,)
     bodies: NDArray[np.float64]  # (Q, 6) m, platform frame: centre and half sides of boxes
-    ends: float  # m of cable at either end that are not held against what they end on
-    tolerance: float  # m, how far a chord may be from its line
+    ends: float  # m of cable at either end that are not compared with the obstacle they end on
+    tolerance: float  # m, largest distance of a chord from its line
 
 
 class Clearing(NamedTuple):
     """Scratch of one thread."""
 
-    points: NDArray[np.float64]  # (m, MOST, 3): lines as polylines
+    points: NDArray[np.float64]  # (m, MAX_POINTS, 3): lines as polylines
     counts: NDArray[np.int64]  # (m,)
     cuts: NDArray[np.int64]  # (m, 2)
     bounds: NDArray[np.float64]  # (m,)
     rotation: NDArray[np.float64]  # (3, 3)
     arm: NDArray[np.float64]  # (3,)
     plane: NDArray[np.float64]  # (4,)
-    hints: NDArray[np.int64]  # (m,): the piece of the part that was nearest to each line, -1 for none
-    stack: NDArray[np.int64]  # (STACK,): nodes of the tree that are still to be looked at
+    hints: NDArray[np.int64]  # (m,): the piece of the part last nearest to each line, -1 for none
+    stack: NDArray[np.int64]  # (STACK,): nodes of the tree to visit
     squares: NDArray[np.float64]  # (STACK,): their squared distances
     polygon: NDArray[np.float64]  # (5, 3)
 
@@ -70,7 +77,7 @@ class Clearing(NamedTuple):
 def clearing_scratch(m):
     """Scratch for *m* lines."""
     return Clearing(
-        np.zeros((m, MOST, 3)),
+        np.zeros((m, MAX_POINTS, 3)),
         np.zeros(m, np.int64),
         np.zeros((m, 2), np.int64),
         np.zeros(m),
@@ -91,14 +98,9 @@ def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins
     work = clearing_scratch(m)
     for j in range(first, last):
         lines = packed.lines[j if packed.lines.shape[0] > 1 else 0]
-        for kind in range(KINDS):
-            margins[j, kind] = np.inf
-        bounds[j] = 0.0
-        pairs[j] = -1
-        places[j] = np.nan
+        margins[j], bounds[j], pairs[j], places[j] = np.inf, 0.0, -1, np.nan
         if not _drawn(lines, poses[j], states[j], around, work):
-            margins[j] = np.nan
-            bounds[j] = np.nan
+            margins[j], bounds[j] = np.nan, np.nan
             continue
         for i in range(m):
             bounds[j] = max(bounds[j], work.bounds[i])
@@ -114,13 +116,12 @@ def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins
 
 @jit(parallel=True)
 def clearance_sweep(packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds):
-    """Smallest distance of lines from each kind of thing at each pose.
+    """Smallest distance of the lines from each kind of obstacle at each pose.
 
-    *solid* is the part as it is at *now* (N,); *skip_part* says that the part is not held against the `ends` of the
-    lines at the platform. Writes margins (N, KINDS), m: radii taken off, inf where there is nothing of a kind, NaN
-    where a row is no solution; pairs (N, KINDS, 2), the line and the number of what it is nearest to; places
-    (N, KINDS, 3), the point of the line's centre, world; bounds (N,), how far any line may be from what it was drawn
-    as, m.
+    *solid* is the part, taken at *now* (N,); *skip_part*: the part is not compared with the `ends` of the lines at the
+    platform. Writes margins (N, KINDS), m: less the radii, inf where there is no obstacle of a kind, NaN where a row is
+    not solved; pairs (N, KINDS, 2), the line and the index of the nearest obstacle; places (N, KINDS, 3), the nearest
+    point on the line's axis, world; bounds (N,), a bound of the distance between any line and its polyline, m.
     """
     rows = poses.shape[0]
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
@@ -133,7 +134,7 @@ def clearance_sweep(packed, poses, states, around, solid, now, skip_part, margin
 
 @jit(allocates=True)
 def drawn_lines(packed, poses, states, around, points, counts):
-    """The polylines that stand for the lines of the first row: points (m, MOST, 3), world, and their counts (m,)."""
+    """Write the polylines of the lines of the first row: points (m, MAX_POINTS, 3), world, and their counts (m,)."""
     work = clearing_scratch(packed.lines.shape[1])
     counts[:] = 0
     if _drawn(packed.lines[0], poses[0], states[0], around, work):
@@ -159,7 +160,7 @@ def _drawn(lines, pose, states, around, work):
 
 @jit
 def _keep(margin, kind, i, other, points, k, s, margins, pairs, places):
-    """Note what is nearest so far: fraction *s* of segment *k* of line *i*."""
+    """Store the nearest obstacle so far: *other*, at fraction *s* of segment *k* of line *i*."""
     margins[kind] = margin
     pairs[kind, 0], pairs[kind, 1] = i, other
     for axis in range(3):
@@ -168,9 +169,8 @@ def _keep(margin, kind, i, other, points, k, s, margins, pairs, places):
 
 @jit
 def _apart(a, k, b, j, reach):
-    """Whether the balls about two segments are further apart than *reach*."""
-    x = y = 0.0
-    mid = 0.0
+    """Whether the circumscribed balls of two segments are farther apart than *reach*."""
+    x = y = mid = 0.0
     for axis in range(3):
         u, v = a[k + 1, axis] - a[k, axis], b[j + 1, axis] - b[j, axis]
         between = a[k, axis] + 0.5 * u - b[j, axis] - 0.5 * v
@@ -183,7 +183,7 @@ def _apart(a, k, b, j, reach):
 
 @jit
 def _among_lines(around, work, margins, pairs, places):
-    """Each line from each other, where they share an end beyond that."""
+    """Compare each line with each other, except near a shared end."""
     m = work.counts.shape[0]
     for i in range(m):
         for other in range(i + 1, m):
@@ -207,15 +207,11 @@ def _among_lines(around, work, margins, pairs, places):
 
 @jit
 def _from_bodies(i, pose, around, work, margins, pairs, places):
-    """Line *i* from the platform's boxes, beyond its end at the platform."""
+    """Compare line *i* with the platform's boxes, except near its end at the platform."""
     R, points = work.rotation, work.points[i]
     for k in range(work.cuts[i, 1]):
         px, py, pz = points[k, 0] - pose[0], points[k, 1] - pose[1], points[k, 2] - pose[2]
-        ux, uy, uz = (
-            points[k + 1, 0] - points[k, 0],
-            points[k + 1, 1] - points[k, 1],
-            points[k + 1, 2] - points[k, 2],
-        )
+        ux, uy, uz = vector(points, k, points, k + 1)
         if pose.shape[0] == 6:
             px, py, pz = _turned_back(R, px, py, pz)
             ux, uy, uz = _turned_back(R, ux, uy, uz)
@@ -230,6 +226,7 @@ def _from_bodies(i, pose, around, work, margins, pairs, places):
 
 @jit
 def _turned_back(R, x, y, z):
+    """The vector (x, y, z) multiplied by the transpose of *R*."""
     return (
         R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
         R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
@@ -239,7 +236,7 @@ def _turned_back(R, x, y, z):
 
 @jit
 def _signed(x, y, z, ux, uy, uz, hx, hy, hz):
-    """Signed distance of a segment from a box about zero, and the fraction."""
+    """Signed distance of a segment from a box about zero, and its fraction."""
     square, s = segment_box(x, y, z, ux, uy, uz, hx, hy, hz)
     if square > 0.0:
         return sqrt(square), s
@@ -248,7 +245,7 @@ def _signed(x, y, z, ux, uy, uz, hx, hy, hz):
 
 @jit
 def _from_beams(i, around, work, margins, pairs, places):
-    """Line *i* from the frame's beams, beyond its end at the exit."""
+    """Compare line *i* with the frame's beams, except near its end at the exit."""
     points = work.points[i]
     for beam in range(around.beams.shape[0]):
         radii = around.radii[i] + around.beam_radii[beam]
@@ -261,9 +258,9 @@ def _from_beams(i, around, work, margins, pairs, places):
 
 @jit
 def _from_part(i, radius, solid, now, skip, work, margins, pairs, places):
-    """Line *i* from the part as it is at *now*: from the platform up, for what is near is most often there.
+    """Compare line *i* with the part at *now*, from the platform upwards since the nearest piece is mostly there.
 
-    What was nearest to the line in the row before is tried first: neighbouring rows are mostly neighbours in space.
+    The nearest piece of the row before is tried first: neighbouring rows are mostly neighbours in space.
     """
     last = work.cuts[i, 1] if skip else work.counts[i] - 1
     points, piece = work.points[i], work.hints[i]
@@ -286,10 +283,10 @@ def _from_part(i, radius, solid, now, skip, work, margins, pairs, places):
 
 @jit
 def nearest(solid, now, points, k, best, work):
-    """Signed distance of segment *k* of *points* from the piece of a solid that is nearest at *now*.
+    """Signed distance of segment *k* of *points* from the nearest piece of a solid at *now*.
 
-    Only what is nearer than *best* is looked for. Returns distance, fraction and number of the piece, -1 if there is
-    none. Of triangles the distance is 0 where the segment passes through one.
+    Only pieces nearer than *best* are searched. Returns distance, fraction and index of the piece, -1 if there is
+    none. For triangles the distance is 0 where the segment passes through one.
     """
     stack, squares = work.stack, work.squares
     leaves = solid.ranges.shape[0] - 1
@@ -326,38 +323,22 @@ def nearest(solid, now, points, k, best, work):
 @jit
 def _square(boxes, node, points, k):
     """Squared distance of segment *k* from a node's box."""
-    px, py, pz = points[k, 0], points[k, 1], points[k, 2]
-    square, _ = segment_box(
-        px - boxes[node, 0],
-        py - boxes[node, 1],
-        pz - boxes[node, 2],
-        points[k + 1, 0] - px,
-        points[k + 1, 1] - py,
-        points[k + 1, 2] - pz,
-        boxes[node, 3],
-        boxes[node, 4],
-        boxes[node, 5],
-    )
+    px, py, pz = vector(boxes, node, points, k)
+    ux, uy, uz = vector(points, k, points, k + 1)
+    square, _ = segment_box(px, py, pz, ux, uy, uz, boxes[node, 3], boxes[node, 4], boxes[node, 5])
     return square
 
 
 @jit
 def _from_piece(solid, piece, now, points, k, polygon):
-    """Signed distance of segment *k* from one piece as it is at *now*, and the fraction."""
+    """Signed distance of segment *k* from one piece at *now*, and its fraction."""
     if solid.kind == TRIANGLES:
         count = clipped(solid.pieces[piece], now, polygon)
         square, s = segment_polygon(points, k, polygon, count)
         return sqrt(square), s
-    px, py, pz = points[k, 0], points[k, 1], points[k, 2]
-    return _from_bead(
-        solid.pieces[piece], px, py, pz, points[k + 1, 0] - px, points[k + 1, 1] - py, points[k + 1, 2] - pz
-    )
-
-
-@jit
-def _from_bead(row, px, py, pz, ux, uy, uz):
-    """Signed distance of a segment from a bead, and the fraction."""
-    x, y, z = px - row[0], py - row[1], pz - row[2]
+    row = solid.pieces[piece]
+    x, y, z = vector(solid.pieces, piece, points, k)
+    ux, uy, uz = vector(points, k, points, k + 1)
     ax, ay, az, bx, by, bz = row[3], row[4], row[5], row[6], row[7], row[8]
     cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     return _signed(

@@ -1,26 +1,32 @@
-"""Distances of a segment from a segment, a box and a flat convex polygon: closed forms, right to rounding.
+"""Distances of a segment from a segment, a box and a flat convex polygon: closed forms, exact to rounding.
 
-Segment i of a polyline (k, 3) goes from its point i to its point i + 1; it may have no length. m throughout.
+Segment i of a polyline (k, 3) is from its point i to its point i + 1; its length may be zero. Lengths are in m.
 """
 
 from cablewright.kernels import jit
 
-CUTS = 16  # more than the six faces of a box can ask for
-PARALLEL = 1e-12  # squared sine: two directions nearer than this have no crossing that rounding leaves to be trusted
+CUTS = 16  # more than the six faces of a box can require
+PARALLEL = 1e-12  # squared sine of two directions under which rounding dominates their common normal
+
+
+@jit
+def vector(a, i, b, j):
+    """The vector from point *i* of *a* to point *j* of *b*."""
+    return b[j, 0] - a[i, 0], b[j, 1] - a[i, 1], b[j, 2] - a[i, 2]
 
 
 @jit
 def segment_segment(a, i, b, j):
     """Squared distance of segment *i* of *a* from segment *j* of *b*, and the fractions at which it is reached.
 
-    The lines' nearest points by cross products; each end against the other segment where those are outside, or the
-    lines so nearly parallel that their nearest points are not known (the distance then is right to 1e-8 of lengths).
+    The lines' nearest points follow from cross products. Where they are outside the segments, or the lines are nearly
+    parallel, each end is compared with the other segment (the distance is then exact to 1e-8 of the lengths).
     """
     px, py, pz = a[i, 0], a[i, 1], a[i, 2]
-    ux, uy, uz = a[i + 1, 0] - px, a[i + 1, 1] - py, a[i + 1, 2] - pz
+    ux, uy, uz = vector(a, i, a, i + 1)
     qx, qy, qz = b[j, 0], b[j, 1], b[j, 2]
-    vx, vy, vz = b[j + 1, 0] - qx, b[j + 1, 1] - qy, b[j + 1, 2] - qz
-    rx, ry, rz = qx - px, qy - py, qz - pz
+    vx, vy, vz = vector(b, j, b, j + 1)
+    rx, ry, rz = vector(a, i, b, j)
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     square = nx * nx + ny * ny + nz * nz
     best, s, t = 1e300, 0.0, 0.0
@@ -63,8 +69,8 @@ def point_segment(x, y, z, qx, qy, qz, vx, vy, vz):
 def segment_box(px, py, pz, ux, uy, uz, hx, hy, hz):
     """Squared distance of the segment from p to p + u from a box of half sides h about zero, and the fraction.
 
-    It is convex along the segment, and its slope is linear between the planes of the faces: the bracket of its zero
-    is narrowed down to two of those.
+    It is convex along the segment, and its slope is linear between the planes of the faces: the bracket of the slope's
+    zero is narrowed to two of those.
     """
     low, high = 0.0, 1.0
     first = _slope(px, py, pz, ux, uy, uz, hx, hy, hz, 0.0)
@@ -90,7 +96,7 @@ def segment_box(px, py, pz, ux, uy, uz, hx, hy, hz):
 
 @jit
 def _beyond(x, h):
-    """How far x is beyond -h to h, with its sign."""
+    """Signed distance of x from the interval -h to h."""
     return x - h if x > h else (x + h if x < -h else 0.0)
 
 
@@ -108,10 +114,10 @@ def _slope(px, py, pz, ux, uy, uz, hx, hy, hz, s):
 
 @jit
 def depth_in_box(px, py, pz, ux, uy, uz, hx, hy, hz, s):
-    """How deep the segment from p to p + u goes into the box, negative, and the fraction; *s* is a fraction inside.
+    """Largest depth (negative) of the segment from p to p + u in the box, and its fraction; *s* is a fraction inside.
 
-    The depth of a point is its distance from the nearest face: along the segment the largest of six linear functions.
-    Two of them are cut with each other until the cut lies on the largest.
+    Minus the distance of a point from the nearest face is, along the segment, the largest of six linear functions. Two
+    of them are intersected until the intersection lies on the largest.
     """
     low, high = 0.0, 1.0
     at_low, fall = _face(px, py, pz, ux, uy, uz, hx, hy, hz, low, -1.0)
@@ -138,7 +144,7 @@ def depth_in_box(px, py, pz, ux, uy, uz, hx, hy, hz, s):
 
 @jit
 def _face(px, py, pz, ux, uy, uz, hx, hy, hz, s, side):
-    """The largest of the six functions and its slope; of equal ones, with the slope that is most towards *side*."""
+    """The largest of the six functions and its slope; of equal ones, that with the slope farthest towards *side*."""
     value, slope = -1e300, 0.0
     for p, u, h in ((px, ux, hx), (py, uy, hy), (pz, uz, hz)):
         for sign in (-1.0, 1.0):
@@ -150,9 +156,9 @@ def _face(px, py, pz, ux, uy, uz, hx, hy, hz, s, side):
 
 @jit
 def clipped(row, ceiling, polygon):
-    """Write to *polygon* (5, 3) what of a triangle, nine numbers of *row*, is at or below *ceiling* (m, along z).
+    """Write to *polygon* (5, 3) the part of a triangle, nine numbers of *row*, at or below height *ceiling*, m.
 
-    The corners, in order, then the first again. Returns their number: 0, or 3 to 4.
+    Written are the corners in order, then the first again. Returns the number of corners: 0, 3 or 4.
     """
     count = 0
     for k in range(3):
@@ -177,8 +183,8 @@ def clipped(row, ceiling, polygon):
 def segment_polygon(a, i, polygon, count):
     """Squared distance of segment *i* of *a* from a flat convex polygon of *count* corners, and the fraction.
 
-    Zero where the segment passes through it. *polygon* (count + 1, 3) ends with its first corner; without an area it is
-    its edges.
+    Zero where the segment passes through it. *polygon* (count + 1, 3) ends with its first corner; if its area is zero
+    only its edges count.
     """
     best, at = 1e300, 0.0
     for k in range(count):
@@ -209,13 +215,11 @@ def segment_polygon(a, i, polygon, count):
 
 @jit
 def _normal(polygon, count):
-    """Twice the area along the normal."""
+    """Normal vector of the polygon, as long as twice its area."""
     nx = ny = nz = 0.0
     for k in range(1, count - 1):
-        ux, uy, uz = polygon[k, 0] - polygon[0, 0], polygon[k, 1] - polygon[0, 1], polygon[k, 2] - polygon[0, 2]
-        vx = polygon[k + 1, 0] - polygon[0, 0]
-        vy = polygon[k + 1, 1] - polygon[0, 1]
-        vz = polygon[k + 1, 2] - polygon[0, 2]
+        ux, uy, uz = vector(polygon, 0, polygon, k)
+        vx, vy, vz = vector(polygon, 0, polygon, k + 1)
         nx += uy * vz - uz * vy
         ny += uz * vx - ux * vz
         nz += ux * vy - uy * vx
@@ -224,18 +228,15 @@ def _normal(polygon, count):
 
 @jit
 def _height(a, j, polygon, nx, ny, nz):
-    return (a[j, 0] - polygon[0, 0]) * nx + (a[j, 1] - polygon[0, 1]) * ny + (a[j, 2] - polygon[0, 2]) * nz
+    x, y, z = vector(polygon, 0, a, j)
+    return x * nx + y * ny + z * nz
 
 
 @jit
 def _over(x, y, z, polygon, count, nx, ny, nz):
-    """Whether the point's projection onto the polygon's plane is inside of all edges."""
+    """Whether the point's projection onto the polygon's plane is inside all edges."""
     for k in range(count):
-        ex, ey, ez = (
-            polygon[k + 1, 0] - polygon[k, 0],
-            polygon[k + 1, 1] - polygon[k, 1],
-            polygon[k + 1, 2] - polygon[k, 2],
-        )
+        ex, ey, ez = vector(polygon, k, polygon, k + 1)
         rx, ry, rz = x - polygon[k, 0], y - polygon[k, 1], z - polygon[k, 2]
         side = (ey * rz - ez * ry) * nx + (ez * rx - ex * rz) * ny + (ex * ry - ey * rx) * nz
         if side < 0.0:

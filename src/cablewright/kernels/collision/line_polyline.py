@@ -1,8 +1,8 @@
 """A hanging line as a polyline whose chords stay within a stated distance of the curve.
 
-A piece of arc l whose curvature is at most k, and which turns by less than a radian, is nowhere further than k l^2 / 8
-from its chord; any piece is nowhere further than l / 2. Of a span of weight w per length under tension T with
-horizontal part h the curvature is w |h| / (T^2 (1 + c T)) with compliance c, largest where T is least.
+An arc of length l with curvature at most k that turns by less than a radian is nowhere farther than k l^2 / 8 from its
+chord; any arc is nowhere farther than l / 2. The curvature of a span with weight w per length, compliance c, tension T
+and its horizontal component h is w |h| / (T^2 (1 + c T)), largest where T is smallest.
 """
 
 from math import ceil, cos, exp, sin, sqrt
@@ -11,19 +11,19 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import BETA, EXIT_X, FREE, FREE_COMPLIANCE, LEVER, PHI, RADIUS, SIDE, TAU, WEIGHT
 from cablewright.kernels.statics.catenary import TINY, span
 
-MOST = 128  # points of a line
-FEW = 8  # pieces up to which a rest is cut evenly
-LOOSER = 4.0  # what a tolerance is multiplied with that takes more points than there are
+MAX_POINTS = 128  # of a line
+EVEN_PIECES = 8  # up to this number, the rest of a section is divided evenly
+LOOSER = 4.0  # factor on a tolerance that would require more points
 TRIES = 40
 
 
 @jit
 def polyline(row, y, plane, ends, tolerance, points, cuts):
-    """Write the free span of a solved line to *points* (MOST, 3), world, from its sheave to the platform.
+    """Write the free span of a solved line to *points* (MAX_POINTS, 3), world, from its sheave to the platform.
 
-    Two of the points are *ends* (m) along the cable from either end, or both in its middle; *cuts* (2,) gets their
-    numbers. *plane* is that of `wrench.place`. Returns the number of points, and how far the curve may be from the
-    polyline, m: at most *tolerance* unless there are too few points for that.
+    Two of the points lie *ends* (m) along the cable from either end, or both in its middle; *cuts* (2,) receives their
+    indices. *plane* is that of `wrench.place`. Returns the number of points and a bound of the distance between curve
+    and polyline, m: at most *tolerance* unless that requires too many points.
     """
     t = exp(y[TAU])
     h, v = t * cos(y[PHI]), t * sin(y[PHI])
@@ -32,19 +32,18 @@ def polyline(row, y, plane, ends, tolerance, points, cuts):
     z0 = row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
     if row[WEIGHT] == 0.0:
         return _straight(row, x0, z0, plane, ends, points, cuts), 0.0
-    allowed = tolerance
-    count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, allowed, points, cuts)
+    count, bound = 0, 0.0
     for _ in range(TRIES):
-        if bound <= allowed:
+        count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, tolerance, points, cuts)
+        if bound <= tolerance:
             break
-        allowed *= LOOSER
-        count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, allowed, points, cuts)
+        tolerance *= LOOSER
     return count, bound
 
 
 @jit
 def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
-    """The points of a line with weight, from its start (x0, z0) with the tension (h, v); their number and the bound."""
+    """As `polyline`, of a line with weight that starts at (x0, z0) with the force (h, v)."""
     weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
     _put(row, plane, x0, z0, points, 0)
     near = min(ends, 0.5 * length)
@@ -54,11 +53,11 @@ def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
         while done < stop:
             piece = stop - done
             error = chord_error(h, v + weight * done, piece, weight, compliance)
-            while error > tolerance and count < MOST - 3 + section:
+            while error > tolerance and count < MAX_POINTS - 3 + section:
                 parts = ceil(sqrt(error / tolerance))
-                piece /= parts if parts <= FEW else 2.0
+                piece /= parts if parts <= EVEN_PIECES else 2.0
                 error = chord_error(h, v + weight * done, piece, weight, compliance)
-                if parts <= FEW:
+                if parts <= EVEN_PIECES:
                     break
             bound = max(bound, error)
             done = stop if piece >= stop - done else done + piece
@@ -72,12 +71,12 @@ def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
 
 @jit
 def chord_error(h, v, length, weight, compliance):
-    """How far a span that starts with tension (h, v) may be from its chord, m."""
+    """Bound of the distance between a span that starts with force (h, v) and its chord, m."""
     end = v + weight * length
     first, last = sqrt(h * h + v * v), sqrt(h * h + end * end)
-    least = abs(h) if v * end < 0.0 else min(first, last)
+    lowest = abs(h) if v * end < 0.0 else min(first, last)
     arc = length * (1.0 + compliance * max(first, last))
-    curvature = weight * abs(h) / (least * least * (1.0 + compliance * least) + TINY)
+    curvature = weight * abs(h) / (lowest * lowest * (1.0 + compliance * lowest) + TINY)
     if curvature * arc > 1.0:
         return 0.5 * arc
     return 0.125 * curvature * arc * arc
@@ -85,7 +84,7 @@ def chord_error(h, v, length, weight, compliance):
 
 @jit
 def _straight(row, x0, z0, plane, ends, points, cuts):
-    """A line without weight: its two ends, and the two points between them."""
+    """As `polyline`, of a line without weight: four points. Returns their number."""
     x, z = plane[2] - x0, plane[3] - z0
     length = sqrt(x * x + z * z)
     near = min(ends / max(length, TINY), 0.5)

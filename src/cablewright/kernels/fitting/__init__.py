@@ -1,1 +1,1 @@
-"""Least squares and line fits for calibration and lidar scans."""
+"""Least squares for calibration and line fits for lidar scans."""

@@ -1,7 +1,7 @@
-"""What each sensor of a calibration should read of straight, stiff lines over sheaves, with its derivatives.
+"""Residuals of a calibration's measurements and their derivatives, for straight, stiff lines over sheaves.
 
 Length over a swivelling sheave: Wang, Caro 2021, Eqs. 1 to 10, with the sign of Eq. 11 as in Eqs. 3 and 6, and either
-side of wrap. Its derivative is the unit vector u along the free cable by the platform point, and -u by the exit point.
+side of wrap. Its derivative by the platform point is the unit vector u along the free cable, by the exit point -u.
 """
 
 from math import asin, atan2, exp, expm1, floor, nan, pi, sqrt
@@ -11,56 +11,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.rotation import compose, matrix
+from cablewright.kernels.rotation import compose, matrix, rotate
 
 # Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
-# zero counts, from the exit point; the scale is the true length over the counted one; the build-up is how much of
-# itself the drum's radius loses per length paid out, 1/m.
+# zero counts, from the exit point; the scale is the true length over the counted one; the build-up is the relative
+# decrease of the drum's radius per length paid out, 1/m.
 EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
 COLUMNS = 11
 
-# Kinds of rows. `line` and `other` name lines or axes, `extra` holds six numbers; what they mean:
+# Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
 COORDINATE = 1  # other: the axis of the pose, 3 to 5 of a rotation, whose measured vector is extra[:3]
 SWIVEL = 2  # line: azimuth of its free cable, rad
 TILT = 3  # other: 0 about x, 1 about y, rad: of the platform against the plumb line
 REACH = 4  # extra: a point of the world, a point of the platform: their distance, m
 PLANE = 5  # extra: unit normal, a point of the platform: its distance along the normal from the origin, m
-BALANCE = 6  # extra: a direction times 1 / N, one times 1 / N m: what measured tensions leave unbalanced along both
+BALANCE = 6  # extra: directions of a force, 1 / N, and of a moment, 1 / N m: unbalanced part of measured tensions
 BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
-# Of lines that stretch and sag, what an equilibrium adds is not in these: the length paid out, the tension.
+# Of lines that stretch and sag; the part that depends on their equilibrium is added elsewhere:
 PAID_OUT = 8  # line
 TENSION = 9  # line
 
 STRAIGHT = 1e-5  # counted build-up under which its series is exact
-LEAST = 1e-9  # m: shorter distances have no direction
+MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
 
 
 class MeasurementRows(NamedTuple):
-    """Measurements, in the order of poses; those of no pose come last. N poses, R rows, k unknowns, m lines."""
+    """Measurements in the order of poses; those without a pose come last. N poses, R rows, k unknowns, m lines."""
 
     freedoms: int  # n: 3 or 6
-    start: NDArray[np.int64]  # (N + 1,) first row of each pose, and the first one of none
+    start: NDArray[np.int64]  # (N + 1,) first row of each pose, and the first one without a pose
     kind: NDArray[np.int64]  # (R,)
     line: NDArray[np.int64]  # (R,)
     other: NDArray[np.int64]  # (R,)
     extra: NDArray[np.float64]  # (R, 6)
-    lines: NDArray[np.float64]  # (m, COLUMNS): what is no unknown
-    target: NDArray[np.int64]  # (m, COLUMNS): which unknown stands there, -1 for none
-    tensions: NDArray[np.float64]  # (N, m) N, measured; for BALANCE alone
+    lines: NDArray[np.float64]  # (m, COLUMNS): known values
+    target: NDArray[np.int64]  # (m, COLUMNS): index of the unknown, -1 where the value is known
+    tensions: NDArray[np.float64]  # (N, m) N, measured; for BALANCE only
     load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
-    wanted: NDArray[np.float64]  # (q,): what they should give
+    wanted: NDArray[np.float64]  # (q,): their expected values
 
 
 class Reading(NamedTuple):
-    """Scratch of one row: derivatives by the pose, and those by unknowns that are not zero."""
+    """Scratch of one row: derivatives by the pose, and the nonzero ones by unknowns."""
 
     slope: NDArray[np.float64]  # (6,)
     gradient: NDArray[np.float64]  # (m * COLUMNS,)
-    unknown: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; one may be there twice
+    unknown: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; an unknown may occur twice
     rotation: NDArray[np.float64]  # (3, 3) of the pose
-    lines: NDArray[np.float64]  # (m, COLUMNS): all numbers of the lines, unknowns in place
+    lines: NDArray[np.float64]  # (m, COLUMNS): all values of the lines, unknowns included
     free: NDArray[np.float64]  # (9,): length, u (3,), per radius, free span, horizontal distance, its cosine and sine
     turn: NDArray[np.float64]  # (3,)
 
@@ -81,7 +81,7 @@ def reading(m):
 
 @jit
 def place_unknowns(rows, theta, lines):
-    """Write all numbers of the lines to *lines*: unknowns from *theta* (k,)."""
+    """Write all values of the lines to *lines* (m, COLUMNS), unknowns from *theta* (k,)."""
     for i in range(lines.shape[0]):
         for c in range(COLUMNS):
             at = rows.target[i, c]
@@ -90,10 +90,10 @@ def place_unknowns(rows, theta, lines):
 
 @jit
 def over_sheave(line, x, y, z, free):
-    """Write to *free* the line to the point (x, y, z). Its length is NaN where the point is within the sheave."""
+    """Write the *line* to the point (x, y, z) to *free*. Its length is NaN where the point is inside the sheave."""
     dx, dy, dz = x - line[EXIT], y - line[EXIT + 1], z - line[EXIT + 2]
     rho = sqrt(dx * dx + dy * dy)
-    ex, ey = (dx / rho, dy / rho) if rho > LEAST else (1.0, 0.0)
+    ex, ey = (dx / rho, dy / rho) if rho > MIN_DISTANCE else (1.0, 0.0)
     side, radius = line[SIDE], line[RADIUS]
     if side == 0.0:
         span = sqrt(rho * rho + dz * dz)
@@ -111,7 +111,7 @@ def over_sheave(line, x, y, z, free):
 
 @jit
 def paid_out(line, counted):
-    """Length that *counted* stands for, m, its derivative by the scale and by the build-up."""
+    """True length of *counted*, m, and its derivatives by the scale and the build-up."""
     scale, build_up = line[SCALE], line[BUILD_UP]
     x = build_up * counted
     if abs(x) < STRAIGHT:
@@ -123,7 +123,7 @@ def paid_out(line, counted):
 
 @jit
 def read_row(rows, i, j, value, pose, work):
-    """Residual of row *i* at pose *j*, and how many derivatives by unknowns are in *work*. NaN where it has none."""
+    """Residual of row *i* at pose *j*, NaN where undefined, and the number of derivatives by unknowns in *work*."""
     kind = rows.kind[i]
     work.slope[:] = 0.0
     if kind == ENCODER:
@@ -147,7 +147,7 @@ def read_row(rows, i, j, value, pose, work):
 
 @jit
 def _put(rows, work, count, line, column, amount):
-    """Note a derivative by one number of a line, if it is an unknown. Returns the count."""
+    """Append a derivative by one value of a line if it is an unknown. Returns the new count."""
     at = rows.target[line, column]
     if at < 0:
         return count
@@ -157,32 +157,23 @@ def _put(rows, work, count, line, column, amount):
 
 @jit
 def _arm(work, line):
-    """Where a line is tied to the platform, from the platform's origin, world."""
-    turned, point = work.rotation, work.lines[line]
-    x, y, z = point[POINT], point[POINT + 1], point[POINT + 2]
-    return (
-        turned[0, 0] * x + turned[0, 1] * y + turned[0, 2] * z,
-        turned[1, 0] * x + turned[1, 1] * y + turned[1, 2] * z,
-        turned[2, 0] * x + turned[2, 1] * y + turned[2, 2] * z,
-    )
+    """Platform point of a line from the platform's origin, world."""
+    row = work.lines[line]
+    return rotate(work.rotation, row[POINT], row[POINT + 1], row[POINT + 2])
 
 
 @jit
 def _by_point(rows, work, line, count, ax, ay, az, gx, gy, gz):
-    """Derivatives by pose, exit point and platform point of what has the gradient (gx, gy, gz) by the point tied."""
-    slope = work.slope
-    slope[0] += gx
-    slope[1] += gy
-    slope[2] += gz
-    count = _put(rows, work, count, line, EXIT, -gx)
-    count = _put(rows, work, count, line, EXIT + 1, -gy)
-    count = _put(rows, work, count, line, EXIT + 2, -gz)
+    """Append derivatives by pose, exit point and platform point, from the gradient by the platform point in space."""
+    for axis, along in enumerate((gx, gy, gz)):
+        work.slope[axis] += along
+        count = _put(rows, work, count, line, EXIT + axis, -along)
     return _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz)
 
 
 @jit
 def _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz):
-    """Derivatives by rotation and platform point of what has the gradient (gx, gy, gz) by the arm."""
+    """Append derivatives by rotation and platform point, from the gradient (gx, gy, gz) by the arm."""
     slope, turned = work.slope, work.rotation
     slope[3] += ay * gz - az * gy
     slope[4] += az * gx - ax * gz
@@ -206,7 +197,7 @@ def _encoder(rows, i, counted, pose, work):
 
 @jit
 def _wound(rows, work, count, i, counted):
-    """Minus the length that *counted* stands for, home length and all, and its derivatives by the winch's numbers."""
+    """Minus the true length of *counted*, offset included; appends derivatives by offset, scale and build-up."""
     line = work.lines[i]
     out, per_scale, per_build_up = paid_out(line, counted)
     count = _put(rows, work, count, i, OFFSET, -1.0)
@@ -220,7 +211,7 @@ def _coordinate(axis, extra, value, pose, work):
     work.slope[axis] = 1.0
     if axis < 3:
         return pose[axis] - value
-    for k in range(3):  # its derivative is that of a small turn: the measured rotation is near
+    for k in range(3):  # the derivative is that for small angles: the measured rotation is near
         work.turn[k] = -extra[k]
     compose(pose[3], pose[4], pose[5], work.turn)
     return work.turn[axis - 3]
@@ -232,7 +223,7 @@ def _swivel(rows, i, value, pose, work):
     ax, ay, az = _arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
     dx, dy = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1]
-    square = max(dx * dx + dy * dy, LEAST * LEAST)
+    square = max(dx * dx + dy * dy, MIN_DISTANCE * MIN_DISTANCE)
     count = _by_point(rows, work, i, 0, ax, ay, az, -dy / square, dx / square, 0.0)
     off = atan2(dy, dx) - value
     return off - 2.0 * pi * floor((off + pi) / (2.0 * pi)), count
@@ -240,7 +231,7 @@ def _swivel(rows, i, value, pose, work):
 
 @jit
 def _tilt(about, value, work):
-    """How the plumb line leans in the platform's frame, rad; d(R^T e_z) = -R^T (w x e_z) for a turn w in space."""
+    """Tilt of the plumb line in the platform's frame, rad; d(R^T e_z) = -R^T (w x e_z) for a world rotation w."""
     turned, slope = work.rotation, work.slope
     up, sign = turned[2, 2], (1.0 if about == 0 else -1.0)
     axis = 1 - about
@@ -255,10 +246,10 @@ def _tilt(about, value, work):
 
 @jit
 def _contact(kind, extra, value, pose, work):
-    turned, slope = work.rotation, work.slope
+    slope = work.slope
     arm, spot = work.turn, work.free
+    arm[0], arm[1], arm[2] = rotate(work.rotation, extra[3], extra[4], extra[5])
     for a in range(3):
-        arm[a] = turned[a, 0] * extra[3] + turned[a, 1] * extra[4] + turned[a, 2] * extra[5]
         spot[a] = pose[a] + arm[a]
     if kind == PLANE:
         for a in range(3):
@@ -267,18 +258,16 @@ def _contact(kind, extra, value, pose, work):
     else:
         size = sqrt((spot[0] - extra[0]) ** 2 + (spot[1] - extra[1]) ** 2 + (spot[2] - extra[2]) ** 2)
         for a in range(3):
-            slope[a] = (spot[a] - extra[a]) / max(size, LEAST)
-    slope[3] = arm[1] * slope[2] - arm[2] * slope[1]
-    slope[4] = arm[2] * slope[0] - arm[0] * slope[2]
-    slope[5] = arm[0] * slope[1] - arm[1] * slope[0]
+            slope[a] = (spot[a] - extra[a]) / max(size, MIN_DISTANCE)
+    slope[3], slope[4], slope[5] = _cross(arm[0], arm[1], arm[2], slope[0], slope[1], slope[2])
     return size - value
 
 
 @jit
 def _balance(rows, j, along, pose, work):
-    """Load less tensions times (u, r x u), along a force and a moment; u turns as the point tied moves across it.
+    """Load less tensions times (u, r x u), along a force and a moment; u depends on the platform point.
 
-    Along the moment b a line does what it does along the force b x r, which turns with the arm r.
+    Along the moment b a line acts as along the force b x r, which rotates with the arm r.
     """
     free = work.free
     left = _load(rows.load, along, work)
@@ -287,7 +276,7 @@ def _balance(rows, j, along, pose, work):
         line, t = work.lines[i], rows.tensions[j, i]
         ax, ay, az = _arm(work, i)
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-        rho, c, s = max(free[6], LEAST), free[7], free[8]
+        rho, c, s = max(free[6], MIN_DISTANCE), free[7], free[8]
         ex, ey = (pose[0] + ax - line[EXIT]) / rho, (pose[1] + ay - line[EXIT + 1]) / rho
         bx, by, bz = _cross(along[3], along[4], along[5], ax, ay, az)
         bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
@@ -305,12 +294,9 @@ def _balance(rows, j, along, pose, work):
 
 @jit
 def _load(load, along, work):
-    """The load besides tensions along a force and a moment; the weight's arm turns."""
-    turned, slope = work.rotation, work.slope
-    x, y, z = load[7], load[8], load[9]
-    ax = turned[0, 0] * x + turned[0, 1] * y + turned[0, 2] * z
-    ay = turned[1, 0] * x + turned[1, 1] * y + turned[1, 2] * z
-    az = turned[2, 0] * x + turned[2, 1] * y + turned[2, 2] * z
+    """The platform's own load along a force and a moment; the arm of its weight rotates."""
+    slope = work.slope
+    ax, ay, az = rotate(work.rotation, load[7], load[8], load[9])
     gx, gy = along[4] * load[6], -along[3] * load[6]  # weight downwards, times b
     slope[3] += -az * gy
     slope[4] += az * gx
@@ -331,25 +317,24 @@ def _between(rows, i, other, value, work):
     one, two = work.lines[i], work.lines[other]
     x, y, z = one[0] - two[0], one[1] - two[1], one[2] - two[2]
     size = sqrt(x * x + y * y + z * z)
-    share = 1.0 / max(size, LEAST)
+    share = 1.0 / max(size, MIN_DISTANCE)
     count = 0
     for line, sign in ((i, share), (other, -share)):
-        count = _put(rows, work, count, line, EXIT, sign * x)
-        count = _put(rows, work, count, line, EXIT + 1, sign * y)
-        count = _put(rows, work, count, line, EXIT + 2, sign * z)
+        for axis, along in enumerate((x, y, z)):
+            count = _put(rows, work, count, line, EXIT + axis, sign * along)
     return size - value, count
 
 
 @jit
 def begin_pose(pose, work):
-    """Make *work* ready for the rows of a pose (n,)."""
+    """Prepare *work* for the rows of a pose (n,)."""
     if pose.shape[0] == 6:
         matrix(pose[3:], work.rotation)
 
 
 @jit(allocates=True)
 def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradients):
-    """Weighted residuals (R,) and derivatives by pose (R, n) and unknowns (R, k) at *theta* and *poses* (N, n)."""
+    """Write weighted residuals (R,) and derivatives by pose (R, n) and unknowns (R, k) at *theta*, *poses* (N, n)."""
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     gradients[:, :] = 0.0
@@ -369,7 +354,7 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
 
 @jit(allocates=True)
 def lengths_at(rows, theta, poses, lengths):
-    """Lengths (N, m) from exit point to platform, m, at *poses* (N, n); NaN within a sheave."""
+    """Write *lengths* (N, m) from exit point to platform, m, at *poses* (N, n); NaN inside a sheave."""
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     for j in range(poses.shape[0]):

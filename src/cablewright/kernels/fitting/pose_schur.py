@@ -1,10 +1,10 @@
-"""Least squares over unknowns that all poses share and the poses themselves, which a Schur complement eliminates.
+"""Least squares over unknowns shared by all poses and the poses themselves, eliminated by a Schur complement.
 
 Levenberg-Marquardt: [U W^T; W V] (d, e) = (g, h), with V a block for each pose, so (U - W^T V^-1 W) d = g - W^T V^-1 h.
-The cost of a step is linear in the number of poses. Damping never ends: what the data leave open stays where it was.
+The cost of a step is linear in the number of poses. Damping stays positive: undetermined unknowns keep their start.
 """
 
-from math import inf, sqrt
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.fitting.calibration_residuals import Reading, begin_pose, place_unknowns, read_row, reading
-from cablewright.kernels.layout import Code
+from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
+from cablewright.kernels.newton import cholesky, copy
 from cablewright.kernels.rotation import compose
 
-OK, NOT_CONVERGED, NOT_FINITE = int(Code.OK), int(Code.NOT_CONVERGED), int(Code.NOT_FINITE)
-LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e12
-FLOOR = 1e-30  # added to what is damped, so that a row of zeros has a pivot
-NO_BETTER = 1e-8  # m: a refused step so small that what is left is rounding
+MIN_DAMPING, MAX_DAMPING = 1e-12, 1e12
+FLOOR = 1e-30  # added to damped diagonal entries, so that a row of zeros has a pivot
+NO_BETTER = 1e-8  # m: size of a rejected step after which only rounding is left
 
 
 class StopRule(NamedTuple):
-    """When a run ends: a step with all parts under `step` (m, rad), or a cost that falls by less than `fall` of it."""
+    """Stop criteria and initial damping of a run."""
 
-    step: float
-    fall: float
-    most: int  # steps tried
+    step: float  # m, rad: a step all of whose entries are smaller ends the run
+    fall: float  # relative decrease of the cost: a smaller one ends the run
+    max_steps: int
     damping: float  # at the start
 
 
@@ -71,7 +71,7 @@ def scratch(rows, k):
 
 @jit
 def cost(rows, theta, poses, values, weights, work):
-    """Half the sum of squares; infinite where a reading has no value."""
+    """Half the sum of squared weighted residuals; infinite where one is undefined."""
     place_unknowns(rows, theta, work.row.lines)
     total = 0.0
     for j in range(poses.shape[0] + 1):
@@ -92,13 +92,10 @@ def cost(rows, theta, poses, values, weights, work):
 
 @jit
 def normal_equations(rows, theta, poses, values, weights, work):
-    """Write U, V, W and the right sides g, h at a place where `cost` is finite."""
+    """Write U, V, W and the right sides g, h at *theta* and *poses*, where `cost` must be finite."""
     place_unknowns(rows, theta, work.row.lines)
-    work.U[:, :] = 0.0
-    work.g[:] = 0.0
-    work.V[:, :, :] = 0.0
-    work.W[:, :, :] = 0.0
-    work.h[:, :] = 0.0
+    work.U[:, :], work.g[:] = 0.0, 0.0
+    work.V[:, :, :], work.W[:, :, :], work.h[:, :] = 0.0, 0.0, 0.0
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
         pose = poses[0 if alone else j]
@@ -120,7 +117,7 @@ def normal_equations(rows, theta, poses, values, weights, work):
 
 @jit
 def _add(work, j, count, weight, off, n, alone):
-    """Add what one row says. U keeps its lower half."""
+    """Add one row to the normal equations; of U only the lower triangle is used."""
     gradient, index, slope = work.row.gradient, work.row.unknown, work.row.slope
     for p in range(count):
         a, one = index[p], weight * gradient[p]
@@ -142,16 +139,19 @@ def _add(work, j, count, weight, off, n, alone):
 
 @jit
 def reduce_poses(work, damping, k, n):
-    """Write the lower half of S and its right side to `step`, with all poses eliminated. False if a block fails."""
+    """Write the lower triangle of S and its right side to `step`, with all poses eliminated. False if one fails."""
     S, rhs = work.S, work.step
+    copy(work.g, rhs)
     for a in range(k):
-        rhs[a] = work.g[a]
         for b in range(a + 1):
             S[a, b] = work.U[a, b]
         S[a, a] += damping * work.U[a, a] + FLOOR
     for j in range(work.V.shape[0]):
-        L, Y, e = work.L[j], work.Y[j], work.e[j]
-        if not _factor_pose(work.V[j], damping, L, n):
+        V, L, Y, e = work.V[j], work.L[j], work.Y[j], work.e[j]
+        for c in range(n):
+            copy(V[c], L[c])
+            L[c, c] += damping * V[c, c] + FLOOR
+        if not cholesky(L, n):
             return False
         for c in range(n):
             total = work.h[j, c]
@@ -175,36 +175,10 @@ def reduce_poses(work, damping, k, n):
 
 
 @jit
-def _factor_pose(V, damping, L, n):
-    """Cholesky factor of the damped block of a pose."""
-    for c in range(n):
-        for d in range(c + 1):
-            total = V[c, d] + (damping * V[c, c] + FLOOR if c == d else 0.0)
-            for s in range(d):
-                total -= L[c, s] * L[d, s]
-            if c == d:
-                if not total > 0.0:
-                    return False
-                L[c, c] = sqrt(total)
-            else:
-                L[c, d] = total / L[d, d]
-    return True
-
-
-@jit
 def _solve_reduced(S, step, k):
     """Solve S step = step in place by Cholesky; S is destroyed. False if it is not positive definite."""
-    for c in range(k):
-        for d in range(c + 1):
-            total = S[c, d]
-            for s in range(d):
-                total -= S[c, s] * S[d, s]
-            if c == d:
-                if not total > 0.0:
-                    return False
-                S[c, c] = sqrt(total)
-            else:
-                S[c, d] = total / S[d, d]
+    if not cholesky(S, k):
+        return False
     for c in range(k):
         total = step[c]
         for s in range(c):
@@ -220,7 +194,7 @@ def _solve_reduced(S, step, k):
 
 @jit
 def _try_step(theta, poses, damping, work):
-    """Write where the step leads to *work*. Returns its largest part and the fall of the cost that it promises."""
+    """Write unknowns and poses after the step to *work*. Returns its largest entry and the predicted cost decrease."""
     k, n = theta.shape[0], poses.shape[1]
     largest, promised = 0.0, 0.0
     for a in range(k):
@@ -230,7 +204,7 @@ def _try_step(theta, poses, damping, work):
         promised += change * (work.g[a] + damping * work.U[a, a] * change)
     for j in range(poses.shape[0]):
         L, e, moved = work.L[j], work.e[j], work.poses[j]
-        for c in range(n - 1, -1, -1):  # L^T e = (what L e = h gave) - Y d
+        for c in range(n - 1, -1, -1):  # L^T e_new = e - Y d, with e from `reduce_poses`
             total = e[c]
             for a in range(k):
                 total -= work.Y[j, c, a] * work.step[a]
@@ -247,30 +221,21 @@ def _try_step(theta, poses, damping, work):
 
 
 @jit
-def _accept(theta, poses, work):
-    for a in range(theta.shape[0]):
-        theta[a] = work.theta[a]
-    for j in range(poses.shape[0]):
-        for c in range(poses.shape[1]):
-            poses[j, c] = work.poses[j, c]
-
-
-@jit
 def adjust(rows, theta, poses, values, weights, settings, work):
-    """Move *theta* (k,) and *poses* (N, n) to the least cost near them. Returns a code, steps taken and the cost."""
+    """Move *theta* (k,) and *poses* (N, n) to the nearest minimum of the cost. Returns code, steps taken and cost."""
     k, n = theta.shape[0], rows.freedoms
     now = cost(rows, theta, poses, values, weights, work)
     if not now < inf:
         return NOT_FINITE, 0, inf
     damping, steps, fresh = settings.damping, 0, True
-    for _ in range(settings.most):
+    for _ in range(settings.max_steps):
         if fresh:
             normal_equations(rows, theta, poses, values, weights, work)
             steps += 1
         fresh = False
         if not (reduce_poses(work, damping, k, n) and _solve_reduced(work.S, work.step, k)):
-            damping = max(10.0 * damping, LEAST_DAMPING)
-            if damping > MOST_DAMPING:
+            damping = max(10.0 * damping, MIN_DAMPING)
+            if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
             continue
         size, promised = _try_step(theta, poses, damping, work)
@@ -278,25 +243,27 @@ def adjust(rows, theta, poses, values, weights, settings, work):
         if then <= now:
             gain = (now - then) / promised if promised > 0.0 else 1.0
             fell = now - then
-            _accept(theta, poses, work)
+            copy(work.theta, theta)
+            for j in range(poses.shape[0]):
+                copy(work.poses[j], poses[j])
             done = size < settings.step or fell <= settings.fall * now
             now = then
             if done:
                 return OK, steps, now
             fresh = True
-            damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), LEAST_DAMPING)
+            damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), MIN_DAMPING)
         else:
             if size < NO_BETTER:
                 return OK, steps, now
             damping *= 8.0
-            if damping > MOST_DAMPING:
+            if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
     return NOT_CONVERGED, steps, now
 
 
 @jit(allocates=True)
 def adjust_runs(rows, theta, poses, values, weights, settings, codes, steps, costs):
-    """Runs of `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); codes, steps, costs (B,)."""
+    """Repeat `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); writes codes, steps, costs (B,)."""
     work = scratch(rows, theta.shape[1])
     for run in range(theta.shape[0]):
         own, weight = values[run % values.shape[0]], weights[run % weights.shape[0]]

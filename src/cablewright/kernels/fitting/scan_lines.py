@@ -1,6 +1,6 @@
-"""One turn of a planar lidar: its points cut into clusters, straight lines through these, and what places explain.
+"""One turn of a planar lidar: clusters of its points, straight lines through them, and scores of candidate positions.
 
-`Clustering` and `LineSearch` in cablewright.estimation say what the rules mean.
+The rules of `cut` and `draw` are explained in `Clustering` and `LineSearch` of cablewright.estimation.
 """
 
 from math import atan2, ceil, cos, hypot, inf, sin, sqrt
@@ -8,43 +8,43 @@ from math import atan2, ceil, cos, hypot, inf, sin, sqrt
 from cablewright.kernels import jit
 
 # Rules of `cut`.
-SIGMA, GRAZING, SKIP, REACH, ALIGNMENT, LEAST = 0, 1, 2, 3, 4, 5
+SIGMA, GRAZING, SKIP, REACH, ALIGNMENT, MIN_SIZE = 0, 1, 2, 3, 4, 5
 # Rules of `draw`.
-NOISE, BEARING_NOISE, BEYOND, MERGE, OUTLIER, LEAST_POINTS, LEAST_LENGTH = 0, 1, 2, 3, 4, 5, 6
-# Columns of a cluster: its mean, and from there to its end, m; sums of xx, xy, yy about the mean, m^2.
+NOISE, BEARING_NOISE, BEYOND, MERGE, OUTLIER, MIN_POINTS, MIN_LENGTH = 0, 1, 2, 3, 4, 5, 6
+# Columns of a cluster: its mean, and the vector from there to its end, m; sums of xx, xy, yy about the mean, m^2.
 MEAN, END, SCATTER, SUMS = 0, 2, 4, 7
-# Columns of a line: the unit vector along it; its place across that, its mean's along it (negative) and its ends', m.
+# Columns of a line: its unit vector; its offset across that; coordinates of its mean (negated) and ends along it, m.
 ALONG, OFFSET, LEVER, LOW, HIGH = 0, 2, 3, 4, 5
-# Its points, the sum of their weights (1/m^2) and their weighted scatter along it, by how much they scatter more than
-# their noise, squares of what they are off (m^2); sums of their steepness, and of that by the place, weighted.
+# Number of its points, sum of their weights (1/m^2), their weighted scatter along it, ratio of residuals to noise, sum
+# of squared residuals (m^2); weighted sums of the rays' steepness, and of steepness times coordinate along the line.
 COUNT, TOTAL, LARGER, SCALE, SQUARES, STEEP, TURNED, COLUMNS = 6, 7, 8, 9, 10, 11, 12, 13
 
-# Rows of what `draw` keeps of the points near a line: the point, the ray to it, how far that goes, and its weight.
+# Rows of the scratch of `draw` for points near a line: point, unit vector of its ray, range, weight.
 X, Y, U, V, FAR, WEIGHT = 0, 1, 2, 3, 4, 5
 
-CLEAR_OF_NOISE = 5.0  # sigmas apart from which points tell how far it is from one to the next
-ROUNDS = 3  # of putting clusters together, and of a line's fit
-LEAST_STEEPNESS = 0.3  # of a ray on a line: a flatter one is not trusted more
+CLEAR_OF_NOISE = 5.0  # sigmas: distance of two points from which the length between them is measured
+ROUNDS = 3  # of merging clusters, and of a line's fit
+MIN_STEEPNESS = 0.3  # sine of the angle between ray and line: noise is not reduced further below it
 
 
 @jit
 def cut(xy, distance, step, rules, work, marks, members, first, size, sums):
-    """Cut the points *xy* (n, 2), m, of a turn into clusters, in their order; returns how many there are.
+    """Divide the ordered points *xy* (n, 2), m, of a turn into clusters; returns the number of clusters.
 
-    *distance* (n,), m, and *step* (n,), rad to the next, as `Points` has them. Points of cluster i are
+    *distance* (n,), m, and *step* (n,), rad to the next point, as in `Points`. Points of cluster i are
     ``members[first[i]:first[i] + size[i]]``; *sums* (n // 2, SUMS). Scratch: *work* (4, n), *marks* (2, n).
     """
     n, count = xy.shape[0], 0
-    if n < max(rules[LEAST], 2.0):
+    if n < max(rules[MIN_SIZE], 2.0):
         return 0
     way, x, y, far = work[0], work[1], work[2], work[3]
     near, aligned = marks[0], marks[1]
     usual = median(step, n, way)
     for i in range(n):
-        if not 0 < i < n - 1 or not _strays(xy, distance, step, i, usual, rules):
+        if not 0 < i < n - 1 or not _is_stray(xy, distance, step, i, usual, rules):
             members[count], x[count], y[count], far[count] = i, xy[i, 0], xy[i, 1], distance[i]
             count += 1
-    if count < rules[LEAST]:
+    if count < rules[MIN_SIZE]:
         return 0
     bearing, at = 0.0, 0
     for i in range(count - 1):
@@ -62,7 +62,7 @@ def cut(xy, distance, step, rules, work, marks, members, first, size, sums):
     for i in range(count):
         if near[i] and aligned[i] and aligned[i + 1]:
             continue
-        if i > begin and i - begin + 1 >= rules[LEAST]:
+        if i > begin and i - begin + 1 >= rules[MIN_SIZE]:
             first[k], size[k] = begin, i - begin + 1
             _sum(x, y, begin, i + 1, sums[k])
             k += 1
@@ -72,7 +72,7 @@ def cut(xy, distance, step, rules, work, marks, members, first, size, sums):
 
 @jit
 def median(values, n, scratch):
-    """Median of values[:n], n over 0, by Hoare's selection; *scratch* (n,) is overwritten."""
+    """Median of values[:n], n > 0, by Hoare's selection; *scratch* (n,) is overwritten."""
     for i in range(n):
         scratch[i] = values[i]
     middle, low, high = n // 2, 0, n - 1
@@ -102,9 +102,9 @@ def median(values, n, scratch):
 
 @jit
 def _reached(apart, one, other, turn, rules):
-    """Whether two points *apart* (m) may be of one wall, seen as flatly as allowed: by the law of sines.
+    """Whether two points *apart* (m) can be on one wall at the smallest grazing angle, by the law of sines.
 
-    *one* and *other*: m, how far they are; *turn*: rad, from one to the other.
+    *one* and *other*: their ranges, m; *turn*: the angle between their rays, rad.
     """
     turned = min(turn, 0.5 * rules[GRAZING])
     return apart <= min(one, other) * sin(turned) / sin(rules[GRAZING] - turned) + 6.0 * rules[SIGMA]
@@ -112,16 +112,16 @@ def _reached(apart, one, other, turn, rules):
 
 @jit
 def _near(apart, one, other, turn, usual, rules):
-    """Whether two points are near enough for successive ones of a wall.
+    """Whether two points can be successive ones on a wall.
 
-    Half a degree more than the *usual* turn, rad: rays of several turns do not lie evenly.
+    Half a degree more than the *usual* angle, rad, is allowed, since rays of several turns are not evenly spaced.
     """
     return turn <= (rules[SKIP] + 1.0) * usual + 0.01 and _reached(apart, one, other, turn, rules)
 
 
 @jit
-def _strays(xy, distance, step, i, usual, rules):
-    """Whether point i is far from both its neighbours while these are near each other."""
+def _is_stray(xy, distance, step, i, usual, rules):
+    """Whether point i is far from both neighbours while these are near each other."""
     x0, y0, x1, y1, x2, y2 = xy[i - 1, 0], xy[i - 1, 1], xy[i, 0], xy[i, 1], xy[i + 1, 0], xy[i + 1, 1]
     before, own, after = distance[i - 1], distance[i], distance[i + 1]
     if _near(hypot(x2 - x1, y2 - y1), own, after, step[i], usual, rules):
@@ -133,7 +133,7 @@ def _strays(xy, distance, step, i, usual, rules):
 
 @jit
 def _measure(x, y, count, few, way):
-    """The *way* along the points, m. Where they are nearer than their noise, every so *few* of them tell it."""
+    """Write the length *way* (m) along the points, measured between every *few*-th of them because of noise."""
     way[0] = 0.0
     at = 0
     while at < count - 1:
@@ -149,11 +149,11 @@ def _measure(x, y, count, few, way):
 
 @jit
 def _align(x, y, count, way, near, rules, aligned):
-    """Say which points lie on the line of two others, one before and one after, REACH away along the points."""
+    """Mark the points that lie on the line of two others, REACH before and REACH after them along the points."""
     tolerance = 3.0 * sqrt(1.5) * rules[SIGMA] + rules[ALIGNMENT]
     begin, end, back, ahead = 0, -1, 0, 0
     for i in range(count):
-        if i > end:  # a run of successive points that are near each other
+        if i > end:  # begin the next run of points near each other
             begin = end = i
             while near[end]:
                 end += 1
@@ -172,7 +172,7 @@ def _align(x, y, count, way, near, rules, aligned):
 
 @jit
 def _sum(x, y, begin, end, row):
-    """Add up the points of a cluster, about their mean; it ends where evenly spread points would."""
+    """Write mean, end and scatter of a cluster's points; the end is that of evenly spread points."""
     mx, my, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(begin, end):
         mx += x[j]
@@ -192,21 +192,20 @@ def _sum(x, y, begin, end, row):
 
 @jit
 def axis(xx, xy, yy):
-    """Total least squares from sums about the mean: angle of the larger axis, rad, and the scatter along it, m^2."""
+    """Total least squares from sums about the mean: angle of the major axis, rad, and the scatter along it, m^2."""
     return 0.5 * atan2(2.0 * xy, xx - yy), 0.5 * (xx + yy + hypot(xx - yy, 2.0 * xy))
 
 
 @jit
 def draw(xy, ray, distance, members, first, size, sums, rules, work, marks, found):
-    """Straight lines through k clusters, as `cut` leaves them, and the points near; returns how many are found.
+    """Fit straight lines through the k clusters of `cut` and the points near; returns the number of lines.
 
-    The largest cluster is first to take those on its line. *ray* (n, 2): unit vectors to the points. *found*: (most
-    lines, COLUMNS). Scratch: *work* (6, n), *marks* (2, n).
+    Clusters on the line of the largest one are merged with it first. *ray* (n, 2): unit vectors to the points.
+    *found*: (max lines, COLUMNS). Scratch: *work* (6, n), *marks* (2, n).
     """
     k, lines = size.shape[0], 0
     free, group = marks[0], marks[1]
-    for c in range(k):
-        free[c] = 1
+    free[:k] = 1
     for _ in range(found.shape[0]):
         seed = -1
         for c in range(k):
@@ -224,7 +223,7 @@ def draw(xy, ray, distance, members, first, size, sums, rules, work, marks, foun
                     i = members[j]
                     place = ax * xy[i, 0] + ay * xy[i, 1]
                     low, high = min(low, place), max(high, place)
-        if total < rules[LEAST_POINTS] // 2 or high - low < 0.5 * rules[LEAST_LENGTH]:
+        if total < rules[MIN_POINTS] // 2 or high - low < 0.5 * rules[MIN_LENGTH]:
             continue
         low, high = low - rules[BEYOND], high + rules[BEYOND]
         near = 0
@@ -240,13 +239,12 @@ def draw(xy, ray, distance, members, first, size, sums, rules, work, marks, foun
 
 @jit
 def _gather(seed, size, sums, merge, free, group):
-    """Mark the free clusters whose ends are within *merge* (m) of the line of them all, beginning with *seed*.
+    """Mark the free clusters whose ends are within *merge* (m) of their common line, starting with *seed*.
 
     Returns number, mean (m) and angle (rad) of their points.
     """
     k = size.shape[0]
-    for c in range(k):
-        group[c] = 0
+    group[:k] = 0
     group[seed] = 1
     for _ in range(ROUNDS):
         _, mx, my, angle = _pool(size, sums, group)
@@ -254,7 +252,7 @@ def _gather(seed, size, sums, merge, free, group):
         changed = False
         for c in range(k):
             off = abs((sums[c, MEAN] - mx) * nx + (sums[c, MEAN + 1] - my) * ny)
-            off += abs(sums[c, END] * nx + sums[c, END + 1] * ny)  # that of the farther of its two ends
+            off += abs(sums[c, END] * nx + sums[c, END + 1] * ny)  # of the farther end
             joined = 1 if c == seed or (free[c] and off <= merge) else 0
             if joined != group[c]:
                 group[c] = joined
@@ -286,27 +284,28 @@ def _pool(size, sums, group):
 
 @jit
 def _fit(work, n, mx, my, ax, ay, rules, row):
-    """Fit a line to n points in *work*, into *row*; False if it is no wall. It begins through (mx, my) along (ax, ay).
+    """Fit a line to n points in *work* and write it to *row*; False if it is too short or has too few points.
 
-    Total least squares, weighted: a range's noise counts by how steeply its ray meets the line.
+    Weighted total least squares from the line through (mx, my) along (ax, ay): the noise of a range counts by the sine
+    of the angle between its ray and the line.
     """
     x, y, u, v, far, weight = work[X], work[Y], work[U], work[V], work[FAR], work[WEIGHT]
     offset, count, total, larger = ax * my - ay * mx, 0, 0.0, 0.0
-    most, scale = max(rules[MERGE], rules[OUTLIER] * rules[NOISE]), inf  # the first line is rough
+    limit, scale = max(rules[MERGE], rules[OUTLIER] * rules[NOISE]), inf  # the initial line is rough
     for _ in range(ROUNDS):
         count, total, mx, my = 0, 0.0, 0.0, 0.0
         for j in range(n):
-            steep = max(abs(ax * v[j] - ay * u[j]), LEAST_STEEPNESS) * rules[NOISE]
+            steep = max(abs(ax * v[j] - ay * u[j]), MIN_STEEPNESS) * rules[NOISE]
             across = far[j] * rules[BEARING_NOISE] * (ax * u[j] + ay * v[j])
             variance = steep * steep + across * across
             weight[j] = 0.0
-            if abs(ax * y[j] - ay * x[j] - offset) <= min(rules[OUTLIER] * scale * sqrt(variance), most):
+            if abs(ax * y[j] - ay * x[j] - offset) <= min(rules[OUTLIER] * scale * sqrt(variance), limit):
                 count += 1
                 weight[j] = 1.0 / variance
                 total += weight[j]
                 mx += weight[j] * x[j]
                 my += weight[j] * y[j]
-        if count < rules[LEAST_POINTS]:
+        if count < rules[MIN_POINTS]:
             return False
         mx /= total
         my /= total
@@ -326,18 +325,18 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
             squares += weight[j] * off * off
         scale = max(1.0, sqrt(squares / max(count - 2, 1)))
     low, high, squares, steep, turned = inf, -inf, 0.0, 0.0, 0.0
-    lever = -(ax * mx + ay * my)  # n(angle) p = offset holds at the mean: the offset turns by where that is
+    lever = -(ax * mx + ay * my)  # derivative of the offset by the angle, since the line passes through the mean
     for j in range(n):
         if weight[j] > 0.0:
             place = ax * x[j] + ay * y[j]
             low, high = min(low, place), max(high, place)
             off = ax * y[j] - ay * x[j] - offset
             squares += off * off
-            # A bias moves each point by how steeply it is seen, which differs along the line.
+            # a range bias moves each point across the line by its ray's steepness, which varies along the line
             moved = weight[j] * (ax * v[j] - ay * u[j])
             steep += moved
             turned += moved * (place + lever)
-    if high - low < rules[LEAST_LENGTH]:
+    if high - low < rules[MIN_LENGTH]:
         return False
     row[ALONG], row[ALONG + 1], row[OFFSET], row[LEVER], row[LOW], row[HIGH] = ax, ay, offset, lever, low, high
     row[COUNT], row[TOTAL], row[LARGER], row[SCALE], row[SQUARES] = count, total, larger, scale, squares
@@ -347,15 +346,14 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
 
 @jit
 def explain(turned, level, xy, sees, near, recess, work, scores):
-    """Add to the *scores* (k,) of places how many of the points *xy* (2, n), m, each explains.
+    """Add to the *scores* (k,) of candidate poses the number of points *xy* (2, n), m, that each explains.
 
-    ``turned[k, w] . xy + level[k, w]``: how far a point is beyond wall w, m. A point counts if it is within *near* (m)
-    of a wall that is seen, *sees* (w,), and against if it is more than *recess* (m) beyond any. Scratch: *work* (2, n).
+    ``turned[k, w] . xy + level[k, w]``: distance of a point beyond wall w, m. A point adds 1 if it is within *near* (m)
+    of a visible wall, *sees* (w,), and -1 if it is more than *recess* (m) beyond any wall. Scratch: *work* (2, n).
     """
     x, y, nearest, farthest = xy[0], xy[1], work[0], work[1]
     for k in range(scores.shape[0]):
-        for i in range(x.shape[0]):
-            nearest[i], farthest[i] = inf, -inf
+        nearest[:], farthest[:] = inf, -inf
         for w in range(sees.shape[0]):
             nx, ny, here, hidden = turned[k, w, 0], turned[k, w, 1], level[k, w], 0.0 if sees[w] else inf
             for i in range(x.shape[0]):

@@ -1,1 +1,1 @@
-"""The simulated machine in motion: platform dynamics, winches, lidar rays."""
+"""Dynamics of the simulated machine: platform, winches, line vibration, lidar rays."""

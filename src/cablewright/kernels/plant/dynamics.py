@@ -1,8 +1,8 @@
-"""The platform in motion: a drum that hangs from the point where the lines meet, on lines that are always at rest.
+"""Platform dynamics: a drum that hangs from the point where the lines meet, on quasi-static lines.
 
-A line weighs little beside the drum and its waves pass in milliseconds: at each moment it hangs as in statics, and what
-moves is the drum. One step of the implicit midpoint rule is the Newton iteration of `equilibrium` with the drum's mass
-in the platform's balance: see `docs/decisions/0009-implicit-midpoint.md`.
+A line weighs little beside the drum and its waves pass in milliseconds: at each moment it has its static shape, and
+only the drum has inertia. One step of the implicit midpoint rule is the Newton iteration of `equilibrium` with the
+drum's mass in the platform's balance: see `docs/decisions/0009-implicit-midpoint.md`.
 """
 
 from math import atan2, sqrt
@@ -12,37 +12,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import PLATFORM_WEIGHT, STATE, UNKNOWNS, WEIGHT
-from cablewright.kernels.newton import solve
-from cablewright.kernels.rotation import compose, matrix
+from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR, WEIGHT
+from cablewright.kernels.newton import copy, solve
+from cablewright.kernels.rotation import compose, matrix, rotate
 from cablewright.kernels.statics.equilibrium import (
-    NOT_CONVERGED,
-    NOT_FINITE,
-    OK,
-    SINGULAR,
-    Work,
     add_eliminated,
+    eliminate,
     evaluate,
     is_slack,
     step_line,
+    workspace_of,
 )
 from cablewright.kernels.statics.line import force_change
 
 STEPS = 30
-MOVE_TOLERANCE = 1e-9  # m and rad: the last Newton step of the midpoint
-LENGTH_TOLERANCE = 1e-7  # m: of the line equations before that step, which squares it
+MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
+LENGTH_TOLERANCE = 1e-7  # m: residual of the line equations before that step, which squares it
 
-# Entries of a drum: what hangs from the platform point, in its own frame, z up its axis.
-MASS = 0  # kg, all of it
+# Entries of a drum, the body that hangs from the platform point, in its own frame with z up its axis.
+MASS = 0  # kg, total
 CENTRE = 1  # m: centre of mass below the platform point
 INERTIA = 2  # 2..4: kg m^2, principal, about the platform point
 DRAG = 5  # N s/m on the platform point's speed
 SWING_DAMPING, YAW_DAMPING = 6, 7  # N m s
 YAW_STIFFNESS, YAW_REST = 8, 9  # N m/rad, rad
-RELAXATION = 10  # s: lines pull more by this time times the rate of their force (Kelvin and Voigt)
+RELAXATION = 10  # s: a line's force increases by this time the rate of its elastic force (Kelvin-Voigt)
 DRUM = 11
 
-# Entries of a state: of the platform point, and of the drum about it, in space.
+# Entries of a motion: of the platform point, and of the drum about it, in world axes.
 PLACE, VELOCITY, TURN, RATE = 0, 3, 6, 9  # m, m/s, rotation vector rad, rad/s
 MOTION = 12
 
@@ -52,31 +49,18 @@ class Swing(NamedTuple):
 
     system: NDArray[np.float64]  # (6, 6)
     rhs: NDArray[np.float64]  # (6, 1)
-    middle: NDArray[np.float64]  # (MOTION,): the state half way
+    middle: NDArray[np.float64]  # (MOTION,): the motion at the midpoint of the step
     rotation: NDArray[np.float64]  # (3, 3)
     inertia: NDArray[np.float64]  # (3, 3), world
     move: NDArray[np.float64]  # (3, 1)
     lengths: NDArray[np.float64]  # (m,)
     place: NDArray[np.float64]  # (3,)
-    pulled: NDArray[np.float64]  # (3,): change of the lines' force per time as they are paid out
+    pulled: NDArray[np.float64]  # (3,): rate of the lines' force due to the change of their lengths, N/s
 
 
 @jit(allocates=True)
 def moving_workspace(m):
-    """Scratch for *m* lines: of the lines, with a column for the change of length, and of the drum."""
-    work = Work(
-        np.zeros((m, STATE, STATE)),
-        np.zeros((m, STATE, 4)),
-        np.zeros((m, 3)),
-        np.zeros((m, 4)),
-        np.eye(3),
-        np.zeros(3),
-        np.zeros((3, 3)),
-        np.zeros((3, 1)),
-        np.zeros(3),
-        np.zeros((m, 2)),
-        np.zeros(m),
-    )
+    """Scratch for *m* lines, and of the drum."""
     swing = Swing(
         np.zeros((6, 6)),
         np.zeros((6, 1)),
@@ -88,19 +72,18 @@ def moving_workspace(m):
         np.zeros(3),
         np.zeros(3),
     )
-    return work, swing
+    return workspace_of(3, m), swing
 
 
 @jit
 def midpoint_step(packed, drum, motion, before, after, dt, states, work, swing):
-    """Move *motion* (MOTION,) on by *dt* (s) while the lengths go from *before* to *after* (m,), evenly.
+    """Advance *motion* (MOTION,) by *dt* (s) while the lengths change linearly from *before* to *after* (m,).
 
-    *packed* is a point platform of the drum's weight; *states* are those of the lines half way, improved in place.
-    Returns a code; unless it is OK *motion* stays.
+    *packed* is a point platform of the drum's weight; *states* are those of the lines at the midpoint, updated in
+    place. Returns a code; unless it is OK *motion* is unchanged.
     """
     middle = swing.middle
-    for k in range(MOTION):
-        middle[k] = motion[k]
+    copy(motion, middle)
     for i in range(before.shape[0]):
         swing.lengths[i] = 0.5 * (before[i] + after[i])
     code = NOT_CONVERGED
@@ -134,14 +117,13 @@ def midpoint_step(packed, drum, motion, before, after, dt, states, work, swing):
 
 @jit
 def _condense(packed, before, after, dt, states, work, swing):
-    """Eliminate the evaluated lines, as `equilibrium.condense`, and what paying out does to their force."""
-    for k in range(3):
-        swing.pulled[k] = 0.0
+    """As `equilibrium.condense`, and add the effect of the changes of length to swing.pulled. False if singular."""
+    swing.pulled[:] = 0.0
     for i in range(packed.lines.shape[0]):
         row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
         if is_slack(row, y):
             continue
-        if not eliminate_with_length(row, work.blocks[i], steps):
+        if not eliminate(row, work.blocks[i], steps, 4):
             return False
         add_eliminated(row, y, work.forces[i], steps, work.arms[i], plane, work.wrench, work.stiffness)
         dh, dv = force_change(work.forces[i, 0], work.forces[i, 1], row[WEIGHT], steps, 3)
@@ -153,18 +135,8 @@ def _condense(packed, before, after, dt, states, work, swing):
 
 
 @jit
-def eliminate_with_length(row, block, steps):
-    """As `equilibrium.eliminate`, with a fourth column: the change of the unknowns per length."""
-    unknowns = int(row[UNKNOWNS])
-    for k in range(unknowns):
-        steps[k, 1] = steps[k, 2] = steps[k, 3] = 0.0
-    steps[0, 1] = steps[1, 2] = steps[2, 3] = 1.0
-    return solve(block, steps, unknowns, 4)
-
-
-@jit
 def _assemble(drum, motion, weight, dt, work, swing):
-    """The Newton system of the drum's balance half way: of forces, then of moments about the platform point."""
+    """Write the Newton system of the drum's balance at the midpoint: forces, then moments about the platform point."""
     A, b, middle, R, J = swing.system, swing.rhs, swing.middle, swing.rotation, swing.inertia
     matrix(middle[TURN : TURN + 3], R)
     for i in range(3):
@@ -176,9 +148,7 @@ def _assemble(drum, motion, weight, dt, work, swing):
     cx, cy, cz = -drum[CENTRE] * R[0, 2], -drum[CENTRE] * R[1, 2], -drum[CENTRE] * R[2, 2]
     wx, wy, wz = middle[RATE], middle[RATE + 1], middle[RATE + 2]
     inverse = 2.0 / dt
-    for i in range(6):
-        for j in range(6):
-            A[i, j] = 0.0
+    A[:, :] = 0.0
     for i in range(3):
         A[i, i] = mass * inverse + drum[DRAG]
         for j in range(3):
@@ -186,7 +156,7 @@ def _assemble(drum, motion, weight, dt, work, swing):
             A[3 + i, 3 + j] = J[i, j] * inverse
     _cross(A, 0, 3, -mass * inverse * cx, -mass * inverse * cy, -mass * inverse * cz)
     _cross(A, 3, 0, mass * inverse * cx, mass * inverse * cy, mass * inverse * cz)
-    # right-hand side: what acts, less mass times acceleration
+    # right-hand side: applied forces less mass times acceleration
     for i in range(3):
         force = work.wrench[i] + relax * swing.pulled[i] - drum[DRAG] * middle[VELOCITY + i]
         for j in range(3):
@@ -202,18 +172,22 @@ def _assemble(drum, motion, weight, dt, work, swing):
     b[0, 0] -= mass * (ey * cz - ez * cy + wx * dot - cx * square)
     b[1, 0] -= mass * (ez * cx - ex * cz + wy * dot - cy * square)
     b[2, 0] -= mass * (ex * cy - ey * cx + wz * dot - cz * square)
-    hx = J[0, 0] * wx + J[0, 1] * wy + J[0, 2] * wz
-    hy = J[1, 0] * wx + J[1, 1] * wy + J[1, 2] * wz
-    hz = J[2, 0] * wx + J[2, 1] * wy + J[2, 2] * wz
-    b[3, 0] = -(J[0, 0] * ex + J[0, 1] * ey + J[0, 2] * ez) - (wy * hz - wz * hy) - mass * (cy * az - cz * ay)
-    b[4, 0] = -(J[1, 0] * ex + J[1, 1] * ey + J[1, 2] * ez) - (wz * hx - wx * hz) - mass * (cz * ax - cx * az)
-    b[5, 0] = -(J[2, 0] * ex + J[2, 1] * ey + J[2, 2] * ez) - (wx * hy - wy * hx) - mass * (cx * ay - cy * ax)
-    _add_joint(drum, swing)
+    hx, hy, hz = rotate(J, wx, wy, wz)
+    tx, ty, tz = rotate(J, ex, ey, ez)
+    b[3, 0] = -tx - (wy * hz - wz * hy) - mass * (cy * az - cz * ay)
+    b[4, 0] = -ty - (wz * hx - wx * hz) - mass * (cz * ax - cx * az)
+    b[5, 0] = -tz - (wx * hy - wy * hx) - mass * (cx * ay - cy * ax)
+    damping = (drum[SWING_DAMPING], drum[SWING_DAMPING], drum[YAW_DAMPING])
+    for k in range(3):
+        A[3 + k, 3 + k] += damping[k]
+        b[3 + k, 0] -= damping[k] * middle[RATE + k]
+    # the twisted lines are a weak spring about the vertical
+    b[5, 0] -= drum[YAW_STIFFNESS] * (atan2(R[1, 0], R[0, 0]) - drum[YAW_REST])
 
 
 @jit
 def _cross(A, row, column, x, y, z):
-    """Add the matrix of (x, y, z) x to a block of *A*."""
+    """Add the matrix of the cross product with (x, y, z) to a block of *A*."""
     A[row, column + 1] -= z
     A[row, column + 2] += y
     A[row + 1, column] += z
@@ -223,19 +197,8 @@ def _cross(A, row, column, x, y, z):
 
 
 @jit
-def _add_joint(drum, swing):
-    """What the joint does to the drum: damping, and the twisted lines' weak spring about the vertical."""
-    A, b, middle, R = swing.system, swing.rhs, swing.middle, swing.rotation
-    damping = (drum[SWING_DAMPING], drum[SWING_DAMPING], drum[YAW_DAMPING])
-    for k in range(3):
-        A[3 + k, 3 + k] += damping[k]
-        b[3 + k, 0] -= damping[k] * middle[RATE + k]
-    b[5, 0] -= drum[YAW_STIFFNESS] * (atan2(R[1, 0], R[0, 0]) - drum[YAW_REST])
-
-
-@jit
 def _apply(packed, dt, states, work, swing):
-    """Take the Newton step that stands in *swing*. Returns how far it moves the drum, m and rad."""
+    """Take the Newton step in swing.rhs. Returns the size of the drum's move, m and rad."""
     middle, step = swing.middle, swing.rhs
     size = 0.0
     for k in range(3):

@@ -1,4 +1,4 @@
-"""A planar lidar that turns while the platform moves: the first thing that each ray meets in a room."""
+"""A planar lidar that rotates while the platform moves: the range of each ray in a room."""
 
 from math import cos, sin, sqrt
 
@@ -15,12 +15,12 @@ WALL_X0, WALL_Y0, WALL_X1, WALL_Y1 = 0, 1, 2, 3  # m, world
 
 @jit(allocates=True)
 def turn_lidar(times, poses, begin, period, first_angle, step, mount, masks, walls, ceiling, grid, heights, ranges):
-    """Ranges (m) of all rays of one turn, along each ray; FAR where it meets nothing, NaN where the drum masks it.
+    """Write the *ranges* (m) of all rays of one turn; FAR where a ray hits nothing, NaN where the drum masks it.
 
-    *times* (k,), s, and *poses* (k, 6) are the drum's way (place and rotation vector, world); between two the drum
-    moves evenly. *mount*: (3, 4), the lidar's axes as columns, then its place, in the drum's frame. *masks* (j, 2):
-    from and to which angle, rad, the drum is in the way. *grid*: (4,) x and y of the first node of the floor's
-    *heights* (nx, ny), their distance, and the highest of them; with fewer than two by two the floor is bare.
+    *times* (k,), s, and *poses* (k, 6), position and rotation vector in the world, are the drum's path, interpolated
+    linearly. *mount* (3, 4): the lidar's axes as columns, then its position, in the drum's frame. *masks* (j, 2):
+    first and last angle, rad, of each sector that the drum hides. *grid* (4,): x and y of the first node of the
+    floor's *heights* (nx, ny), their spacing, and their maximum; with fewer than two by two nodes the floor is bare.
     """
     rotation, pose = np.eye(3), np.zeros(6)
     at = 0
@@ -37,12 +37,12 @@ def turn_lidar(times, poses, begin, period, first_angle, step, mount, masks, wal
             pose[j] = poses[at, j] + share * (poses[at + 1, j] - poses[at, j])
         matrix(pose[3:], rotation)
         c, s = cos(angle), sin(angle)
-        ranges[k] = _first_met(pose, rotation, mount, c, s, walls, ceiling, grid, heights)
+        ranges[k] = _first_hit(pose, rotation, mount, c, s, walls, ceiling, grid, heights)
 
 
 @jit
 def _masked(masks, angle):
-    """Whether an angle is between the ends of a mask."""
+    """Whether an angle lies in a mask."""
     for j in range(masks.shape[0]):
         if masks[j, 0] <= angle <= masks[j, 1]:
             return True
@@ -50,8 +50,8 @@ def _masked(masks, angle):
 
 
 @jit
-def _first_met(pose, rotation, mount, c, s, walls, ceiling, grid, heights):
-    """Distance along the ray to the first wall, to the ceiling or to what lies on the floor."""
+def _first_hit(pose, rotation, mount, c, s, walls, ceiling, grid, heights):
+    """Distance along the ray to the first wall, the ceiling, or the floor with its heights."""
     ox, oy, oz = pose[0], pose[1], pose[2]
     dx, dy, dz = 0.0, 0.0, 0.0
     for j in range(3):
@@ -74,7 +74,7 @@ def _first_met(pose, rotation, mount, c, s, walls, ceiling, grid, heights):
 
 @jit
 def ray_to_wall(ox, oy, dx, dy, wall):
-    """Distance along a ray from (ox, oy) by (dx, dy), per unit of it, to a wall seen from above; FAR if it misses."""
+    """Distance along the ray from (ox, oy) in units of (dx, dy) to a wall, in plan view; FAR if it misses."""
     ex, ey = wall[WALL_X1] - wall[WALL_X0], wall[WALL_Y1] - wall[WALL_Y0]
     across = dx * ey - dy * ex
     if across == 0.0:
@@ -87,7 +87,7 @@ def ray_to_wall(ox, oy, dx, dy, wall):
 
 @jit
 def height_at(grid, heights, x, y):
-    """Height (m) of what lies on the floor, between four nodes; 0 outside."""
+    """Height (m) above the floor, bilinear between four nodes; 0 outside the grid."""
     nx, ny = heights.shape
     if nx < 2 or ny < 2:
         return 0.0
@@ -104,9 +104,9 @@ def height_at(grid, heights, x, y):
 
 @jit
 def ray_to_floor(ox, oy, oz, dx, dy, dz, far, grid, heights):
-    """Distance along a falling ray to the floor or what lies on it; FAR if that is beyond *far*.
+    """Distance along a descending ray to the surface of *heights* or the bare floor; FAR if beyond *far*.
 
-    Goes by half a grid's step once it may be in the pile, then halves the step that went under it.
+    Marches in steps of half the grid's spacing from the highest point on, then bisects the step that crosses.
     """
     floor_at = -oz / dz
     if heights.shape[0] < 2 or oz <= 0.0:

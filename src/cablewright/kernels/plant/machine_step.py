@@ -1,23 +1,23 @@
-"""One period of a moving machine: winches turn, the drum swings, the lines vibrate; and what the lines show of it."""
+"""One period of a moving machine: winches, drum and line vibration; and the readings of sensors on the lines."""
 
 from math import atan2, cos, exp, pi, sin, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, FREE, PLATFORM_WEIGHT, TAU, WEIGHT
+from cablewright.kernels.layout import EXIT_X, FREE, NOT_CONVERGED, OK, PLATFORM_WEIGHT, TAU, WEIGHT
 from cablewright.kernels.plant.dynamics import PLACE, RATE, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
-from cablewright.kernels.statics.equilibrium import NOT_CONVERGED, OK
 from cablewright.kernels.statics.line import guess, start_force
 from cablewright.kernels.statics.sheave import straight, whole_length
 
-# Columns of what one line shows.
-TENSION, TANGENT, SHOWN, TAUT = 0, 1, 2, 3  # N at the sheave; rad, true; rad, as an accelerometer has it; m
+# Columns of a line's readings: tension at the sheave, N; tangent's angle, true and by an accelerometer, rad; length of
+# the straight line, m.
+TENSION, TANGENT, SHOWN, TAUT = 0, 1, 2, 3
 SHOWS = 4
 
-# Entries of what the lines vibrate by.
-DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2  # of critical; m, standing, at mid-span; m/s^2
+# Entries of the vibration parameters: damping ratio; amplitude in steady state at mid-span, m; gravity, m/s^2.
+DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2
 
-PUSHED = 2.0 / pi  # share of its end's acceleration that drives a line's first mode
+PUSHED = 2.0 / pi  # share of its end's acceleration that excites a line's first mode
 
 
 @jit
@@ -29,7 +29,7 @@ def advance(
     radii,
     wound,
     sideways,
-    asked,
+    speeds,
     vibration,
     noise,
     dt,
@@ -39,27 +39,27 @@ def advance(
     vibrations,
     acceleration,
     tensions,
-    says,
+    flags,
     work,
     swing,
     after,
 ):
-    """Advance by len(*noise*) steps of *dt* (s). Everything from *motion* on is changed in place.
+    """Advance by len(*noise*) steps of *dt* (s). Arguments from *motion* on are updated in place.
 
-    *asked* (m,): wanted speeds of the winch drums, rad/s. *vibration* (3,): how the lines' first mode does; *noise*
-    (k, m): normal numbers that drive it; *vibrations* (m, 2): its displacement (m) and speed at mid-span.
-    *acceleration* (6,): of the platform point and of the drum's turning during the last step, m/s^2 and rad/s^2.
-    Returns a code; where a step fails the drum stays for it.
+    *speeds* (m,): commanded speeds of the winch drums, rad/s. *vibration* (3,): parameters of the lines' first mode;
+    *noise* (k, m): standard normal numbers that excite it; *vibrations* (m, 2): its displacement (m) and speed at
+    mid-span. *acceleration* (6,): of the platform point and of the drum's rotation in the last step, m/s^2 and
+    rad/s^2. For other arguments see `winding.turn_winches`. Returns a code; during a failed step the drum stands still.
     """
     code = OK
     for k in range(noise.shape[0]):
-        turn_winches(winches, motor, radii, wound, sideways, asked, tensions, dt, after, says)
+        turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, after, flags)
         for j in range(3):
             acceleration[j] = -motion[VELOCITY + j]
             acceleration[3 + j] = -motion[RATE + j]
         done = midpoint_step(packed, drum, motion, lengths, after, dt, states, work, swing)
         if done != OK:
-            done = _again(packed, drum, motion, lengths, after, dt, states, work, swing)
+            done = _retry(packed, drum, motion, lengths, after, dt, states, work, swing)
         if done != OK:
             code = done
             for j in range(3):
@@ -75,8 +75,8 @@ def advance(
 
 
 @jit
-def _again(packed, drum, motion, before, after, dt, states, work, swing):
-    """Take the step anew from guessed lines."""
+def _retry(packed, drum, motion, before, after, dt, states, work, swing):
+    """Repeat the step from guessed line states."""
     share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
     for i in range(packed.lines.shape[0]):
         plane = work.planes[i]
@@ -89,10 +89,10 @@ def _again(packed, drum, motion, before, after, dt, states, work, swing):
 
 @jit
 def vibrate(row, y, plane, acceleration, noise, vibration, dt, shape):
-    """Move a line's first transverse mode, in its plane, on by *dt* (s): *shape* (2,) is its displacement and speed.
+    """Advance a line's first transverse mode in its plane by *dt* (s): *shape* (2,) is its displacement and speed.
 
-    A string of that length and tension, driven by its moving end and by *noise*; exact for a force that stays.
-    acceleration[:3]: the platform point's, m/s^2.
+    The mode is that of a taut string, excited by its moving end and by *noise*; exact for constant excitation.
+    acceleration[:3]: that of the platform point, m/s^2.
     """
     if row[WEIGHT] == 0.0:
         return
@@ -120,7 +120,7 @@ def _normal(h, end, tension, plane, acceleration):
 
 @jit
 def show_lines(packed, states, planes, acceleration, vibrations, vibration, sensor_at, scratch, shown):
-    """What each line shows, *shown* (m, SHOWS), with accelerometers *sensor_at* (m) before the platform."""
+    """Write each line's readings to *shown* (m, SHOWS); accelerometers are *sensor_at* (m) before the platform."""
     for i in range(packed.lines.shape[0]):
         row, y, plane = packed.lines[i], states[i], planes[i]
         h, v = start_force(y)

@@ -1,4 +1,4 @@
-"""Winches: a motor that follows a wanted speed, and cable that is wound on a drum turn by turn, none like the other."""
+"""Winches: a motor that follows a commanded speed, and a drum on which each turn of cable has its own radius."""
 
 from math import exp, sqrt
 
@@ -8,43 +8,42 @@ TURN = 6.283185307179586
 
 # Columns of a winch. Angles are of the drum, wound cable counted positive; speeds pay out.
 ANGLE, SPEED = 0, 1  # rad, rad/s
-HELD = 2  # m: all cable of the winch, wound or out
+HELD = 2  # m: all cable of the winch, wound or paid out
 HEIGHT = 3  # m: from the winch to the sheave; 0 where the dead span is not modelled
 MIDDLE = 4  # m: radius at which the dead span is upright
-STRAIN = 5  # of the cable, by warmth
+STRAIN = 5  # of the cable, thermal
 WINCH = 6
 
-# Entries of a motor, by its drum.
-MOST_SPEED, LAG, MOST_TORQUE = 0, 1, 2  # rad/s, s, N m
-MOTOR = 3
+# Entries of a motor, at its drum.
+MAX_SPEED, LAG, MAX_TORQUE = 0, 1, 2  # rad/s, s, N m
 
-LIMITED, STALLED, DRUM_END = 1, 2, 4  # what a winch says, added up
+LIMITED, STALLED, DRUM_END = 1, 2, 4  # flags of a winch, combined by or
 
 
 @jit
-def turn_winches(winches, motor, radii, wound, sideways, asked, tensions, dt, lengths, says):
-    """Turn all drums for *dt* (s) towards the speeds *asked* (m,), rad/s, and set the *lengths* (m,) they leave.
+def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, lengths, flags):
+    """Turn all drums for *dt* (s) towards the commanded *speeds* (m,), rad/s, and write the line *lengths* (m,).
 
-    *radii*, *wound* and *sideways* (m, k), m, hold radius, wound length and place along the drum after each turn;
-    *tensions* (m,), N, what the motors pull against. *says* (m,) gets the sum of what there is to say.
+    *radii*, *wound* and *sideways* (m, k), m: radius, wound length and position along the drum after each turn;
+    *tensions* (m,), N: the load of the motors. *flags* (m,) receive LIMITED, STALLED and DRUM_END.
     """
     keep = exp(-dt / motor[LAG]) if motor[LAG] > 0.0 else 0.0
     for i in range(winches.shape[0]):
         own = winches[i]
-        wanted = min(max(asked[i], -motor[MOST_SPEED]), motor[MOST_SPEED])
-        if wanted != asked[i]:
-            says[i] |= LIMITED
-        if wanted < 0.0 and tensions[i] * radius_at(radii[i], own[ANGLE]) > motor[MOST_TORQUE]:
-            wanted = 0.0
-            says[i] |= STALLED
-        turned = wanted * dt + (own[SPEED] - wanted) * motor[LAG] * (1.0 - keep)
-        own[SPEED] = wanted + (own[SPEED] - wanted) * keep
+        target = min(max(speeds[i], -motor[MAX_SPEED]), motor[MAX_SPEED])
+        if target != speeds[i]:
+            flags[i] |= LIMITED
+        if target < 0.0 and tensions[i] * radius_at(radii[i], own[ANGLE]) > motor[MAX_TORQUE]:
+            target = 0.0
+            flags[i] |= STALLED
+        turned = target * dt + (own[SPEED] - target) * motor[LAG] * (1.0 - keep)
+        own[SPEED] = target + (own[SPEED] - target) * keep
         angle = own[ANGLE] - turned
         last = TURN * (radii.shape[1] - 1)
         if angle < 0.0 or angle > last:
             angle = min(max(angle, 0.0), last)
             own[SPEED] = 0.0
-            says[i] |= DRUM_END
+            flags[i] |= DRUM_END
         own[ANGLE] = angle
         lengths[i] = length_out(own, radii[i], wound[i], sideways[i])
 
@@ -59,7 +58,10 @@ def radius_at(radii, angle):
 
 @jit
 def length_out(own, radii, wound, sideways):
-    """Unstrained length (m) from the winch's nominal exit to the platform: what is not wound, less the detour."""
+    """Unstrained length (m) from the winch's nominal exit to the platform: cable not wound, less the detour.
+
+    The detour is the extra length of a dead span that is not upright, since the cable leaves the drum elsewhere.
+    """
     turn = min(int(own[ANGLE] / TURN), radii.shape[0] - 2)
     share = own[ANGLE] / TURN - turn
     radius = radii[turn] + share * (radii[turn + 1] - radii[turn])

@@ -1,1 +1,1 @@
-"""One pose: the lines, the platform on them, and the forward and inverse problems."""
+"""Statics of one pose: the lines, the platform, and the forward and inverse problems."""

@@ -1,7 +1,7 @@
-"""One hanging span, from its start force to its end point.
+"""One hanging span: from the force at its start to its end point.
 
-Irvine's elastic catenary with every cancellation removed: massless, inextensible, slack and vertical spans are
-values of the same formulas, not cases.
+Irvine's elastic catenary, rewritten without cancellation: massless, inextensible, slack and vertical spans need no
+special cases.
 """
 
 from math import log1p, sqrt
@@ -13,11 +13,11 @@ TINY = 1e-290
 
 @jit
 def span(h, v, length, weight, compliance):
-    """Shape of a span of unstrained *length* that starts with tension (h, v) along its direction of travel.
+    """End point and flexibility of a span of unstrained *length* whose tension at the start is (h, v).
 
-    Parameters in SI: h, v (N; h of either sign), length (m), weight per unstrained length (N/m), compliance
-    1/EA (1/N). Returns x, z (m, end from start), the flexibility x_h, x_v (= z_h), z_v (m/N), the end's motion
-    per unstrained length x_l, z_l, and v1 (N), the vertical tension component at the end.
+    Parameters in SI: h, v (N, along the direction from start to end; h of either sign), length (m), weight per
+    unstrained length (N/m), compliance 1/EA (1/N). Returns x, z (m, end from start), the flexibility x_h, x_v (= z_h),
+    z_v (m/N), the end's motion per unstrained length x_l, z_l, and v1 (N), the vertical tension component at the end.
 
     Irvine 1981; Paty 2021, Eqs. 16 and 17, in terms of sums of like signs.
     """
@@ -35,16 +35,8 @@ def span(h, v, length, weight, compliance):
     x = h * (stretch + g)
     z = length * (v + v1) * (0.5 * compliance + 1.0 / s)
     x_v = -h * length * (v + v1) / (s * t0 * t1)
-    return (
-        x,
-        z,
-        stretch + g - slope,
-        x_v,
-        stretch + slope,
-        h * (compliance + 1.0 / t1),
-        v1 * (compliance + 1.0 / t1),
-        v1,
-    )
+    per_length = compliance + 1.0 / t1
+    return x, z, stretch + g - slope, x_v, stretch + slope, h * per_length, v1 * per_length, v1
 
 
 @jit

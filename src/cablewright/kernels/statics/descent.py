@@ -1,7 +1,7 @@
-"""Forward solves from far away: descend the potential over the platform's pose, each line settled at every trial.
+"""Forward solves from far away: descent of the potential over the platform's pose, each line solved at every trial.
 
-For a point load on eyelet lines the potential is convex (docs/theory/statics.md), so the descent arrives from
-anywhere; for other robots it is a robust walk downhill. Line laws: SPRING, a massless unilateral spring of
+For a point load on eyelet lines the potential is convex (docs/theory/statics.md), so the descent converges from
+anywhere; for other robots it is a robust local minimisation. Line laws: SPRING, a massless unilateral spring of
 the line's stiffness, cheap and good for a first guess; SETTLED, the line itself.
 """
 
@@ -19,7 +19,7 @@ from cablewright.kernels.layout import (
     RADIUS,
     WEIGHT,
 )
-from cablewright.kernels.newton import largest, largest_of_column, solve
+from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import add_eliminated, eliminate, move_platform
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
@@ -30,18 +30,18 @@ SPRING, SETTLED = 0, 1
 DESCENT_STEPS = 200
 LINE_SEARCH_STEPS = 30
 FORCE_TOLERANCE = 1e-11  # of the platform's weight
-STALLED_FORCE = 1e-7  # of the weight: accept where rounding, not the step, limits the balance
+STALLED_FORCE = 1e-7  # of the weight: residual accepted where rounding limits the balance
 STALLED = 1e-13  # m, rad
 SPRING_TOLERANCE = 1e-2
-SPRING_TENSION = 100.0  # N: places levers in the first guess
+SPRING_TENSION = 100.0  # N: at which levers are placed in the first guess
 
 
 @jit
 def descend(packed, lengths, pose, states, work, law, tolerance, n):
-    """Walk *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True on arrival.
+    """Move *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True if it converges.
 
-    Only the first *n* freedoms move: 3 keep a rigid body's orientation. The search along a step compares slopes, not
-    energies: it never steps far past the lowest point on its way.
+    Only the first *n* freedoms move: 3 keep a rigid body's orientation. The line search compares slopes, not energies:
+    it never steps far past the minimum along a step.
     """
     load = packed.platform[PLATFORM_WEIGHT] + 1e-9
     work.move[:, 0] = 0.0
@@ -61,8 +61,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
             return False
         if size < STALLED_FORCE * load and largest_of_column(work.move, n) < STALLED:
             return True
-        for k in range(pose.shape[0]):
-            work.trial[k] = pose[k]
+        copy(pose, work.trial)
         moved = False
         for _ in range(LINE_SEARCH_STEPS):
             move_platform(pose, work)
@@ -73,8 +72,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
             if placed and ahead > -0.9 * slope:
                 moved = True
                 break
-            for k in range(pose.shape[0]):
-                pose[k] = work.trial[k]
+            copy(work.trial, pose)
             for k in range(n):
                 work.move[k, 0] *= 0.35
             slope *= 0.35
@@ -85,7 +83,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
 
 @jit
 def _direction(work, n, damping):
-    """Newton direction into work.move; returns its slope, the power of the wrench along it."""
+    """Write the Newton direction to work.move; returns the product of wrench and direction, 0 where there is none."""
     for i in range(n):
         work.move[i, 0] = work.wrench[i]
         work.stiffness[i, i] += damping
@@ -99,7 +97,7 @@ def _direction(work, n, damping):
 
 @jit
 def _evaluate(packed, lengths, pose, states, work, law):
-    """Wrench and tangent stiffness at *pose* under the line law. False where a line has no answer."""
+    """Evaluate wrench and tangent stiffness at *pose* under the line law. False where a line has no solution."""
     if packed.freedoms == 6:
         matrix(pose[3:], work.rotation)
     start_balance(packed, work.rotation, work.wrench, work.stiffness)
@@ -120,7 +118,7 @@ def _evaluate(packed, lengths, pose, states, work, law):
 
 @jit
 def _add_spring(row, length, arm, plane, wrench, stiffness):
-    """A unilateral spring from the exit point, of unstrained *length*."""
+    """Add a unilateral spring of unstrained *length* from the exit point."""
     x, z = plane[2], plane[3]
     distance = sqrt(x * x + z * z)
     if distance <= length or distance == 0.0:
@@ -135,7 +133,7 @@ def _add_spring(row, length, arm, plane, wrench, stiffness):
 
 @jit
 def _settle_line(row, x, z, length, y, block, steps, force):
-    """Solve and eliminate a line at a fixed platform point: 1 done, 0 massless and slack, -1 no answer."""
+    """Solve and eliminate a line at a fixed platform point: 1 solved, 0 massless and slack, -1 not solved."""
     if row[WEIGHT] == 0.0:
         found = _massless(row, x, z, length, y, block, steps)
         if found <= 0:
@@ -145,20 +143,20 @@ def _settle_line(row, x, z, length, y, block, steps, force):
     ):
         return -1
     force[0], force[1] = system(row, y, x, z, length, block, steps[:, 0])
-    return 1 if eliminate(row, block, steps) else -1
+    return 1 if eliminate(row, block, steps, 3) else -1
 
 
 @jit
 def _massless(row, x, z, length, y, block, rhs):
-    """Settle a massless line: 1 taut, 0 slack (its tension in *y* is then SLACK_TENSION), -1 no answer."""
+    """Solve a massless line: 1 taut, 0 slack (its tension in *y* is then SLACK_TENSION), -1 not solved."""
     if not straight(row, x, z, SLACK_TENSION, y):
         return -1
     excess = whole_length(row, y) - length
     if excess <= 0.0:
         return 0
     contact = row[RADIUS] * wrap(row, y)
-    given = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
-    tension = excess / given
+    compliance = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
+    tension = excess / compliance
     straight(row, x, z, tension, y)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
     return 1 if settle(row, x, z, length, y, block, rhs) else -1
@@ -168,8 +166,8 @@ def _massless(row, x, z, length, y, block, rhs):
 def spring_guess(packed, lengths, pose, states, work):
     """Set *pose* near the equilibrium for *lengths*: springs from the exit points, sheaves as constant offsets.
 
-    A rigid body is first moved without turning it from the rotation in *pose*: so restricted, springs have a single
-    lowest point, and from there the body rarely turns into another shape than the one wanted.
+    A rigid body is first translated at the rotation given in *pose*: there the springs' potential has a single minimum,
+    and a descent from it with the rotation free rarely ends in a distant equilibrium.
     """
     place_below(packed, lengths, pose)
     for _ in range(2):
@@ -177,14 +175,14 @@ def spring_guess(packed, lengths, pose, states, work):
             return False
         if not descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 3):
             return False
-    if packed.freedoms == 6:  # soft ways down may take long: Newton goes on from wherever it has come
+    if packed.freedoms == 6:  # need not converge, which soft directions can make slow: Newton continues from here
         descend(packed, lengths, pose, states, work, SPRING, SPRING_TOLERANCE, 6)
     return True
 
 
 @jit
 def _offset_springs(packed, lengths, pose, states, work):
-    """Set work.lengths to springs' lengths: what straight lines at *pose* leave from the exit points."""
+    """Set work.lengths to the springs' lengths: *lengths* less what straight lines at *pose* need up to the exits."""
     if packed.freedoms == 6:
         matrix(pose[3:], work.rotation)
     for i in range(packed.lines.shape[0]):
@@ -199,7 +197,7 @@ def _offset_springs(packed, lengths, pose, states, work):
 
 @jit
 def place_below(packed, lengths, pose):
-    """A place to begin from, below the middle of the exit points; a rotation in *pose* stays."""
+    """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays."""
     m = packed.lines.shape[0]
     pose[:3] = 0.0
     drop = 1e300

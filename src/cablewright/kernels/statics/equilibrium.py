@@ -8,19 +8,27 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
+    BAD_WRAP,
     BREAKING,
     FREE,
+    LEVER_UNSTABLE,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    OVERSTRETCHED,
     PHI,
     PLATFORM_WEIGHT,
     RADIUS,
+    SINGULAR,
     STATE,
     TAU,
+    UNDER_EXIT,
     UNKNOWNS,
+    UNSTABLE,
     WEIGHT,
     WRENCH,
-    Code,
 )
-from cablewright.kernels.newton import least_pivot, solve
+from cablewright.kernels.newton import copy, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
 from cablewright.kernels.statics.sheave import wrap
@@ -29,30 +37,17 @@ from cablewright.kernels.statics.wrench import add_force, add_line, place, start
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # m, on every geometric equation
 FORCE_TOLERANCE = 1e-12  # of the largest force at play
-STALLED = 1e-10  # m: accept where rounding, not the step, limits the residual
+STALLED = 1e-10  # m: residual accepted where rounding limits it
 LOG_SLACK = log(SLACK_TENSION) + 1e-9
-NEUTRAL = 1e-10  # of the largest stiffness: less than this does not hold a platform
+NEUTRAL = 1e-10  # of the largest stiffness: a smaller one does not hold a platform
 POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
-
-OK = int(Code.OK)
-NOT_CONVERGED = int(Code.NOT_CONVERGED)
-SINGULAR = int(Code.SINGULAR)
-NOT_FINITE = int(Code.NOT_FINITE)
-OVERSTRETCHED = int(Code.OVERSTRETCHED)
-LEVER_UNSTABLE = int(Code.LEVER_UNSTABLE)
-BAD_WRAP = int(Code.BAD_WRAP)
-UNDER_EXIT = int(Code.UNDER_EXIT)
-UNSTABLE = int(Code.UNSTABLE)
-JUMPED = int(Code.JUMPED)
-FOLD = int(Code.FOLD)
-UNCERTIFIED = int(Code.UNCERTIFIED)
 
 
 class Work(NamedTuple):
     """Scratch of one solver, allocated once and used by one thread at a time."""
 
     blocks: NDArray[np.float64]  # (m, 6, 6)
-    steps: NDArray[np.float64]  # (m, 6, 3): a line's block inverse times residual, x, z
+    steps: NDArray[np.float64]  # (m, 6, 4): a line's block inverse times residual, x, z and, while moving, length
     arms: NDArray[np.float64]  # (m, 3)
     planes: NDArray[np.float64]  # (m, 4)
     rotation: NDArray[np.float64]  # (3, 3)
@@ -67,10 +62,15 @@ class Work(NamedTuple):
 @jit(allocates=True)
 def workspace(packed):
     """Scratch that fits *packed*."""
-    m, n = packed.lines.shape[0], packed.freedoms
+    return workspace_of(packed.freedoms, packed.lines.shape[0])
+
+
+@jit(allocates=True)
+def workspace_of(n, m):
+    """Scratch for *n* freedoms and *m* lines."""
     return Work(
         np.zeros((m, STATE, STATE)),
-        np.zeros((m, STATE, 3)),
+        np.zeros((m, STATE, 4)),
         np.zeros((m, 3)),
         np.zeros((m, 4)),
         np.eye(3),
@@ -87,7 +87,7 @@ def workspace(packed):
 def evaluate(packed, lengths, pose, states, work):
     """Evaluate all lines and the platform's balance at *pose* and *states*.
 
-    Leaves the lines' blocks and residuals in *work*; a slack massless line has none. Returns the largest geometric
+    Leaves the lines' blocks and residuals in *work*, except of slack massless lines. Returns the largest geometric
     residual (m), the largest unbalanced force (N) and the force scale (N).
     """
     lines, n = packed.lines, packed.freedoms
@@ -96,8 +96,7 @@ def evaluate(packed, lengths, pose, states, work):
     start_balance(packed, work.rotation, work.wrench, work.stiffness)
     scale = packed.platform[PLATFORM_WEIGHT]
     worst, reach = 0.0, 0.0
-    for k in range(n):
-        work.trial[k] = work.wrench[k]
+    copy(work.wrench, work.trial)
     for k in range(3):
         scale += abs(packed.platform[WRENCH + k])
     for i in range(lines.shape[0]):
@@ -111,7 +110,7 @@ def evaluate(packed, lengths, pose, states, work):
         v += row[WEIGHT] * y[FREE]
         for k in range(int(row[UNKNOWNS])):
             size = abs(steps[k, 0])
-            if size > worst or size != size:  # once NaN, always NaN
+            if size > worst or size != size:  # keeps a NaN
                 worst = size
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
         scale = max(scale, abs(h), abs(v))
@@ -120,12 +119,15 @@ def evaluate(packed, lengths, pose, states, work):
 
 @jit
 def condense(packed, states, work):
-    """Eliminate the evaluated lines: balance after each line's own Newton step, tangent stiffness, line steps."""
+    """Eliminate the evaluated lines: leaves the balance after each line's own Newton step and the tangent stiffness.
+
+    False where a line's block is singular.
+    """
     for i in range(packed.lines.shape[0]):
         row, y, steps = packed.lines[i], states[i], work.steps[i]
         if is_slack(row, y):
             continue
-        if not eliminate(row, work.blocks[i], steps):
+        if not eliminate(row, work.blocks[i], steps, 3):
             return False
         add_eliminated(row, y, work.forces[i], steps, work.arms[i], work.planes[i], work.wrench, work.stiffness)
     return True
@@ -145,25 +147,24 @@ def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
 
 @jit
 def is_slack(row, y):
-    """Whether a massless line hangs slack: it carries nothing and has no shape."""
+    """Whether a massless line is slack: it carries no tension and has no shape."""
     return row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK
 
 
 @jit
-def eliminate(row, block, steps):
-    """Turn steps[:, 0], the residual, and columns 1 and 2 into the block inverse times residual, x and z."""
+def eliminate(row, block, steps, columns):
+    """Replace steps[:, :columns] by the block inverse times residual (column 0), x, z and length. False if singular."""
     unknowns = int(row[UNKNOWNS])
-    for k in range(unknowns):
-        steps[k, 1] = 0.0
-        steps[k, 2] = 0.0
-    steps[0, 1] = 1.0
-    steps[1, 2] = 1.0
-    return solve(block, steps, unknowns, 3)
+    for column in range(1, columns):
+        for k in range(unknowns):
+            steps[k, column] = 0.0
+        steps[column - 1, column] = 1.0
+    return solve(block, steps, unknowns, columns)
 
 
 @jit
 def _unbalanced(wrench, reach):
-    """Largest force (N) of a wrench, its moments over the longest arm."""
+    """Largest force (N) of a wrench, its moments divided by the longest arm; NaN stays NaN."""
     largest = 0.0
     for k in range(wrench.shape[0]):
         size = abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, 1e-3)
@@ -174,10 +175,9 @@ def _unbalanced(wrench, reach):
 
 @jit
 def refine(packed, lengths, pose, states, work):
-    """Newton from *pose* and *states* (both improved in place). Returns code, iterations, residual (m)."""
-    stalled = False
-    worst = 0.0
-    grain = 4e-16 * max(abs(pose[0]), abs(pose[1]), abs(pose[2]))  # what a coordinate can resolve
+    """Run Newton from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
+    stalled, worst = False, 0.0
+    grain = 4e-16 * max(abs(pose[0]), abs(pose[1]), abs(pose[2]))  # resolution of a coordinate
     for iteration in range(NEWTON_STEPS):
         worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
         if not (worst == worst and unbalanced == unbalanced):
@@ -193,7 +193,7 @@ def refine(packed, lengths, pose, states, work):
 
 @jit
 def newton_step(packed, pose, states, work):
-    """Take one step of the evaluated equations. Returns whether it could, its length (m) and whether it was whole."""
+    """Take one Newton step of the evaluated equations. Returns whether it exists, its length (m), if it is full."""
     lines, n = packed.lines, packed.freedoms
     if not condense(packed, states, work):
         return False, 0.0, False
@@ -209,7 +209,7 @@ def newton_step(packed, pose, states, work):
 
 @jit
 def move_platform(pose, work):
-    """Add work.move to *pose*, held back to a sensible step. Returns the step's length (m) and whether it was whole."""
+    """Add work.move, shortened to the step limits, to *pose*. Returns the step's length (m) and whether it is full."""
     n = pose.shape[0]
     length = sqrt(work.move[0, 0] ** 2 + work.move[1, 0] ** 2 + work.move[2, 0] ** 2)
     held = 1.0 if length <= POSE_STEP else POSE_STEP / length
@@ -229,7 +229,7 @@ def move_platform(pose, work):
 
 @jit
 def step_line(row, y, steps, arm, plane, move):
-    """Take one line's Newton step together with the platform's move."""
+    """Take one line's Newton step together with the platform's move. Returns whether it is full."""
     dx, dy, dz = move[0, 0], move[1, 0], move[2, 0]
     if move.shape[0] == 6:
         a, b, c = move[3, 0], move[4, 0], move[5, 0]
@@ -244,7 +244,7 @@ def step_line(row, y, steps, arm, plane, move):
 
 @jit
 def judge(packed, states, planes):
-    """Whether a solved equilibrium is one that the machine can have: a status code, overstretched last of all."""
+    """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong."""
     code = OK
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
@@ -262,20 +262,20 @@ def judge(packed, states, planes):
 
 @jit
 def judge_stability(packed, states, work):
-    """Whether an evaluated equilibrium returns when pushed or turned: a status code.
+    """Code of an evaluated equilibrium: OK if it is stable.
 
-    A point load does, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`.
+    A point load always is, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`.
     """
     if packed.freedoms < 6 and not _leaves_backwards(packed, states):
         return OK
     if not condense(packed, states, work):
         return SINGULAR
-    return judge_pivot(least_pivot(work.stiffness, packed.freedoms))
+    return judge_pivot(min_pivot(work.stiffness, packed.freedoms))
 
 
 @jit
 def _leaves_backwards(packed, states):
-    """Whether any cable pulls its sheave away from the platform: the point is under the sheave, within its reach."""
+    """Whether any free span leaves its sheave away from the platform, whose point is then under the sheave."""
     for i in range(packed.lines.shape[0]):
         if packed.lines[i, RADIUS] > 0.0 and cos(states[i, PHI]) < 0.0:
             return True
@@ -283,8 +283,8 @@ def _leaves_backwards(packed, states):
 
 
 @jit
-def judge_pivot(least):
-    """What a stiffness with this least pivot makes of an equilibrium: a status code."""
-    if least > NEUTRAL:
+def judge_pivot(pivot):
+    """Code of an equilibrium whose stiffness has this smallest pivot: OK, SINGULAR or UNSTABLE."""
+    if pivot > NEUTRAL:
         return OK
-    return SINGULAR if least > -NEUTRAL else UNSTABLE
+    return SINGULAR if pivot > -NEUTRAL else UNSTABLE

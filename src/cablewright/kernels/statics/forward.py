@@ -1,41 +1,32 @@
-"""Forward problem: unstrained lengths to the pose, warm from a neighbour or cold from nothing."""
+"""Forward problem: unstrained lengths to the pose, from a neighbouring solution or without any guess."""
 
 from math import pi
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import MASSLESS, PLATFORM_WEIGHT
+from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED, PLATFORM_WEIGHT
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
-from cablewright.kernels.statics.equilibrium import (
-    LEVER_UNSTABLE,
-    NOT_CONVERGED,
-    OK,
-    OVERSTRETCHED,
-    evaluate,
-    judge,
-    judge_stability,
-    refine,
-)
+from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, refine
 from cablewright.kernels.statics.line import guess
 from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.kernels.statics.wrench import place
 
-FIRST_STEP = 0.25  # of the way from taut lengths to the wanted ones
-LAST_STEP = 1e-3
-ROUGH = 1e-3  # of the weight: where the descent hands over to Newton
-LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, to place levers with
-STARTS = 10  # rotations that a rigid body is tried from
-UPRIGHT = 0.6  # rad: a body found less turned than this needs no other start
+FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
+MIN_STEP = 1e-3
+ROUGH = 1e-3  # of the weight: unbalanced force at which Newton takes over from the descent
+LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, at which levers are placed
+STARTS = 10  # start rotations of a rigid body
+UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
 
 
 @jit
 def solve_warm(packed, lengths, pose, states, work):
-    """Solve from *pose* and *states* (improved in place). Returns code, iterations, residual (m)."""
+    """Solve from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
     if packed.platform[MASSLESS] > 0.0:
         iterations, residual = 1, 0.0
         if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
             return NOT_CONVERGED, iterations, residual
-        evaluate(packed, lengths, pose, states, work)  # for the stability
+        evaluate(packed, lengths, pose, states, work)  # `judge_stability` needs it
     else:
         code, iterations, residual = refine(packed, lengths, pose, states, work)
         if code != OK:
@@ -48,16 +39,16 @@ def solve_warm(packed, lengths, pose, states, work):
 
 @jit
 def _is_found(packed, code):
-    """Whether this is an answer that no other start would change.
+    """Whether no other start can improve on *code*.
 
-    A point load has no equilibrium but the overstretched one; a rigid body may have a sound one elsewhere.
+    An overstretched equilibrium of a point load is its only one; a rigid body may have a sound one elsewhere.
     """
     return code == OK or (code == OVERSTRETCHED and packed.freedoms == 3)
 
 
 @jit(allocates=True)
 def solve_near(packed, lengths, pose, states, work):
-    """Solve from *pose* alone: line states are guessed there; on failure cold. As `solve_warm`."""
+    """Solve from *pose* alone, guessing line states there; without a guess if that fails. Returns as `solve_warm`."""
     code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
     if _is_found(packed, code):
         return code, iterations, residual
@@ -67,26 +58,26 @@ def solve_near(packed, lengths, pose, states, work):
 
 @jit(allocates=True)
 def solve_cold(packed, lengths, pose, states, work):
-    """Solve for *lengths* without a guess; *pose* and *states* are only written. As `solve_warm`.
+    """Solve for *lengths* without a guess; *pose* and *states* are only written. Returns as `solve_warm`.
 
-    A rigid body is tried unrotated first, then from other rotations, until it is found less than UPRIGHT turned: of
-    several equilibria for the same lengths the least turned one is taken.
+    A rigid body is tried unrotated first, then from other rotations, until the solution is rotated by less than
+    UPRIGHT: of several equilibria for the same lengths the one with the smallest rotation angle is returned.
     """
     if packed.freedoms == 3:
         return _solve_from_springs(packed, lengths, pose, states, work)
     answer, total, left = NOT_CONVERGED, 0, 0.0
-    least = 1e300
+    min_angle = 1e300
     best, best_states = pose.copy(), states.copy()
     for start in range(STARTS):
         turn_to_start(pose, start)
         code, iterations, residual = _solve_from_springs(packed, lengths, pose, states, work)
         total += iterations
-        turned = angle_of(pose)
-        better = turned < least if code == OK and answer == OK else code == OK
+        angle = angle_of(pose)
+        better = angle < min_angle if code == OK and answer == OK else code == OK
         if better or start == 0 or (answer == NOT_CONVERGED and code != OK):
-            answer, left, least = code, residual, turned
+            answer, left, min_angle = code, residual, angle
             best[:], best_states[:] = pose, states
-        if answer == OK and least < UPRIGHT:
+        if answer == OK and min_angle < UPRIGHT:
             break
     pose[:], states[:] = best, best_states
     return answer, total, left
@@ -94,7 +85,7 @@ def solve_cold(packed, lengths, pose, states, work):
 
 @jit
 def turn_to_start(pose, start):
-    """Set the rotation that start number *start* begins from: upright, leaning to four sides, then turned about z."""
+    """Set the rotation of *pose* for start number *start*: none, tilts to four sides, then rotations about z."""
     pose[3:] = 0.0
     if 1 <= start <= 4:
         pose[3 + (start - 1) // 2] = 0.6 if start % 2 else -0.6
@@ -104,10 +95,10 @@ def turn_to_start(pose, start):
 
 @jit(allocates=True)
 def _solve_from_springs(packed, lengths, pose, states, work):
-    """Solve from springs that begin with the rotation in *pose*. As `solve_warm`.
+    """Solve from `spring_guess` with the rotation given in *pose*. Returns as `solve_warm`.
 
-    Springs place the platform; where Newton fails from there the slack lines are let out step by step, and where
-    that fails too the platform walks downhill with all lines settled at each step.
+    Where Newton fails from that guess, a homotopy pays the slack lines out step by step; where that fails too, the
+    potential is descended with all lines solved at each step.
     """
     if not spring_guess(packed, lengths, pose, states, work):
         return NOT_CONVERGED, 0, 0.0
@@ -129,12 +120,11 @@ def _solve_from_springs(packed, lengths, pose, states, work):
 
 @jit(allocates=True)
 def _solve_at(packed, lengths, pose, states, work):
-    """Guess the line states at *pose* and solve; where a lever ends on its head, guess it pulled harder."""
+    """Guess line states at *pose* and solve; where a lever ends unstable, guess again with a stronger pull."""
     if packed.platform[MASSLESS] > 0.0:
         return solve_warm(packed, lengths, pose, states, work)
     begin = pose.copy()
-    total, residual = 0, 0.0
-    code = NOT_CONVERGED
+    code, total, residual = NOT_CONVERGED, 0, 0.0
     for pull in LEVER_PULLS:
         pose[:] = begin
         if not guess_states(packed, lengths, pose, states, work, pull):
@@ -148,7 +138,7 @@ def _solve_at(packed, lengths, pose, states, work):
 
 @jit(allocates=True)
 def solve_by_homotopy(packed, lengths, pose, states, work):
-    """From lengths that leave no line slack at *pose*, let the slack lines out step by step. As `solve_warm`."""
+    """Start from lengths that leave no line slack at *pose*, and pay the slack lines out. Returns as `solve_warm`."""
     m = packed.lines.shape[0]
     taut = lengths.copy()
     for i in range(m):
@@ -176,16 +166,16 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
             continue
         pose[:], states[:] = held, held_states
         step *= 0.5
-        if step < LAST_STEP:
+        if step < MIN_STEP:
             return code, total, residual
     return OK, total, residual
 
 
 @jit
 def guess_states(packed, lengths, pose, states, work, pull):
-    """Line states near those of *lengths* at *pose*. False if a platform point lies inside a sheave.
+    """Guess line states for *lengths* at *pose*. False if a platform point lies inside a sheave.
 
-    Levers are placed as if each line bore *pull* times its share of the platform's weight.
+    Levers are placed as if each line carried *pull* times its share of the platform's weight.
     """
     share = pull * packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
     if packed.freedoms == 6:

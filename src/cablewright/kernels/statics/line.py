@@ -1,8 +1,8 @@
 """One line: dead span, sheave, free span and lever as one block of three to six equations.
 
 Unknowns y and their order: see `layout`. Equations, in metres and (the last) as a fraction of the tension:
-free span ends at the platform point (x, z); unstrained lengths add up; dead span ends at the winch exit (z, x);
-moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
+free span ends at the platform point (x, z); unstrained lengths sum to the given length; dead span ends at the winch
+exit (z, x); moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
 """
 
 from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
@@ -34,15 +34,15 @@ from cablewright.kernels.statics.sheave import constant_length, straight, unstra
 STEPS = 80
 LENGTH_TOLERANCE = 1e-15  # m per m of line: a few roundings
 SLACK_FROM = 1.001  # lengths per chord: from here the catenary is a better guess than the parabola
-STALLED = 1e-12  # a Newton step so small that the one after it is rounding
-SLACK_TENSION = 1e-6  # N: a massless line that is straight at this tension carries nothing
+STALLED = 1e-12  # Newton step after which the next one is rounding
+SLACK_TENSION = 1e-6  # N: a massless line at this tension counts as slack
 
 
 @jit
 def system(row, y, x, z, length, jacobian, residual):
-    """Residual (k,) and Jacobian (k, k) of the line's k equations at *y*, written in place.
+    """Write residual (k,) and Jacobian (k, k) of the line's k equations at *y*.
 
-    Returns the free span's start force (h, v), N.
+    Returns the force (h, v) at the start of the free span, N.
     """
     unknowns = int(row[UNKNOWNS])
     radius, side, weight = row[RADIUS], row[SIDE], row[WEIGHT]
@@ -91,7 +91,7 @@ def system(row, y, x, z, length, jacobian, residual):
 
 @jit
 def _moment(row, t, cf, sf, cp, sp, cb, sb, jacobian, residual):
-    """Moment about the joint over lever and tension (Paty 2021, Eq. 6), and the lever's column."""
+    """Write the moment about the joint, divided by lever and tension (Paty 2021, Eq. 6), and the lever's column."""
     lever = row[LEVER]
     pull = row[LEVER_MOMENT] / (lever * t)
     free, dead = cf * cb + sf * sb, cp * cb + sp * sb  # cosines of the spans against the lever
@@ -114,14 +114,14 @@ def start_force(y):
 
 @jit
 def force_change(h, v, weight, changes, k):
-    """Change of the tension (h, v + weight * length) at the free span's end with changes[:, k] of the unknowns."""
+    """Change of the force (h, v + weight * length) at the free span's end for changes[:, k] of the unknowns."""
     turn, grow = changes[PHI, k], changes[TAU, k]
     return h * grow - v * turn, v * grow + h * turn + weight * changes[FREE, k]
 
 
 @jit
 def lever_stable(row, y):
-    """Whether the lever returns when pushed: the moment about the joint falls with the lever angle."""
+    """Whether the lever is stable: the moment about the joint falls with the lever angle."""
     if row[UNKNOWNS] < 6.0:
         return True
     pull = row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU]))
@@ -137,7 +137,7 @@ def extremes(row, y):
 
 @jit
 def extremes_and_change(row, y, dphi, dtau, dfree, ddead, dpsi):
-    """Smallest and largest tension along the line, N, and how they change with changes of the unknowns."""
+    """Smallest and largest tension along the line, N, and their changes for the given changes of the unknowns."""
     t = exp(y[TAU])
     weight = row[WEIGHT]
     h, v = t * cos(y[PHI]), t * sin(y[PHI])
@@ -157,7 +157,7 @@ def extremes_and_change(row, y, dphi, dtau, dfree, ddead, dpsi):
 
 @jit
 def _span_extremes(h, v, carried, dh, dv, dcarried):
-    """Of one span from its start force, carried weight and their changes."""
+    """As `extremes_and_change`, of one span from its start force, its weight and their changes."""
     end, dend = v + carried, dv + dcarried
     first, last = sqrt(h * h + v * v), sqrt(h * h + end * end)
     dfirst, dlast = (h * dh + v * dv) / first, (h * dh + end * dend) / max(last, 1e-300)
@@ -177,8 +177,15 @@ def length_of(row, y):
 
 
 @jit
+def lengths_of(packed, states, out):
+    """Write the unstrained lengths of all lines, m, to *out* (m,)."""
+    for i in range(packed.lines.shape[0]):
+        out[i] = length_of(packed.lines[i], states[i])
+
+
+@jit
 def advance(row, y, step, scale):
-    """Move *y* by minus *scale* times *step*, held back so that angles, tension and lengths stay sensible."""
+    """Add minus *scale* times *step* to *y*, shortened where an unknown would change too much. True if it is not."""
     unknowns = int(row[UNKNOWNS])
     held = scale
     for k in range(unknowns):
@@ -196,10 +203,10 @@ def advance(row, y, step, scale):
 
 @jit
 def guess(row, x, z, length, tension, y):
-    """Set *y* close to the line of unstrained *length* to (x, z): taut or slack, by the parabola's shortening.
+    """Set *y* close to the line of unstrained *length* to (x, z), taut or slack. False inside a sheave.
 
-    *tension* (N) only places the lever. The free span's tension T balances stretch and sag,
-    L (1 + c T) - w^2 x^2 chord / (24 T^2) = chord. Returns False inside a sheave.
+    *tension* (N) only places the lever. The free span's tension T solves the parabola's balance of stretch and sag,
+    L (1 + c T) - w^2 x^2 chord / (24 T^2) = chord.
     """
     if not straight(row, x, z, tension, y):
         return False
@@ -233,7 +240,7 @@ def guess(row, x, z, length, tension, y):
 
 @jit
 def _hanging(x, z, length, weight):
-    """Start force of the inextensible catenary of *length* over (x, z), longer than their distance; x > 0.
+    """Force at the start of the inextensible catenary to (x, z), x > 0, whose *length* exceeds the distance.
 
     With u = w x / 2H: sinh(u) / u = sqrt(L^2 - z^2) / x, and the middle of the span is at atanh(z / L).
     """
@@ -247,7 +254,7 @@ def _hanging(x, z, length, weight):
 
 @jit
 def settle(row, x, z, length, y, jacobian, rhs):
-    """Solve the line for a fixed platform point and unstrained length, from the guess in *y*."""
+    """Solve the line for a fixed platform point and unstrained length from the guess in *y*. True if it converges."""
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z) + length)
     for _ in range(STEPS):
         system(row, y, x, z, length, jacobian, rhs[:, 0])
@@ -264,10 +271,10 @@ def settle(row, x, z, length, y, jacobian, rhs):
 
 @jit
 def pull_of(row, y, x, z):
-    """Pull of the free span (N): its tension at mid-length along its chord, and the chord's direction.
+    """Pull of the free span (N), which is its mid-length force along its chord, and the chord's direction.
 
-    A straight line's pull is its tension. Unlike the tension at the sheave, which rises again as a slack span grows
-    heavy, the pull falls all the way as cable is let out: one pull, one shape.
+    A straight line's pull is its tension. Unlike the tension at the sheave, which rises again when a slack span becomes
+    heavy, the pull falls monotonically with the length paid out, so that a pull determines the shape.
     """
     h, v = start_force(y)
     turn = row[SIDE] * row[RADIUS]
@@ -280,7 +287,7 @@ def pull_of(row, y, x, z):
 
 @jit
 def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """Solve the line for a fixed platform point and *pull* (N); rhs[:, 1] is then dy / dlog(pull)."""
+    """Solve the line at a fixed point for *pull* (N) from *y*; rhs[:, 1] is then dy / dlog(pull). True if converged."""
     unknowns = int(row[UNKNOWNS])
     scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
     for _ in range(STEPS):
@@ -299,7 +306,7 @@ def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
 
 @jit
 def system_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """As `system`, with the pull in the place of the length; rhs[:, 1] is the derivative by -log(pull).
+    """As `system`, with the pull given instead of the length; rhs[:, 1] is the derivative by -log(pull).
 
     Returns the derivatives of the pull's equation by x and z.
     """

@@ -1,4 +1,4 @@
-"""The one linearisation: what the platform does when a length or any number of a line changes."""
+"""Linearisation at an equilibrium: motion of the platform per change of a line's length or parameters."""
 
 from math import cos, exp, sin
 
@@ -11,10 +11,12 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
+    OK,
     PHI,
     PSI,
     RADIUS,
     SIDE,
+    SINGULAR,
     STATE,
     TAU,
     UNKNOWNS,
@@ -22,7 +24,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.catenary import span
-from cablewright.kernels.statics.equilibrium import OK, SINGULAR, condense, evaluate, is_slack
+from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
 from cablewright.kernels.statics.sheave import wrap
 from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_force
@@ -31,7 +33,7 @@ from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_force
 # platform point x, y, z in the platform's frame.
 PARAMETERS = 10
 LENGTH, MODULUS, EXIT, SHEAVE, WEIGHT_FACTOR, POINT = 0, 1, 2, 5, 6, 7
-OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those that stay in the line's plane
+OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those whose effect stays in the line's plane
 
 
 @jit(allocates=True)
@@ -40,8 +42,8 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
 
     Parameters: unstrained length (m/m), relative modulus (m per unit), exit point x, y, z (m/m), radius of the sheave
     (m/m), relative weight of the cable (m per unit), platform point x, y, z (m/m). Where the dead span is modelled its
-    winch exit follows the exit point sideways, so that the line keeps its plane, and stays where it is in height.
-    Motion of a rigid body: translation and rotation in space. Returns a code.
+    winch exit follows the exit point horizontally, so that the line keeps its plane, and keeps its height.
+    Motion of a rigid body: translation and rotation about world axes. Returns a code.
     """
     m, n = packed.lines.shape[0], packed.freedoms
     evaluate(packed, lengths, pose, states, work)
@@ -63,10 +65,10 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
 
 @jit(allocates=True)
 def tension_changes(packed, lengths, pose, states, work, own, by_point):
-    """Write how the logarithm of each line's tension at the sheave changes: with line and platform, one by one.
+    """Write the derivatives of the logarithm of each line's tension at the sheave.
 
-    *own* (m, 10) is per parameter of the line itself, see `linearise`, while the platform stays; *by_point* (m, 3) per
-    motion of the point that it is tied to, 1/m. A slack line's are zero. Returns a code.
+    *own* (m, 10): per parameter of the line, see `linearise`, with the platform held; *by_point* (m, 3): per motion of
+    its platform point, 1/m. Those of a slack line are zero. Returns a code.
     """
     evaluate(packed, lengths, pose, states, work)
     if not condense(packed, states, work):
@@ -93,7 +95,7 @@ def tension_changes(packed, lengths, pose, states, work, own, by_point):
 
 @jit
 def _own_changes(row, y, length, i, work, changes):
-    """Write minus the changes of line *i*'s unknowns per parameter in OWN, its ends held, to columns of *changes*."""
+    """Write minus the derivatives of line *i*'s unknowns by the parameters in OWN, its ends held, to *changes*."""
     plane = work.planes[i]
     system(row, y, plane[2], plane[3], length, work.blocks[i], changes[:, 0])
     _parameter_residuals(row, y, changes)
@@ -102,7 +104,7 @@ def _own_changes(row, y, length, i, work, changes):
 
 @jit
 def _add_own(row, y, length, i, work, changes, right):
-    """Columns of line *i*'s parameters whose change of force stays in the line's plane."""
+    """Write the columns of line *i*'s parameters in OWN: the wrench of the force changes."""
     plane, arm = work.planes[i], work.arms[i]
     if not _own_changes(row, y, length, i, work, changes):
         return False
@@ -117,9 +119,9 @@ def _add_own(row, y, length, i, work, changes, right):
 
 @jit
 def _add_points(row, y, i, work, right):
-    """Columns of line *i*'s exit point, sideways, and of its platform point.
+    """Write the columns of line *i*'s exit point in x and y, and of its platform point.
 
-    To move the one by d or the other by -d changes the span alike; the platform point's force moves with it.
+    Moving the exit point by d or the platform point by -d changes the span alike; the latter also moves the force.
     """
     plane, arm, steps, turned = work.planes[i], work.arms[i], work.steps[i], work.rotation
     h, v = work.forces[i, 0], work.forces[i, 1]
@@ -155,7 +157,7 @@ def _write(right, arm, fx, fy, fz, column, wrench):
 
 @jit
 def _parameter_residuals(row, y, out):
-    """Derivatives of the line's equations by the parameters in OWN, in columns of *out*."""
+    """Write the derivatives of the line's equations by the parameters in OWN to columns of *out*."""
     out[:, :] = 0.0
     t = exp(y[TAU])
     wrapped = wrap(row, y)
@@ -179,10 +181,10 @@ def _parameter_residuals(row, y, out):
 
 @jit
 def _span_residuals(row, t, direction, length, compliance, out, x, z):
-    """Of one span, whose equations are rows *x* and *z* of *out*: by modulus, column 1, and by weight, column 4.
+    """As `_parameter_residuals`, of a span with equations *x* and *z*: by modulus (column 1) and weight (column 4).
 
-    Without stretch a span's shape depends on the ratio of its forces alone (Euler): what weight changes is what the
-    start force would change back.
+    The shape of an inextensible span depends on the ratios of its forces alone (Euler), so that its derivative by the
+    weight is minus that by the start force.
     """
     weight = row[WEIGHT]
     h, v = t * cos(direction), t * sin(direction)

@@ -1,4 +1,4 @@
-"""Straight massless lines over a sheave: the tangents that bound the contact, and the lever that balances them."""
+"""Straight massless lines over a sheave: tangents at both ends of the contact, and the angle of a lever."""
 
 from math import asin, atan2, cos, exp, log, pi, sin, sqrt
 
@@ -20,15 +20,15 @@ from cablewright.kernels.layout import (
     WINCH_Z,
 )
 
-LEVER_ROUNDS = 3  # each leaves about a hundredth of the lever angle's error
+LEVER_ROUNDS = 3  # each reduces the lever angle's error about a hundredfold
 
 
 @jit
 def tangent(x, z, turn):
-    """Direction (rad) and length (m) of the tangent from a circle to the point (x, z) from its centre.
+    """Direction (rad) and length (m) of the tangent from a circle about zero to the point (x, z).
 
-    *turn* is the radius times the sense of contact: the point of contact lies a quarter turn ahead of the
-    direction for a positive sense. The length is negative where the point lies inside the circle.
+    *turn* is the radius times the sense of contact: for a positive sense the contact point lies a quarter turn ahead
+    of the direction. The length is negative where the point lies inside the circle.
     """
     distance = sqrt(x * x + z * z)
     if not distance > abs(turn):
@@ -38,9 +38,9 @@ def tangent(x, z, turn):
 
 @jit
 def straight(row, x, z, tension, y):
-    """Set *y* to the straight line from the winch over the sheave to (x, z) at *tension*, lengths as strained.
+    """Set *y* to the straight line from the winch over the sheave to (x, z) at *tension*, with strained lengths.
 
-    Exact but for the lever angle, which is good to about 1e-4 rad. x, z: the platform point from the exit point,
+    Exact except the lever angle, whose error is about 1e-4 rad. x, z: the platform point from the exit point,
     in the line's plane (m). Returns False if the point or the winch exit lies inside the sheave.
     """
     unknowns = int(row[UNKNOWNS])
@@ -71,19 +71,19 @@ def straight(row, x, z, tension, y):
 
 @jit
 def wrap(row, y):
-    """Angle of contact (rad); zero where there is no sheave."""
+    """Angle of contact with the sheave, rad; zero where there is none."""
     return row[SIDE] * (y[PSI] - y[PHI]) + pi if row[RADIUS] > 0.0 else 0.0
 
 
 @jit
 def whole_length(row, y):
-    """Length of a straight line from winch to platform as `straight` left it, m: spans, contact, constant."""
+    """Length (m) of the straight line that `straight` wrote to *y*: spans, contact and constant part."""
     return y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
 
 
 @jit
 def unstrain(y, free_compliance, dead_compliance):
-    """Turn the strained lengths of a straight line in *y* into unstrained ones at its tension."""
+    """Convert the strained lengths of a straight line in *y* to unstrained ones at its tension."""
     tension = exp(y[TAU])
     y[FREE] /= 1.0 + tension * free_compliance
     y[DEAD] /= 1.0 + tension * dead_compliance

@@ -1,40 +1,36 @@
-"""What a line adds along its own direction, apart from the whole: the parts of the tangent stiffness."""
+"""Tangent stiffness of the platform, and each line's stiffness along its own chord."""
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import WEIGHT, Packed
-from cablewright.kernels.statics.equilibrium import OK, SINGULAR, condense, evaluate, is_slack, workspace
-from cablewright.kernels.statics.line import force_change, length_of, pull_of
+from cablewright.kernels.layout import OK, SINGULAR, WEIGHT, robot_of
+from cablewright.kernels.newton import copy
+from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
+from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
 
 
 @jit(allocates=True)
 def stiffness_rows(packed, poses, states, tangent, chords, axial, codes):
-    """Tangent stiffness (N, n, n), and of each line its direction (N, m, 3) and stiffness along it (N, m), N/m.
+    """Write tangent stiffnesses (N, n, n), and of each line its chord (N, m, 3) and stiffness along it (N, m), N/m.
 
     *packed* has one row or N; poses (N, n) and states (N, m, 6) are those of equilibria. Writes codes (N,).
     """
-    several = packed.lines.shape[0] > 1
-    work = workspace(Packed(packed.freedoms, packed.lines[0], packed.platform[0]))
+    work = workspace(robot_of(packed, 0))
     for j in range(poses.shape[0]):
-        row = j if several else 0
-        own = Packed(packed.freedoms, packed.lines[row], packed.platform[row])
-        codes[j] = _stiffness(own, poses[j], states[j], work, tangent[j], chords[j], axial[j])
+        codes[j] = _stiffness(robot_of(packed, j), poses[j], states[j], work, tangent[j], chords[j], axial[j])
 
 
 @jit
 def _stiffness(packed, pose, states, work, tangent, chords, axial):
     """One row of `stiffness_rows`. Returns a code."""
-    for i in range(packed.lines.shape[0]):
-        work.lengths[i] = length_of(packed.lines[i], states[i])
+    lengths_of(packed, states, work.lengths)
     evaluate(packed, work.lengths, pose, states, work)
     if not condense(packed, states, work):
         return SINGULAR
     for k in range(packed.freedoms):
-        for other in range(packed.freedoms):
-            tangent[k, other] = work.stiffness[k, other]
+        copy(work.stiffness[k], tangent[k])
     for i in range(packed.lines.shape[0]):
         row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
         if is_slack(row, y):
-            axial[i] = chords[i, 0] = chords[i, 1] = chords[i, 2] = 0.0
+            axial[i], chords[i, :] = 0.0, 0.0
             continue
         h, v = work.forces[i, 0], work.forces[i, 1]
         kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)

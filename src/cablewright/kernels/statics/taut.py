@@ -1,4 +1,4 @@
-"""All lines of a point platform drawn straight."""
+"""Straight lines to a point platform: their angles, lengths and directions."""
 
 from math import cos, nan, sin, sqrt
 
@@ -6,17 +6,17 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import EXIT_X, FREE, PHI
 from cablewright.kernels.statics.sheave import straight, whole_length
 
-# Columns of what is found of each line.
+# Columns of a line's results.
 ANGLE, REACH, WHOLE = 0, 1, 2  # rad above the horizontal, m from the sheave, m from the winch
 FOUND = 3
 
 
 @jit
 def draw(lines, position, tension, scratch, found, planes, toward):
-    """Draw *lines* (m, ..) straight to *position* (3,), m, at *tension*, N, which only levers feel.
+    """Write the straight *lines* (m, COLUMNS) to *position* (3,), m; *tension* (N) only places levers.
 
-    *found* (m, FOUND); *planes* (m, 4) as other kernels take them; *toward* (m, 3): how a line's length grows as the
-    platform moves, a unit vector. NaN for a line that has no tangent there. *scratch* (STATE,).
+    *found* (m, FOUND); *planes* (m, 4) as `wrench.place` has them; *toward* (m, 3): unit vector, the derivative of a
+    line's length by the position. NaN for a line without a tangent to the position. *scratch* (STATE,).
     """
     for i in range(lines.shape[0]):
         row = lines[i]
@@ -29,5 +29,4 @@ def draw(lines, position, tension, scratch, found, planes, toward):
             found[i, ANGLE], found[i, REACH], found[i, WHOLE] = phi, scratch[FREE], whole_length(row, scratch)
             toward[i, 0], toward[i, 1], toward[i, 2] = cos(phi) * ex, cos(phi) * ey, sin(phi)
         else:
-            found[i, ANGLE] = found[i, REACH] = found[i, WHOLE] = nan
-            toward[i, 0] = toward[i, 1] = toward[i, 2] = nan
+            found[i, :], toward[i, :] = nan, nan

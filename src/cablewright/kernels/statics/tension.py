@@ -2,41 +2,55 @@
 
 min sum 1/2 h t^2 - g t subject to A t = b, low <= t <= high (least norm: h = 1, g = 0) has the solution
 t = clip((A' lambda + g) / h, low, high) for the n multipliers that maximise a concave, piecewise quadratic dual:
-Newton in n unknowns, whatever m is. Where the dual climbs without end, the multipliers are a Farkas certificate
-that no tensions within limits exist.
+Newton in n unknowns for any m. Where the dual is unbounded, the multipliers are a Farkas certificate that no tensions
+within limits exist.
 """
 
 from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.newton import largest, largest_of_column, solve
 
 STEPS = 100
-LEAST_DAMPING = 1e-13  # of the Hessian's trace
-NEAR_TOP = 1e-7  # of the load: what is left of the balance where the value is flat
-GRAIN = 1e-14  # of the largest multiplier: what rounding leaves of the balance
-SOFT = 1e-4  # give of a limit, relative to a tension's own, when the least violation is wanted
+MIN_DAMPING = 1e-13  # of the Hessian's trace
+NEAR_TOP = 1e-7  # of the load: unbalanced part under which the dual value is flat to rounding
+GRAIN = 1e-14  # of the largest multiplier: unbalanced part due to rounding
+SOFT = 1e-4  # compliance of a limit, relative to that of a tension, with which the smallest violation is found
+
+
+class Program(NamedTuple):
+    """Quadratic program min sum h t^2 / 2 - g t subject to A t = b, low <= t <= high."""
+
+    structure: NDArray[np.float64]  # (n, m): A
+    load: NDArray[np.float64]  # (n,): b
+    low: NDArray[np.float64]  # (m,)
+    high: NDArray[np.float64]  # (m,)
+    curvature: NDArray[np.float64]  # (m,): h
+    bias: NDArray[np.float64]  # (m,): g
 
 
 @jit
-def distribute(structure, load, low, high, curvature, bias, give, tensions, multipliers, hessian, step):
-    """Write to *tensions* (m,) the best solution of structure (n, m) tensions = load within limits.
+def distribute(program, give, tensions, multipliers, hessian, step):
+    """Write the solution of *program* to *tensions* (m,). Returns 1 solved, 0 proved infeasible, -1 not solved.
 
-    *curvature* (m,) and *bias* (m,) are h and g of the objective. *give* > 0 softens the limits: the answer then is
-    the distribution that violates them least. *multipliers* (n,) start the search and are improved; *hessian* (n, n)
-    and *step* (n, 3) are scratch. Returns 1 solved, 0 proved infeasible, -1 not solved.
+    *give* > 0 softens the limits: the solution is then the distribution that violates them least. *multipliers* (n,)
+    are the start of the search and receive its end; *hessian* (n, n) and *step* (n, 3) are scratch.
     """
-    n, m = structure.shape
+    n, m = program.structure.shape
     close = 1e-13 if give == 0.0 else 1e-11  # soft multipliers are large, and so is their rounding
-    damping = LEAST_DAMPING
-    scale = max(largest(load, n), largest(low, m))
-    _begin_free(structure, load, curvature, bias, multipliers, hessian, step)
-    value = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
+    damping = MIN_DAMPING
+    scale = max(largest(program.load, n), largest(program.low, m))
+    _begin_free(program, multipliers, hessian, step)
+    value = _evaluate(program, give, multipliers, tensions, hessian, step)
     for _ in range(STEPS):
         gap = largest_of_column(step, n)
         if gap <= close * scale:
             return 1
-        if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale):
+        if give == 0.0 and _is_infeasible(program, multipliers, scale):
             return 0
         trace = 1e-300
         for k in range(n):
@@ -55,8 +69,8 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
         for _ in range(60):
             for k in range(n):
                 multipliers[k] += reach * step[k, 2]
-            trial = _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
-            # near the top rounding hides what the value gains, but not that the slope falls
+            trial = _evaluate(program, give, multipliers, tensions, hessian, step)
+            # near the maximum rounding hides the gain in value, but not the fall of the slope
             falls = gap <= NEAR_TOP * scale and largest_of_column(step, n) <= 0.5 * gap
             if falls or trial >= value + 1e-4 * reach * slope - 1e-14 * abs(value):
                 value = trial
@@ -65,20 +79,21 @@ def distribute(structure, load, low, high, curvature, bias, give, tensions, mult
             for k in range(n):
                 multipliers[k] -= reach * step[k, 2]
             reach *= 0.5
-        # lines at their limits can leave the Hessian all but singular, and its step far too long
-        damping = min(1e-3, 100.0 * damping) if reach < 0.1 else max(LEAST_DAMPING, 0.01 * damping)
+        # with lines at their limits the Hessian can be nearly singular, and the step far too long
+        damping = min(1e-3, 100.0 * damping) if reach < 0.1 else max(MIN_DAMPING, 0.01 * damping)
         if not improved:
-            _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, step)
+            _evaluate(program, give, multipliers, tensions, hessian, step)
             break
     gap = largest_of_column(step, n)
     if gap <= 100.0 * close * scale + GRAIN * largest(multipliers, n):
         return 1
-    return 0 if give == 0.0 and _impossible(structure, load, low, high, multipliers, scale) else -1
+    return 0 if give == 0.0 and _is_infeasible(program, multipliers, scale) else -1
 
 
 @jit
-def _begin_free(structure, load, curvature, bias, multipliers, hessian, step):
-    """Where the search has no start, begin as if no line were at a limit."""
+def _begin_free(program, multipliers, hessian, step):
+    """Where *multipliers* are zero, start with those of the program without limits."""
+    structure, load, curvature, bias = program.structure, program.load, program.curvature, program.bias
     n, m = structure.shape
     trace = 1e-300
     for k in range(n):
@@ -100,8 +115,9 @@ def _begin_free(structure, load, curvature, bias, multipliers, hessian, step):
 
 
 @jit
-def _evaluate(structure, load, low, high, curvature, bias, give, multipliers, tensions, hessian, gradient):
+def _evaluate(program, give, multipliers, tensions, hessian, gradient):
     """Dual value at *multipliers*; writes tensions, the gradient load - A t and the negative Hessian A D A'."""
+    structure, load, low, high, curvature, bias = program
     n, m = structure.shape
     value = 0.0
     for k in range(n):
@@ -129,8 +145,9 @@ def _evaluate(structure, load, low, high, curvature, bias, give, multipliers, te
 
 
 @jit
-def _impossible(structure, load, low, high, multipliers, scale):
-    """Farkas: along these multipliers the load exceeds, by more than rounding, what tensions within limits can give."""
+def _is_infeasible(program, multipliers, scale):
+    """Farkas: whether, along *multipliers*, the load exceeds all tensions within limits by more than rounding."""
+    structure, load, low, high, _, _ = program
     n, m = structure.shape
     needed, size, bulk = 0.0, 0.0, 0.0
     for k in range(n):
@@ -141,7 +158,7 @@ def _impossible(structure, load, low, high, multipliers, scale):
         for k in range(n):
             pull += structure[k, i] * multipliers[k]
             terms += abs(structure[k, i] * multipliers[k])
-        given = max(low[i] * pull, high[i] * pull)
-        needed -= given
-        bulk += abs(given) + 1e-16 * terms * max(abs(low[i]), abs(high[i]))
+        available = max(low[i] * pull, high[i] * pull)
+        needed -= available
+        bulk += abs(available) + 1e-16 * terms * max(abs(low[i]), abs(high[i]))
     return needed > 1e-12 * bulk + 1e-12 * scale * sqrt(size)

@@ -1,7 +1,7 @@
-"""Inverse problem with fewer lines than freedoms: m of the pose are given, gravity decides the others.
+"""Inverse problem with fewer lines than freedoms: m coordinates of the pose are given, equilibrium decides the others.
 
-Springs as long as the lines of a guessed pose let the platform hang, which gives the free freedoms and the pulls.
-Newton on the platform's balance in these n unknowns does the rest, each line settled at its pull.
+The platform is first hung on springs with the lengths of a guessed pose, which gives the free freedoms and the pulls.
+Newton on the platform's balance in these n unknowns follows, with each line solved at its pull.
 """
 
 from math import exp, isnan, nan, pi, sqrt
@@ -11,6 +11,9 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
+    INFEASIBLE,
+    NOT_CONVERGED,
+    OK,
     PLATFORM_WEIGHT,
     TENSION_MAX,
     TENSION_MIN,
@@ -21,46 +24,46 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import largest, largest_of_column, solve
 from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
-from cablewright.kernels.statics.equilibrium import NOT_CONVERGED, OK, judge
+from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
-from cablewright.kernels.statics.inverse import INFEASIBLE, NEEDS_PUSH, balances, none_rigid, stays
+from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.wrench import add_force, add_line, place, start_balance
 
-ENOUGH = 2  # starts that all end with a line pushing: the others would too
-SHOTS = 3  # hangs on springs before Newton
+MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search
+SPRING_ROUNDS = 3  # descents on springs before Newton
 NEWTON_STEPS = 60
 HALVINGS = 12
 FORCE_TOLERANCE = 1e-13  # of the load
-NO_PULL = 1e-4  # of the weight
+NO_PULL = 1e-4  # of the weight: a smaller pull means that the line would have to push
 LONGEST_STEP = 0.3  # m, rad or log of a pull
 
 
 @jit(allocates=True)
 def solve_hanging(packed, pose, states, work):
-    """Complete *pose*, whose n - m free freedoms are NaN, and write the line states that hold it there.
+    """Complete *pose*, whose n - m free freedoms are NaN, and write the line states of that equilibrium.
 
-    Of several such poses the stable one within the tension limits that is turned least is taken, as far as the starts
-    find it. Returns code and the largest violation of a tension limit (N).
+    Of the solutions found from several starts the stable one within the tension limits with the smallest rotation
+    angle is taken. Returns code and the largest violation of a tension limit (N).
     """
     given = pose.copy()
     best, best_states = pose.copy(), states.copy()
-    answer, violation, least = NOT_CONVERGED, 0.0, 1e300
+    answer, violation, min_angle = NOT_CONVERGED, 0.0, 1e300
     for start in range(STARTS):
         pose[:] = 0.0
         if packed.freedoms == 6:
             turn_to_start(pose, start)
         code, beyond = _solve_from(packed, given, pose, states, work)
-        turned = angle_of(pose)
+        angle = angle_of(pose)
         if code == answer:
-            better = turned < least if code == OK else beyond < violation
+            better = angle < min_angle if code == OK else beyond < violation
         else:
             better = _rank(code) > _rank(answer)
         if better:
-            answer, violation, least = code, beyond, turned
+            answer, violation, min_angle = code, beyond, angle
             best[:], best_states[:] = pose, states
-        if (answer == OK and least < UPRIGHT) or (answer == NEEDS_PUSH and start >= ENOUGH):
+        if (answer == OK and min_angle < UPRIGHT) or (answer == NEEDS_PUSH and start >= MAX_PUSHING):
             break
     pose[:], states[:] = best, best_states
     if answer in (NOT_CONVERGED, NEEDS_PUSH):
@@ -70,7 +73,7 @@ def solve_hanging(packed, pose, states, work):
 
 @jit
 def _rank(code):
-    """How much of an answer a code is."""
+    """Preference among codes: the larger the better."""
     if code == OK:
         return 4
     if code == INFEASIBLE:
@@ -81,12 +84,12 @@ def _rank(code):
 @jit(allocates=True)
 def _solve_from(packed, given, pose, states, work):
     """Solve from the guess in *pose*. Returns code and violation."""
-    work.lengths[:] = 0.0  # none yet: what is known of the frame is enough
+    work.lengths[:] = 0.0  # not known yet: the guess then depends on the frame alone
     place_below(packed, work.lengths, pose)
     if not _hang(packed, given, pose, states, work):
         return NOT_CONVERGED, 0.0
     if not _balance(packed, given, pose, states, work):
-        return _pushing(packed, states, work)
+        return _judge_failure(packed, states, work)
     code = stays(packed, pose, states, work)
     if code != OK:
         return code, 0.0
@@ -101,18 +104,18 @@ def _solve_from(packed, given, pose, states, work):
 
 
 @jit
-def _pushing(packed, states, work):
-    """What became of a pose without balance: infeasible where a pull has fallen to nothing, for the line would push."""
+def _judge_failure(packed, states, work):
+    """Code and violation where the balance was not met: NEEDS_PUSH where a pull has become negligible."""
     for i in range(packed.lines.shape[0]):
-        nothing = max(NO_PULL * packed.platform[PLATFORM_WEIGHT], packed.lines[i, WEIGHT] * states[i, FREE])
-        if work.pulls[i] < nothing:
+        min_pull = max(NO_PULL * packed.platform[PLATFORM_WEIGHT], packed.lines[i, WEIGHT] * states[i, FREE])
+        if work.pulls[i] < min_pull:
             return NEEDS_PUSH, packed.lines[i, TENSION_MIN]
     return NOT_CONVERGED, 0.0
 
 
 @jit
 def _keep(given, pose):
-    """Put the given freedoms into *pose*."""
+    """Write the given freedoms to *pose*."""
     for k in range(pose.shape[0]):
         if not isnan(given[k]):
             pose[k] = given[k]
@@ -120,30 +123,30 @@ def _keep(given, pose):
 
 @jit
 def _hang(packed, given, pose, states, work):
-    """Set the free freedoms of *pose* and the pulls to those of springs as long as the pose wants them."""
+    """Set the free freedoms of *pose* and the pulls by descents on springs with the lengths of the pose."""
     base, m = work.base, packed.lines.shape[0]
-    stretching = none_rigid(packed, work)
-    for _ in range(SHOTS):
+    elastic = none_rigid(packed, work)
+    for _ in range(SPRING_ROUNDS):
         _keep(given, pose)
         if packed.freedoms == 6:
             matrix(pose[3:], base.rotation)
         for i in range(m):
             place(packed.lines, i, pose, base.rotation, base.arms[i], base.planes[i])
             base.lengths[i] = sqrt(base.planes[i, 2] ** 2 + base.planes[i, 3] ** 2)
-        if not descend(stretching, base.lengths, pose, states, base, SPRING, SPRING_TOLERANCE, packed.freedoms):
+        if not descend(elastic, base.lengths, pose, states, base, SPRING, SPRING_TOLERANCE, packed.freedoms):
             return False
     for i in range(m):
         plane = base.planes[i]
         stretch = sqrt(plane[2] ** 2 + plane[3] ** 2) / base.lengths[i] - 1.0
         share = 1e-2 * packed.platform[PLATFORM_WEIGHT] / m
-        work.pulls[i] = max(stretch / stretching.lines[i, FREE_COMPLIANCE], share)
+        work.pulls[i] = max(stretch / elastic.lines[i, FREE_COMPLIANCE], share)
     _keep(given, pose)
     return True
 
 
 @jit
 def _balance(packed, given, pose, states, work):
-    """Newton on the platform's balance in the free freedoms and the pulls. True where it is met."""
+    """Run Newton on the platform's balance in the free freedoms and the pulls. True if it converges."""
     base, n = work.base, packed.freedoms
     load = packed.platform[PLATFORM_WEIGHT]
     for k in range(3):
@@ -177,9 +180,8 @@ def _balance(packed, given, pose, states, work):
 
 @jit
 def _step(given, pose, work, share):
-    """Go *share* of the way in work.base.move: free freedoms first, then the logs of the pulls."""
-    move = work.base.move
-    column = 0
+    """Take the share *share* of the step in work.base.move: free freedoms first, then the logs of the pulls."""
+    move, column = work.base.move, 0
     for k in range(pose.shape[0]):
         if isnan(given[k]):
             pose[k] += share * move[column, 0]
@@ -213,10 +215,10 @@ def _mix(given, pose, work):
 
 
 @jit
-def _evaluate(packed, pose, states, work, anew):
-    """Balance at *pose*, its stiffness with the pulls held, and its change per log of each pull.
+def _evaluate(packed, pose, states, work, restart):
+    """Evaluate the balance at *pose*, its stiffness with the pulls held, and its change per log of each pull.
 
-    *anew* starts from straight lines. False where a line has no answer.
+    *restart*: start from straight lines. False where a line has no solution.
     """
     base = work.base
     if packed.freedoms == 6:
@@ -226,7 +228,7 @@ def _evaluate(packed, pose, states, work, anew):
         row, y, plane, block, steps = packed.lines[i], states[i], base.planes[i], base.blocks[i], base.steps[i]
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
         x, z, pull = plane[2], plane[3], work.pulls[i]
-        if anew or not settle_at_pull(row, x, z, pull, y, block, steps):
+        if restart or not settle_at_pull(row, x, z, pull, y, block, steps):
             if not straight(row, x, z, pull, y):
                 return False
             unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])

@@ -1,31 +1,23 @@
-"""The platform: what lines and weight do to it, and how that changes as it moves."""
+"""The platform: the wrench of lines and weight on it, and its derivative by the pose."""
 
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    EXIT_X,
-    MASS_X,
-    PLATFORM_WEIGHT,
-    POINT_X,
-    WRENCH,
-)
+from cablewright.kernels.layout import EXIT_X, MASS_X, PLATFORM_WEIGHT, POINT_X, WRENCH
+from cablewright.kernels.rotation import rotate
 
-AXIS_DISTANCE = 1e-12  # m: nearer to the axis than this a line has no plane
+AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point a line has no plane
 
 
 @jit
 def place(lines, i, pose, rotation, arm, plane):
-    """Arm of line *i* (platform point from the platform's origin, world) and its plane (ex, ey, x, z from A)."""
-    for k in range(3):
-        arm[k] = lines[i, POINT_X + k]
+    """Write the arm (3,) of line *i*, from the platform's origin to its point, world, and its plane (4,).
+
+    The plane is given by its horizontal direction (ex, ey) and the platform point (x, z) in it, from the exit point.
+    """
+    arm[0], arm[1], arm[2] = lines[i, POINT_X], lines[i, POINT_X + 1], lines[i, POINT_X + 2]
     if pose.shape[0] == 6:
-        for k in range(3):
-            arm[k] = (
-                rotation[k, 0] * lines[i, POINT_X]
-                + rotation[k, 1] * lines[i, POINT_X + 1]
-                + rotation[k, 2] * lines[i, POINT_X + 2]
-            )
+        arm[0], arm[1], arm[2] = rotate(rotation, arm[0], arm[1], arm[2])
     x = pose[0] + arm[0] - lines[i, EXIT_X]
     y = pose[1] + arm[1] - lines[i, EXIT_X + 1]
     distance = sqrt(x * x + y * y)
@@ -39,7 +31,7 @@ def place(lines, i, pose, rotation, arm, plane):
 
 @jit
 def start_balance(packed, rotation, wrench, stiffness):
-    """Set *wrench* (n,) to the platform's own load and *stiffness* (n, n) to what that load adds as it turns."""
+    """Set *wrench* (n,) to the platform's own load and *stiffness* (n, n) to minus its derivative by the pose."""
     n = packed.freedoms
     platform = packed.platform
     for k in range(n):
@@ -49,21 +41,18 @@ def start_balance(packed, rotation, wrench, stiffness):
     weight = platform[PLATFORM_WEIGHT]
     wrench[2] -= weight
     if n == 6:
-        a, b, c = platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2]
-        rx = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
-        ry = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
-        rz = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
+        rx, ry, rz = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
         _add_moment(wrench, rx, ry, rz, 0.0, 0.0, -weight)
         _add_turning(stiffness, rx, ry, rz, 0.0, 0.0, -weight)
 
 
 @jit
 def add_line(arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
-    """Add one line: end tension (h, v) and its in-plane stiffness, the change of (h, v) with (x, z)."""
+    """Add one line with the end force (h, v) and its in-plane stiffness, the derivatives of (h, v) by (x, z)."""
     ex, ey = plane[0], plane[1]
     fx, fy, fz = -h * ex, -h * ey, -v
     add_force(arm, fx, fy, fz, wrench)
-    across = h / max(plane[2], AXIS_DISTANCE)  # turning the plane about the exit point's axis
+    across = h / max(plane[2], AXIS_DISTANCE)  # rotation of the plane about the vertical through the exit point
     xx = ex * ex * kxx + ey * ey * across
     yy = ey * ey * kxx + ex * ex * across
     xy = ex * ey * (kxx - across)
@@ -102,7 +91,7 @@ def _add_moment(wrench, rx, ry, rz, fx, fy, fz):
 
 @jit
 def _add_turning(stiffness, rx, ry, rz, fx, fy, fz):
-    """-[f]x [r]x: the moment r x f changes as the arm turns under a constant force."""
+    """Add -[f]x [r]x, minus the derivative of the moment r x f by a rotation of the arm under constant force."""
     dot = rx * fx + ry * fy + rz * fz
     f = (fx, fy, fz)
     r = (rx, ry, rz)
@@ -114,7 +103,7 @@ def _add_turning(stiffness, rx, ry, rz, fx, fy, fz):
 
 @jit
 def _add_lever(stiffness, rx, ry, rz, xx, xy, xz, yx, yy, yz, zx, zy, zz):
-    """Translational stiffness K seen through the arm: -K [r]x, [r]x K and -[r]x K [r]x."""
+    """Add the blocks of the translational stiffness K at an arm: -K [r]x, [r]x K and -[r]x K [r]x."""
     k = ((xx, xy, xz), (yx, yy, yz), (zx, zy, zz))
     for i in range(3):
         a, b, c = k[i]

@@ -1,1 +1,1 @@
-"""Straight, massless lines: structure matrix, tension distributions and margins."""
+"""Straight, massless lines: structure matrix, tension distributions, margins."""

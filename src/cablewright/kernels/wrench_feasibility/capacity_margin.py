@@ -1,10 +1,10 @@
-"""Capacity margin: how far a wrench is from the boundary of all wrenches that tensions within limits can make.
+"""Capacity margin: signed distance of a wrench from the boundary of the wrenches that tensions within limits can make.
 
-These wrenches -A t are a zonotope. Each of its facets is parallel to rank - 1 lines' columns of A; with c across
-these, the facets' planes are c . x = sum max(c . a low, c . a high), on either side (S. Bouchard, C. Gosselin, B.
-Moore, On the ability of a cable-driven robot to generate a prescribed set of wrenches, 2010). c needs no search in n
-dimensions: c' A lies in the row space of A, which the reduced structure [1 N] spans, and is zero on these lines.
-Every c bounds the margin from above, facet or not, so that columns that are nearly parallel do no harm.
+These wrenches -A t are a zonotope. Each of its facets is parallel to the columns of A of rank - 1 lines; with c normal
+to these, the two parallel facets are c . x = sum max(c . a low, c . a high) and the same with min (S. Bouchard, C.
+Gosselin, B. Moore, On the ability of a cable-driven robot to generate a prescribed set of wrenches, 2010). c needs no
+search in n dimensions: c' A lies in the row space of A, which the reduced structure [1 N] spans, and is zero on these
+lines. Every c bounds the margin from above, facet or not, so that nearly parallel columns do no harm.
 """
 
 from math import sqrt
@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit, prange
-from cablewright.kernels.layout import TENSION_MAX, TENSION_MIN
-from cablewright.kernels.wrench_feasibility.distribution import CHUNK, INFEASIBLE, robot_of
+from cablewright.kernels.layout import INFEASIBLE, OK, TENSION_MAX, TENSION_MIN
+from cablewright.kernels.wrench_feasibility.distribution import CHUNK, robot_view
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     ASIDE,
-    OK,
     StructureScratch,
     reduce,
     structure_at,
@@ -32,15 +31,15 @@ class Facets(NamedTuple):
 
     structure: StructureScratch
     columns: NDArray[np.float64]  # (m, n): A, transposed
-    transform: NDArray[np.float64]  # (n, n): what elimination did to the rows of A
+    transform: NDArray[np.float64]  # (n, n): row operations of the elimination of A
     chosen: NDArray[np.int64]  # (m + 1,): the lines that a facet is not parallel to
-    held: NDArray[np.int64]  # (n,): which of them are decided by the rest
+    held: NDArray[np.int64]  # (n,): those of them whose tension the elimination solved for
     system: NDArray[np.float64]  # (n, n)
-    others: NDArray[np.int64]  # (n,): the free lines that it is parallel to
+    others: NDArray[np.int64]  # (n,): the free lines that a facet is parallel to
     share: NDArray[np.float64]  # (n,)
     normal: NDArray[np.float64]  # (n,)
-    middle: NDArray[np.float64]  # (n,): of the wrenches to balance
-    half: NDArray[np.float64]  # (n,)
+    middle: NDArray[np.float64]  # (n,): centre of the box of wrenches to balance
+    half: NDArray[np.float64]  # (n,): its half sides
 
 
 @jit(allocates=True)
@@ -63,10 +62,10 @@ def facet_scratch(n, m):
 
 @jit
 def capacity_at(packed, pose, half, length, work):
-    """Status code, margin (N) and rank at *pose*: the least over all wrenches within *half* (n,) of the platform's own.
+    """Status code, margin (N) and rank at *pose*: the min over all wrenches within *half* (n,) of the platform's own.
 
-    Moments are divided by *length*. Where the lines do not hold all freedoms the margin is that within the wrenches
-    that they can make at all, and a wrench aside of these is as far out as it is aside.
+    Moments are divided by *length*. Where A is rank-deficient the margin is measured within its column space, and a
+    wrench outside that space has minus its distance from it as margin.
     """
     n, m, structure = packed.freedoms, packed.lines.shape[0], work.structure
     code = structure_at(packed, pose, structure)
@@ -95,9 +94,9 @@ def capacity_at(packed, pose, half, length, work):
 
 @jit
 def _aside(n, rank, work):
-    """How far a wrench may be aside of what the lines can pull, 0 if none is; takes that part out of the transform.
+    """Largest distance (N) of a wrench from the column space of A, 0 if negligible; projects the transform onto it.
 
-    The last n - rank rows of the transform are across all columns of A.
+    The last n - rank rows of the transform are normal to all columns of A.
     """
     transform = work.transform
     for a in range(rank, n):
@@ -110,7 +109,7 @@ def _aside(n, rank, work):
             transform[a, k] /= sqrt(size)
         for b in range(rank):
             _take_out(transform[b], transform[a], n)
-    most, weight = 0.0, 0.0
+    farthest, weight = 0.0, 0.0
     for k in range(n):
         weight = max(weight, abs(work.middle[k]) + work.half[k])
     for corner in range(1 << n):
@@ -121,13 +120,13 @@ def _aside(n, rank, work):
                 side = work.half[k] if corner >> k & 1 else -work.half[k]
                 along += transform[a, k] * (work.middle[k] + side)
             square += along * along
-        most = max(most, sqrt(square))
-    return most if most > ASIDE * weight else 0.0
+        farthest = max(farthest, sqrt(square))
+    return farthest if farthest > ASIDE * weight else 0.0
 
 
 @jit
 def _take_out(vector, unit, n):
-    """Take the part along *unit* out of *vector*."""
+    """Subtract the component along *unit* from *vector*."""
     along = 0.0
     for k in range(n):
         along += vector[k] * unit[k]
@@ -137,7 +136,7 @@ def _take_out(vector, unit, n):
 
 @jit
 def _facets(packed, n, m, rank, work):
-    """Least distance from the planes of all facets: one for each choice of m - rank + 1 lines that it cuts."""
+    """Smallest distance from the planes of all facets: one for each choice of m - rank + 1 lines not parallel to it."""
     chosen, size = work.chosen, m - rank + 1
     for k in range(size):
         chosen[k] = k
@@ -147,7 +146,7 @@ def _facets(packed, n, m, rank, work):
         while held < size and chosen[held] < rank:
             work.held[held] = chosen[held]
             held += 1
-        _across(rank, m, size, held, work)
+        _normal_shares(rank, m, size, held, work)
         margin = min(margin, _distance(packed, n, m, held, work))
         at = size - 1
         while at >= 0 and chosen[at] == m - size + at:
@@ -160,8 +159,8 @@ def _facets(packed, n, m, rank, work):
 
 
 @jit
-def _across(rank, m, size, held, work):
-    """Shares of the decided lines among the chosen such that no free line but those chosen feels the normal."""
+def _normal_shares(rank, m, size, held, work):
+    """Write the shares of the held lines' rows of the transform whose sum is normal to all free lines not chosen."""
     table, share, rows = work.structure.table, work.share, work.held
     others, count, next_chosen = work.others, 0, held
     for j in range(rank, m):
@@ -189,7 +188,7 @@ def _across(rank, m, size, held, work):
 
 @jit
 def _null_vector(system, size, order, out):
-    """Write a vector that the (size - 1, size) *system* takes to zero; *order* is scratch. Destroys the system."""
+    """Write a null vector of the (size - 1, size) *system* to *out*; *order* is scratch. Destroys the system."""
     for k in range(size):
         order[k] = k
     rank = 0
@@ -221,7 +220,7 @@ def _null_vector(system, size, order, out):
 
 @jit
 def _distance(packed, n, m, held, work):
-    """Distance of the wrenches from the two planes across the normal; far away where there is no normal."""
+    """Smallest distance (N) of the wrenches from the two planes with the normal; 1e300 where there is no normal."""
     transform, A, normal = work.transform, work.columns, work.normal
     square, along, spread = 0.0, 0.0, 0.0
     for k in range(n):
@@ -234,15 +233,15 @@ def _distance(packed, n, m, held, work):
         spread += abs(entry) * work.half[k]
     if not square > 0.0:
         return 1e300
-    most, least = 0.0, 0.0
+    upper, lower = 0.0, 0.0
     for i in range(m):
         pull = 0.0
         for k in range(n):
             pull += normal[k] * A[i, k]
         low, high = pull * packed.lines[i, TENSION_MIN], pull * packed.lines[i, TENSION_MAX]
-        most += max(low, high)
-        least += min(low, high)
-    return (min(most - along, along - least) - spread) / sqrt(square)
+        upper += max(low, high)
+        lower += min(low, high)
+    return (min(upper - along, along - lower) - spread) / sqrt(square)
 
 
 @jit(allocates=True)
@@ -255,18 +254,17 @@ def capacity_rows(packed, poses, half, length, margins, ranks, codes, first, las
 @jit
 def _capacity_each(packed, poses, half, length, margins, ranks, codes, first, last, work):
     for j in range(first, last):
-        codes[j], margins[j], ranks[j] = capacity_at(robot_of(packed, j), poses[j], half, length, work)
+        codes[j], margins[j], ranks[j] = capacity_at(robot_view(packed, j), poses[j], half, length, work)
 
 
 @jit(parallel=True)
 def capacity_sweep(packed, poses, half, length, margins, ranks, codes):
-    """A batch of poses (N, n): margins, ranks and codes (N,) are written; see `capacity_at`.
+    """Write margins, ranks and codes (N,) of poses (N, n); see `capacity_at`.
 
-    *half* (n,) is that of the box of wrenches about the platform's own, N and N m; lines and platform of *packed* have
-    one row or N each.
+    *half* (n,): half sides of the box of wrenches about the platform's own, N and N m. Lines and platform of *packed*
+    have one row or N each.
     """
     rows = poses.shape[0]
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
-        last = min(rows, first + CHUNK)
-        capacity_rows(packed, poses, half, length, margins, ranks, codes, first, last)
+        capacity_rows(packed, poses, half, length, margins, ranks, codes, first, min(rows, first + CHUNK))

@@ -1,37 +1,33 @@
-"""Tension distributions of straight massless lines at poses, and the margins to their limits.
+"""Tension distributions of straight massless lines at poses, and their margins to the limits.
 
-Closed form: the tensions nearest to the middle of the limits, whatever the limits are (Jung 2020, Eq. 8). Improved:
-the line furthest outside is fixed at its limit and the rest distributed anew, until none is outside or no choice is
-left (A. Pott, Cable-Driven Parallel Robots, 2018). Least: a convex quadratic of the tensions within the limits. Widest:
-as far from the limits as can be. Closure: not a load but whether any can be balanced.
+CLOSED: the tensions nearest to the middle of the limits in closed form, which may violate the limits (Jung 2020, Eq.
+8). IMPROVED: the line that violates its limits most is fixed at its limit and the rest distributed anew, until none
+violates or none is free (A. Pott, Cable-Driven Parallel Robots, 2018). LEAST: minimum of a convex quadratic of the
+tensions within the limits. WIDEST: largest margin to the limits. CLOSURE: whether every load can be balanced.
 """
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit, prange
-from cablewright.kernels.layout import TENSION_MAX, TENSION_MIN, Code, Packed
-from cablewright.kernels.statics.tension import SOFT, distribute
+from cablewright.kernels.layout import INFEASIBLE, NOT_CONVERGED, OK, SINGULAR, TENSION_MAX, TENSION_MIN, Packed
+from cablewright.kernels.newton import cholesky
+from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
-    OK,
     StructureScratch,
     reduce,
     structure_at,
     structure_scratch,
 )
-from cablewright.kernels.wrench_feasibility.tension_margin import Exchange, exchange_scratch, least_slack, widest
+from cablewright.kernels.wrench_feasibility.tension_margin import Exchange, exchange_scratch, min_slack, widest
 
 CLOSED, IMPROVED, LEAST, WIDEST, CLOSURE = 0, 1, 2, 3, 4
-CHUNK = 256  # rows per task: worth the scratch that each makes
-NOT_CONVERGED = int(Code.NOT_CONVERGED)
-SINGULAR = int(Code.SINGULAR)
-INFEASIBLE = int(Code.INFEASIBLE)
-HELD = 1e-12  # share of a line's tension that the other lines leave to choice: less is none
-CLOSED_BY = 1e-9  # of the mean tension: what rounding may make of a null vector that only touches zero
-UNBOUNDED = 1e3  # of the mean tension: where closure lets a null vector's entries end
+CHUNK = 256  # rows per task: large, since each task allocates scratch
+HELD = 1e-12  # squared norm of a line's row of the null space basis under which its tension is not free
+CLOSED_BY = 1e-9  # of the mean tension: min entry of a null vector that counts as positive
+UNBOUNDED = 1e3  # of the mean tension: upper limit of a null vector's entries for CLOSURE
 
 
 class Distributing(NamedTuple):
@@ -39,7 +35,7 @@ class Distributing(NamedTuple):
 
     structure: StructureScratch
     exchange: Exchange
-    basis: NDArray[np.float64]  # (m, m): rows of an orthonormal basis of the null space, a line each
+    basis: NDArray[np.float64]  # (m, m): orthonormal basis of the null space, one row for each line
     gram: NDArray[np.float64]  # (m, m)
     matrix: NDArray[np.float64]  # (n, m): A
     load: NDArray[np.float64]  # (n,)
@@ -70,7 +66,7 @@ def distributing_scratch(n, m):
 
 @jit
 def _order_limits(lines, order, middle, half):
-    """Middle and half width of the limits in the order of the reduced structure."""
+    """Write middle and half width of the tension limits in the order of the reduced structure."""
     for i in range(order.shape[0]):
         low, high = lines[order[i], TENSION_MIN], lines[order[i], TENSION_MAX]
         middle[i], half[i] = 0.5 * (high + low), 0.5 * (high - low)
@@ -78,10 +74,10 @@ def _order_limits(lines, order, middle, half):
 
 @jit
 def _nearest(table, rank, middle, shift, gram):
-    """Shifts from the middle of the limits that balance the load with the least sum of squares (Jung 2020, Eq. 8).
+    """Write the shifts from the middle of the limits that balance the load with the least norm (Jung 2020, Eq. 8).
 
-    With e the shifts of the decided lines where the free ones are in their middle, and N their table, the free ones
-    solve (1 + N' N) d = N' e, which is small and well conditioned, whatever rank A has. Leaves its factor in *gram*.
+    With e the shifts of the dependent lines while the free ones are in their middle, and N their table, the free ones
+    solve (1 + N' N) d = N' e, which is well conditioned for any rank of A. Leaves its Cholesky factor in *gram*.
     """
     m = middle.shape[0]
     free = m - rank
@@ -103,7 +99,7 @@ def _nearest(table, rank, middle, shift, gram):
             for i in range(rank):
                 total += table[rank + j, i] * table[rank + k, i]
             gram[j, k] = total
-    _factor(gram, free)
+    cholesky(gram, free)
     for j in range(free):
         for k in range(j):
             shift[rank + j] -= gram[j, k] * shift[rank + k]
@@ -118,7 +114,7 @@ def _nearest(table, rank, middle, shift, gram):
 
 @jit
 def _nearest_of_two(table, rank, middle, shift, gram):
-    """`_nearest` with two free lines, the usual case: all sums at once; *gram* is left as it is before its factor."""
+    """As `_nearest`, with two free lines, the usual case, in closed form; *gram* is left unfactored."""
     p, q = middle[rank], middle[rank + 1]
     pp, pq, qq, pe, qe = 1.0, 0.0, 1.0, 0.0, 0.0
     for i in range(rank):
@@ -140,30 +136,18 @@ def _nearest_of_two(table, rank, middle, shift, gram):
 
 
 @jit
-def _factor(gram, free):
-    """Cholesky factor of *gram*, in place."""
-    for j in range(free):
-        for k in range(j + 1):
-            total = gram[j, k]
-            for q in range(k):
-                total -= gram[j, q] * gram[k, q]
-            gram[j, k] = sqrt(total) if k == j else total / gram[k, k]
-
-
-@jit
 def _improve(table, rank, half, shift, gram, basis, fixed):
-    """Fix the line furthest outside its limits at its limit and distribute the rest anew, as long as that may help.
+    """Fix the line that violates its limits most at its limit and distribute the rest anew, while that can help.
 
-    The basis Z of the null space is orthonormal: the least change of the others that moves line i is along Z Z[i], and
-    what stays free afterwards is Z without its part along Z[i].
+    The basis Z of the null space is orthonormal: the smallest change of the others that moves line i is along Z Z[i],
+    and the remaining null space is Z without its component along Z[i].
     """
     m = fixed.shape[0]
     free = m - rank
     if free == 2:
-        _factor(gram, free)
-    _span(table, rank, gram, basis)
-    for i in range(m):
-        fixed[i] = False
+        cholesky(gram, free)
+    _write_null_space(table, rank, gram, basis)
+    fixed[:] = False
     for _ in range(free):
         worst, line = 0.0, -1
         for i in range(m):
@@ -196,8 +180,8 @@ def _improve(table, rank, half, shift, gram, basis, fixed):
 
 
 @jit
-def _span(table, rank, gram, basis):
-    """An orthonormal basis of the null space: (-N; 1) L'^-1 with the Cholesky factor L of 1 + N' N."""
+def _write_null_space(table, rank, gram, basis):
+    """Write an orthonormal basis of the null space: (-N; 1) L'^-1 with the Cholesky factor L of 1 + N' N."""
     m = basis.shape[0]
     for i in range(m):
         for j in range(m - rank):
@@ -209,7 +193,7 @@ def _span(table, rank, gram, basis):
 
 @jit
 def _least(packed, curvature, bias, tensions, work):
-    """Least of a diagonal quadratic within limits, or where there is none what breaks them least."""
+    """Write the tensions that minimise a diagonal quadratic within limits, or else violate them least; code, margin."""
     m, n, structure = packed.lines.shape[0], packed.freedoms, work.structure
     for i in range(m):
         work.limits[0, i], work.limits[1, i] = packed.lines[i, TENSION_MIN], packed.lines[i, TENSION_MAX]
@@ -223,30 +207,18 @@ def _least(packed, curvature, bias, tensions, work):
         tensions[:] = np.nan
         return INFEASIBLE, -np.inf
     _order_limits(packed.lines, structure.order, work.exchange.middle, work.exchange.half)
-    room, sure = widest(structure.table, rank, m, work.exchange)
+    widest_margin, sure = widest(structure.table, rank, m, work.exchange)
     answer, solved = 0, 0
     for give in (0.0, SOFT):
-        if give == 0.0 and sure and room < 0.0:
+        if give == 0.0 and sure and widest_margin < 0.0:
             continue
-        solved = distribute(
-            work.matrix,
-            work.load,
-            work.limits[0],
-            work.limits[1],
-            curvature,
-            bias,
-            give,
-            tensions,
-            work.multipliers,
-            work.hessian,
-            work.step,
-        )
+        program = Program(work.matrix, work.load, work.limits[0], work.limits[1], curvature, bias)
+        solved = distribute(program, give, tensions, work.multipliers, work.hessian, work.step)
         if give == 0.0:
             answer = solved
         if solved == 1:
             break
-        for k in range(n):
-            work.multipliers[k] = 0.0
+        work.multipliers[:] = 0.0
     margin = 1e300
     for i in range(m):
         margin = min(margin, tensions[i] - work.limits[0, i], work.limits[1, i] - tensions[i])
@@ -260,7 +232,7 @@ def _least(packed, curvature, bias, tensions, work):
 
 @jit
 def _closure(n, m, work):
-    """Wrench closure: full rank, and a null vector with all entries positive."""
+    """Code and margin of wrench closure: full rank, and a null vector whose entries are all positive."""
     structure, exchange = work.structure, work.exchange
     for k in range(n):
         structure.table[m, k] = 0.0
@@ -287,12 +259,12 @@ def distribute_rows(packed, poses, method, curvature, bias, tensions, margins, c
 
 @jit
 def _distribute_each(packed, poses, method, curvature, bias, tensions, margins, codes, first, last, work):
-    """The loop of `distribute_rows`. It stands whole: to hand the scratch on would cost more than the arithmetic."""
+    """The loop of `distribute_rows`, in one function: passing the scratch on would cost more than the arithmetic."""
     n, m, structure = packed.freedoms, packed.lines.shape[1], work.structure
     table, scale, order = structure.table, structure.scale, structure.order
     middle, half, shift = work.exchange.middle, work.exchange.half, work.exchange.shift
     for j in range(first, last):
-        own = robot_of(packed, j)
+        own = robot_view(packed, j)
         margin = -np.inf
         code = structure_at(own, poses[j], structure)
         if code == OK and method == LEAST:
@@ -310,10 +282,10 @@ def _distribute_each(packed, poses, method, curvature, bias, tensions, margins, 
                     margin, sure = widest(table, rank, m, work.exchange)
                 else:
                     _nearest(table, rank, middle, shift, work.gram)
-                    margin = least_slack(half, shift, m)
+                    margin = min_slack(half, shift, m)
                     if method == IMPROVED and margin < 0.0:
                         _improve(table, rank, half, shift, work.gram, work.basis, work.fixed)
-                        margin = least_slack(half, shift, m)
+                        margin = min_slack(half, shift, m)
                 if margin >= 0.0:
                     code = OK
                 if not sure:
@@ -325,11 +297,11 @@ def _distribute_each(packed, poses, method, curvature, bias, tensions, margins, 
 
 @jit(parallel=True)
 def distribute_sweep(packed, poses, method, curvature, bias, tensions, margins, codes):
-    """A batch of poses (N, n): tensions (N, m), margins (N,) and codes (N,) by *method* are written.
+    """Write tensions (N, m), margins (N,) and codes (N,) of poses (N, n) by *method*.
 
-    A margin is how far within their limits the tensions are, N, least of all lines; negative: how far outside; -inf:
-    no tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
-    the null vector of mean 1 whose least entry is largest, which is its margin. Lines and platform of *packed* have
+    A margin is the smallest distance of a tension from its limits, N; negative: the largest violation; -inf: no
+    tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
+    the null vector of mean 1 with the largest min entry, which is its margin. Lines and platform of *packed* have
     one row or N each.
     """
     rows = poses.shape[0]
@@ -341,7 +313,7 @@ def distribute_sweep(packed, poses, method, curvature, bias, tensions, margins, 
 
 @jit(allocates=True)
 def structure_rows(packed, poses, structures, wrenches, codes):
-    """Structure matrices (N, n, m) and wrenches besides the lines' (N, n) at *poses*; NaN where there are none."""
+    """Write structure matrices (N, n, m) and the platform's own wrenches (N, n) at *poses*; NaN where undefined."""
     work = structure_scratch(packed.lines.shape[1])
     _structure_each(packed, poses, structures, wrenches, codes, work)
 
@@ -350,7 +322,7 @@ def structure_rows(packed, poses, structures, wrenches, codes):
 def _structure_each(packed, poses, structures, wrenches, codes, work):
     n, m = packed.freedoms, packed.lines.shape[1]
     for j in range(poses.shape[0]):
-        codes[j] = structure_at(robot_of(packed, j), poses[j], work)
+        codes[j] = structure_at(robot_view(packed, j), poses[j], work)
         good = codes[j] == OK
         for k in range(n):
             wrenches[j, k] = -work.table[m, k] if good else np.nan
@@ -359,8 +331,8 @@ def _structure_each(packed, poses, structures, wrenches, codes, work):
 
 
 @jit
-def robot_of(packed, j):
-    """The robot of problem *j*; only for kernels that count no references, like this one."""
+def robot_view(packed, j):
+    """The robot of problem *j*; to be called only from kernels without reference counting."""
     line = j if packed.lines.shape[0] > 1 else 0
     platform = j if packed.platform.shape[0] > 1 else 0
     return Packed(packed.freedoms, packed.lines[line], packed.platform[platform])

@@ -12,49 +12,42 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
+    BAD_WRAP,
     EXIT_X,
-    EXIT_Y,
-    EXIT_Z,
+    INSIDE_SHEAVE,
     LEVER,
     MASS_X,
-    MASS_Y,
-    MASS_Z,
+    OK,
     PHI,
     PLATFORM_WEIGHT,
     POINT_X,
-    POINT_Y,
-    POINT_Z,
     RADIUS,
     STATE,
     TENSION_MAX,
     TENSION_MIN,
+    UNDER_EXIT,
     UNKNOWNS,
     WRENCH,
-    Code,
 )
-from cablewright.kernels.rotation import matrix
+from cablewright.kernels.rotation import matrix, rotate
 from cablewright.kernels.statics.sheave import straight, wrap
 from cablewright.kernels.statics.wrench import AXIS_DISTANCE, place
 
-OK = int(Code.OK)
-UNDER_EXIT = int(Code.UNDER_EXIT)
-INSIDE_SHEAVE = int(Code.INSIDE_SHEAVE)
-BAD_WRAP = int(Code.BAD_WRAP)
-NO_PLANE = 1e-9  # m: nearer than this to the axis of its sheave a line has no plane
-DEPENDENT = 1e-10  # of a row's size: what elimination leaves of a freedom that the lines do not hold apart
-WIDTH = 8  # rows of A, n or n + 1, padded so that all of a column takes whole registers
-ASIDE = 1e-9  # of the load: a load that is further than this from what the lines can pull is not balanced
+NO_PLANE = 1e-9  # m: nearer than this to the vertical through its exit point a line has no plane
+DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
+WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
+ASIDE = 1e-9  # of the load: largest distance of a balanced load from the column space of A
 
 
 class StructureScratch(NamedTuple):
-    """Scratch of one pose: what stands on either side of A t = -w, a column in each row of `table`.
+    """Scratch of one pose: the two sides of A t = -w, one column of them in each row of `table`.
 
     After `reduce`, t[i] = table[m, i] - sum table[j, i] t[j] over rank <= j < m, for i < rank, lines as in `order`.
     """
 
-    table: NDArray[np.float64]  # (m + 1 + WIDTH, WIDTH): A, -w, and from `track` on what was done to the rows
-    scale: NDArray[np.float64]  # (WIDTH,): what an entry of each row of A measures itself against
-    order: NDArray[np.int64]  # (m,): which line stands where
+    table: NDArray[np.float64]  # (m + 1 + WIDTH, WIDTH): A, -w, and after `track` the row operations
+    scale: NDArray[np.float64]  # (WIDTH,): size of the entries in each row of A
+    order: NDArray[np.int64]  # (m,): the line at each position
     rotation: NDArray[np.float64]  # (3, 3)
     arm: NDArray[np.float64]  # (3,)
     plane: NDArray[np.float64]  # (4,)
@@ -77,9 +70,9 @@ def structure_scratch(m):
 
 @jit
 def structure_at(packed, pose, work):
-    """Write to `table` the structure matrix and what it balances at *pose* (n,). Returns a status code.
+    """Write the structure matrix and the load -w at *pose* (n,) to `table`. Returns a status code.
 
-    A line over a sheave leaves along the tangent; a lever stands as it does at the middle of the line's limits.
+    A line over a sheave leaves along the tangent; a lever has its angle at the mean of the line's tension limits.
     """
     n, lines, platform = packed.freedoms, packed.lines, packed.platform
     table, R, arm = work.table, work.rotation, work.arm
@@ -88,10 +81,12 @@ def structure_at(packed, pose, work):
     m, reach = lines.shape[0], AXIS_DISTANCE
     for i in range(m):
         if lines[i, RADIUS] == 0.0 and lines[i, LEVER] == 0.0:
-            rx, ry, rz = _turned(R, n, lines[i, POINT_X], lines[i, POINT_Y], lines[i, POINT_Z])
+            rx, ry, rz = lines[i, POINT_X], lines[i, POINT_X + 1], lines[i, POINT_X + 2]
+            if n == 6:
+                rx, ry, rz = rotate(R, rx, ry, rz)
             x = lines[i, EXIT_X] - pose[0] - rx
-            y = lines[i, EXIT_Y] - pose[1] - ry
-            z = lines[i, EXIT_Z] - pose[2] - rz
+            y = lines[i, EXIT_X + 1] - pose[1] - ry
+            z = lines[i, EXIT_X + 2] - pose[2] - rz
             square = x * x + y * y + z * z
             if not square > NO_PLANE * NO_PLANE:
                 return UNDER_EXIT
@@ -112,33 +107,20 @@ def structure_at(packed, pose, work):
     weight = platform[PLATFORM_WEIGHT]
     table[m, 2] += weight
     if n == 6:
-        rx, ry, _ = _turned(R, n, platform[MASS_X], platform[MASS_Y], platform[MASS_Z])
+        rx, ry, _ = rotate(R, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
         table[m, 3] += ry * weight
         table[m, 4] -= rx * weight
     return OK
 
 
 @jit
-def _turned(rotation, n, a, b, c):
-    """The point (a, b, c) of the platform, turned with a body."""
-    if n < 6:
-        return a, b, c
-    return (
-        rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c,
-        rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c,
-        rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c,
-    )
-
-
-@jit
 def _over_sheave(lines, i, pose, rotation, arm, plane, state):
-    """Status code and the direction in which line *i* pulls, over its sheave; writes its arm."""
+    """Status code and the unit vector along which line *i* pulls, over its sheave; writes its arm."""
     row = lines[i]
     place(lines, i, pose, rotation, arm, plane)
     if plane[2] <= NO_PLANE:
         return UNDER_EXIT, 0.0, 0.0, 0.0
-    jointed = row[UNKNOWNS] == 6.0
-    if jointed and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
+    if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     if not straight(row, plane[2], plane[3], 0.5 * (row[TENSION_MIN] + row[TENSION_MAX]), state):
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
@@ -151,7 +133,7 @@ def _over_sheave(lines, i, pose, rotation, arm, plane, state):
 
 @jit
 def track(table, m):
-    """Begin to record what is done to the rows: column k of that is in table[m + 1 + k]."""
+    """Append an identity matrix to *table*, which then records row operations: column k in table[m + 1 + k]."""
     for j in range(WIDTH):
         for k in range(WIDTH):
             table[m + 1 + j, k] = 1.0 if j == k else 0.0
@@ -159,11 +141,11 @@ def track(table, m):
 
 @jit
 def reduce(table, scale, order, n, tracked):
-    """Solve the first *n* rows of A t = -w for as many of the m tensions as they decide, in place.
+    """Solve the first *n* rows of A t = -w in place for as many of the m tensions as they determine.
 
-    Gauss-Jordan by rows, the largest entry of a row its pivot; rows that depend on others go last. Returns the rank,
-    and whether the load lies within reach of the lines: otherwise no tensions of any size balance it. *tracked* says
-    that `track` was called.
+    Gauss-Jordan elimination by rows with the largest entry of a row as pivot; dependent rows are moved to the end.
+    Returns the rank, and whether the load is in the column space of A: otherwise no tensions balance it. *tracked*:
+    `track` was called.
     """
     m = order.shape[0]
     last_column = m + 1 + (WIDTH if tracked else 0)
@@ -188,7 +170,7 @@ def reduce(table, scale, order, n, tracked):
         c0, c1, c2, c3 = table[pivot, 0], table[pivot, 1], table[pivot, 2], table[pivot, 3]
         c4, c5, c6, c7 = table[pivot, 4], table[pivot, 5], table[pivot, 6], table[pivot, 7]
         inverse = 1.0 / table[pivot, rank]
-        if pivot != rank:  # the column of a line that is decided is not looked at again
+        if pivot != rank:  # the pivot's own column is not read again
             order[rank], order[pivot] = order[pivot], order[rank]
             for k in range(WIDTH):
                 table[pivot, k] = table[rank, k]

@@ -2,8 +2,8 @@
 
 With d = t - (low + high) / 2 and half = (high - low) / 2 this is s = max over t of min over lines of half - |d|, a
 linear program in the m - rank free tensions and s. It is solved by exchange (dual simplex; Stiefel's method for
-Chebyshev approximation): a reference of free + 1 lines, each pressed to one of its limits, bounds s from above; the
-line that breaks that bound most enters the reference, and s falls until no line does.
+Chebyshev approximation): a reference of free + 1 lines, each at the margin s from one of its limits, bounds s from
+above; the line that violates that bound most enters the reference, and s falls until no line does.
 """
 
 from typing import NamedTuple
@@ -15,15 +15,15 @@ from cablewright.kernels import jit
 
 STEPS_PER_LINE = 10
 PLAIN_STEPS = 3  # per line: exchanges before the rule that cannot cycle takes over
-BEYOND = 1e-14  # of the largest half width and the margin: what counts as breaking the bound
-LEAST_PIVOT = 1e-12
-AGREED = 1e-9  # of the largest tension: bound from above and margin of the tensions found agree
+BEYOND = 1e-14  # of the largest half width and the margin: smallest violation of the bound that counts
+MIN_PIVOT = 1e-12
+AGREED = 1e-9  # of the largest tension: largest difference of upper bound and margin found at the optimum
 
 
 class Exchange(NamedTuple):
-    """Scratch: d of each line that is not in the reference = start + coefficients w, with w >= 0 the slacks of those.
+    """Scratch: d of each line outside the reference = start + coefficients w, with w >= 0 the slacks of those inside.
 
-    The bound is s = s0 - weights w. One line more than there are stands for s <= the least half width.
+    The bound is s = s0 - weights w. One additional line represents s <= the smallest half width.
     """
 
     middle: NDArray[np.float64]  # (m,): of the limits, in the order of the reduced structure
@@ -32,7 +32,7 @@ class Exchange(NamedTuple):
     coefficients: NDArray[np.float64]  # (m + 1, m + 1)
     lines: NDArray[np.int64]  # (m + 1,): which line each row is of
     reference: NDArray[np.int64]  # (m + 1,): lines of the reference
-    signs: NDArray[np.float64]  # (m + 1,): the limit each is pressed to: 1 high, -1 low
+    signs: NDArray[np.float64]  # (m + 1,): the limit each is at: 1 high, -1 low
     weights: NDArray[np.float64]  # (m + 1,): not negative, sum 1
     entering: NDArray[np.float64]  # (m + 1,)
     shift: NDArray[np.float64]  # (m + 1,): d of every line
@@ -57,36 +57,35 @@ def exchange_scratch(m):
 
 @jit
 def widest(table, rank, m, work):
-    """Largest margin, and whether it is surely that; writes the tensions that have it as `work.shift` + `work.middle`.
+    """Largest margin, and whether it is proved; writes the tensions with that margin as `work.shift` + `work.middle`.
 
     *table* is that of a structure reduced to *rank*; `work.middle` and `work.half` hold the limits.
     """
     free = m - rank
-    least, most = 1e300, 0.0
+    min_half, max_half = 1e300, 0.0
     for i in range(m):
-        least = min(least, work.half[i])
-        most = max(most, work.half[i])
+        min_half = min(min_half, work.half[i])
+        max_half = max(max_half, work.half[i])
     for i in range(rank):
         shift = table[m, i] - work.middle[i]
         for j in range(rank, m):
             shift -= table[j, i] * work.middle[j]
         work.shift[i] = shift
     if rank == 0:
-        for i in range(m):
-            work.shift[i] = 0.0
+        work.shift[:m] = 0.0
     if free == 0 or rank == 0:
-        return least_slack(work.half, work.shift, m), True
-    work.half[m] = least
+        return min_slack(work.half, work.shift, m), True
+    work.half[m] = min_half
     bound = _begin(table, rank, m, work)
-    bound, settled = _exchange(rank, free, most, bound, work)
+    bound, settled = _exchange(rank, free, max_half, bound, work)
     _write_back(table, rank, m, bound, work)
-    margin = least_slack(work.half, work.shift, m)
-    return margin, settled and bound - margin <= AGREED * (most + abs(bound))
+    margin = min_slack(work.half, work.shift, m)
+    return margin, settled and bound - margin <= AGREED * (max_half + abs(bound))
 
 
 @jit
-def least_slack(half, shift, m):
-    """How far within their limits the tensions are, least of all lines."""
+def min_slack(half, shift, m):
+    """Smallest distance of a tension from its limits, N; negative where one is violated."""
     slack = 1e300
     for i in range(m):
         slack = min(slack, half[i] - abs(shift[i]))
@@ -95,20 +94,20 @@ def least_slack(half, shift, m):
 
 @jit
 def _begin(table, rank, m, work):
-    """A first reference, the free lines and the one other that bounds the margin most; returns the bound.
+    """Set the first reference, the free lines and the other one with the smallest bound; returns that bound.
 
-    `work.shift` holds d of the decided lines with the free ones in the middle of their limits.
+    `work.shift` holds d of the dependent lines while the free ones are in the middle of their limits.
     """
     free = m - rank
     bound, chosen, total = 1e300, 0, 1.0
     for i in range(rank):
-        size, room = 1.0, work.half[i] - abs(work.shift[i])
+        size, slack = 1.0, work.half[i] - abs(work.shift[i])
         for j in range(free):
             share = abs(table[rank + j, i])
             size += share
-            room += share * work.half[rank + j]
-        if room < bound * size:
-            bound, chosen, total = room / size, i, size
+            slack += share * work.half[rank + j]
+        if slack < bound * size:
+            bound, chosen, total = slack / size, i, size
     side = 1.0 if work.shift[chosen] > 0.0 else -1.0
     work.reference[0], work.signs[0], work.weights[0] = chosen, side, 1.0 / total
     for j in range(free):
@@ -117,7 +116,7 @@ def _begin(table, rank, m, work):
         work.signs[j + 1] = 1.0 if share > 0.0 else -1.0
         work.weights[j + 1] = abs(share) / total
     for i in range(rank):
-        if i == chosen:  # its row is that of the line that stands for the least half width
+        if i == chosen:  # its row becomes that of the additional line
             work.lines[i], work.start[i] = m, 0.0
             for j in range(free + 1):
                 work.coefficients[i, j] = 0.0
@@ -137,12 +136,12 @@ def _begin(table, rank, m, work):
 
 
 @jit
-def _exchange(rows, free, most, bound, work):
-    """Exchange lines until none breaks the *bound*; returns it, and whether that is where it ended."""
+def _exchange(rows, free, max_half, bound, work):
+    """Exchange lines until none violates the *bound*; returns it, and whether that was reached."""
     start, coefficients, weights, entering = work.start, work.coefficients, work.weights, work.entering
     for step in range(STEPS_PER_LINE * (rows + free + 1)):
         plain = step < PLAIN_STEPS * (rows + free + 1)
-        worst, row, line = BEYOND * (most + abs(bound)), -1, 1 << 30
+        worst, row, line = BEYOND * (max_half + abs(bound)), -1, 1 << 30
         for i in range(rows):
             over = abs(start[i]) - work.half[work.lines[i]] + bound
             if over > worst and (plain or work.lines[i] < line):
@@ -157,7 +156,7 @@ def _exchange(rows, free, most, bound, work):
         for j in range(free + 1):
             a = weights[j] - side * coefficients[row, j]
             entering[j] = a
-            if a <= LEAST_PIVOT:
+            if a <= MIN_PIVOT:
                 continue
             if weights[j] < ratio * a:
                 leaving, ratio = j, weights[j] / a
@@ -175,7 +174,7 @@ def _swap(rows, free, row, leaving, side, over, bound, work):
     """Take the line of *row* into the reference at its limit *side*, in place of *leaving*; returns the new bound."""
     start, coefficients, weights, entering = work.start, work.coefficients, work.weights, work.entering
     inverse = 1.0 / entering[leaving]
-    gone, pressed = work.reference[leaving], work.signs[leaving]
+    gone, sign = work.reference[leaving], work.signs[leaving]
     far = over * inverse  # slack of the line that leaves
     work.reference[leaving], work.signs[leaving] = work.lines[row], side
     entering[leaving] = -1.0
@@ -192,17 +191,17 @@ def _swap(rows, free, row, leaving, side, over, bound, work):
     weights[leaving] = 0.0
     for j in range(free + 1):
         weights[j] = max(weights[j] + share * entering[j], 0.0)
-    # d of the line that left: pressed (half - s - its slack)
+    # d of the line that left: sign (half - s - its slack)
     work.lines[row] = gone
-    start[row] = pressed * (work.half[gone] - bound - far)
+    start[row] = sign * (work.half[gone] - bound - far)
     for j in range(free + 1):
-        coefficients[row, j] = pressed * (weights[j] - entering[j])
+        coefficients[row, j] = sign * (weights[j] - entering[j])
     return bound
 
 
 @jit
 def _write_back(table, rank, m, bound, work):
-    """Tensions at the end of the exchange: free lines as the reference has them, the others by the balance."""
+    """Write the tensions at the end of the exchange: free lines from the reference, the others by the balance."""
     for i in range(rank):
         work.shift[work.lines[i]] = work.start[i]
     for j in range(m - rank + 1):
