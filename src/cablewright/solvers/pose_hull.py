@@ -19,6 +19,7 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
+from cablewright.solvers.tension import self_stresses
 
 BUDGET = 20_000
 """Leaves that a box may take unless told otherwise: some seconds."""
@@ -107,7 +108,7 @@ def enclose_poses(
         return _nothing(equilibrium, 0, 0, "no box: a massless line hangs slack and has no shape")
     low, high = equilibrium.lengths - errors, equilibrium.lengths + errors
     low, high = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
-    directions = _self_stress(equilibrium)
+    directions = self_stresses(equilibrium)
     farthest = np.maximum(high - equilibrium.lengths, equilibrium.lengths - low)
     reach = np.abs(directions) @ farthest * (1.0 + 1e-6)
     none = np.full(equilibrium.model.n, np.inf)
@@ -157,18 +158,6 @@ def _errors(equilibrium: Equilibrium, given: ArrayLike) -> Array:
 def _nothing(equilibrium: Equilibrium, leaves: int, tests: int, reason: str) -> PoseBox:
     none = np.full(equilibrium.model.n, np.nan)
     return PoseBox(none, none.copy(), False, is_only_one(equilibrium), leaves, tests, reason)
-
-
-def _self_stress(equilibrium: Equilibrium) -> Array:
-    """Directions (m - n, m) of lengths in which tensions change and the pose hardly does, orthonormal."""
-    points = equilibrium.platform_points
-    chords = points - equilibrium.lines.exit_point
-    ways = chords / np.linalg.norm(chords, axis=1)[:, None]
-    if equilibrium.model.n == 6:
-        ways = np.concatenate([ways, np.cross(points - equilibrium.pose[:3], ways)], axis=1)
-    if equilibrium.model.m <= equilibrium.model.n:
-        return np.zeros((0, equilibrium.model.m))
-    return np.ascontiguousarray(np.linalg.svd(ways.T)[2][equilibrium.model.n :])
 
 
 def _sampled(equilibrium: Equilibrium, low: Array, high: Array) -> Array:

@@ -19,7 +19,7 @@ from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
@@ -279,6 +279,19 @@ def structures(
     """
     given, _ = as_poses(model, poses, "pose")
     return _structures(_packed(model, len(given), wrench, retraction), given)
+
+
+def self_stresses(equilibrium: Equilibrium) -> Array:
+    """Orthonormal directions (max(m - n, 0), m) of tensions that balance each other, at a single *equilibrium*.
+
+    For straight lines from exit point to platform point; along these directions the pose hardly changes.
+    """
+    n, m, points = equilibrium.model.n, equilibrium.model.m, equilibrium.platform_points
+    chords = points - equilibrium.lines.exit_point
+    units = chords / np.linalg.norm(chords, axis=1)[:, None]
+    if n == 6:
+        units = np.concatenate([units, np.cross(points - equilibrium.pose[:3], units)], axis=1)
+    return np.ascontiguousarray(np.linalg.svd(units.T)[2][n:]) if m > n else np.zeros((0, m))
 
 
 def _structures(packed: Packed, poses: Array) -> tuple[Array, Array]:
