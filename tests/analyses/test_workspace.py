@@ -361,10 +361,10 @@ def test_a_grid_goes_by_its_nodes_or_by_its_step() -> None:
 
 
 def test_robots_are_asked_for_what_they_have() -> None:
-    with pytest.raises(InputError, match="catenary: exact is of straight lines"):
+    with pytest.raises(InputError, match="catenary: exact requires straight lines"):
         workspace(Model(load("jung2020")), "exact")
     printer = Model(load("house-printer"), RIGID)
-    with pytest.raises(InputError, match="point platform, which has none"):
+    with pytest.raises(InputError, match="point platform, which cannot rotate"):
         workspace(printer, "exact", orientations=[[0, 0, 0.1]])
     with pytest.raises(InputError, match="has no retraction"):
         workspace(printer, "exact", retraction=RetractionLaw(0.0, 1.0))

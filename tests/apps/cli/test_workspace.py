@@ -189,7 +189,7 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--wrench-box", "1,2"], "6 numbers are wanted"),
         (["--wrench-box", "0,1,0,1,0,1"], "goes with criterion capacity"),
         (["--criterion", "capacity", "--wrench-box", "1,0,0,1,0,1"], "lowest <= highest"),
-        (["--criterion", "exact", "--cable", "catenary"], "is of straight lines"),
+        (["--criterion", "exact", "--cable", "catenary"], "requires straight lines"),
         (["--seed", "-1"], "seed -1"),
         (["--retraction-law", "nan,1,1.2,2"], "finite numbers"),
         (["--retraction-law", "0,1,nan,2"], "least < most"),
