@@ -332,7 +332,7 @@ def test_a_law_retracts_by_height(of: str) -> None:
         ({"box": [0, 1, 0, 1, 0, float("inf")]}, "6 finite numbers"),
         ({"orientations": [[0, 0, 3.2]]}, "3.2 rad (183.3 degrees); at most pi (180 degrees)"),
         ({"orientations": [[0, 0]]}, "orientations: 3 numbers"),
-        ({"wrench_box": ([0] * 6, [1] * 6)}, "goes with criterion capacity, not with exact"),
+        ({"wrench_box": ([0] * 6, [1] * 6)}, "for the criterion capacity, not for exact"),
         ({"criterion": "capacity", "wrench_box": ([1] * 6, [0] * 6)}, "lowest <= highest"),
         ({"criterion": "capacity", "arm": 0.0}, "length 0 m"),
         ({"wrench": [0, 0]}, "wrench: 6 numbers"),

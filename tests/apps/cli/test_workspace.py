@@ -187,7 +187,7 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--retraction-law=-1,2.4,1,2"], "goes from 1.2 to 2 m"),
         (["--retraction-law=-1,2.4,2,1.2"], "least < most"),
         (["--wrench-box", "1,2"], "6 numbers are wanted"),
-        (["--wrench-box", "0,1,0,1,0,1"], "goes with criterion capacity"),
+        (["--wrench-box", "0,1,0,1,0,1"], "for the criterion capacity"),
         (["--criterion", "capacity", "--wrench-box", "1,0,0,1,0,1"], "lowest <= highest"),
         (["--criterion", "exact", "--cable", "catenary"], "requires straight lines"),
         (["--seed", "-1"], "seed -1"),
