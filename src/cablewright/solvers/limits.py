@@ -1,4 +1,4 @@
-"""Is this pose allowed: how each line stands against its own hardware. Angles, speeds and torques of solved lines."""
+"""Quantities of solved lines that the hardware limits: sheave angles, clearances and winch torques."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
-from cablewright.robot import Robot
 
 
 def swing_angles(equilibrium: Equilibrium) -> Array:
-    """Azimuth of each line's sheave from where its mounting faces, rad in (-pi, pi]; NaN where it is not told."""
+    """Return the azimuth of each line's sheave from its mounting's facing, rad in (-pi, pi]; NaN where unknown."""
     robot = equilibrium.model.robot
     angles = np.full(equilibrium.lengths.shape, np.nan)
     points = equilibrium.platform_points
@@ -27,14 +26,14 @@ def swing_angles(equilibrium: Equilibrium) -> Array:
 
 
 def lever_angles(equilibrium: Equilibrium) -> Array:
-    """Angle of each line's lever above the horizontal, rad; NaN where the model has no lever."""
+    """Return the angle of each line's lever above the horizontal, rad; NaN where the model has no lever."""
     return np.where(equilibrium.lines.has_lever, equilibrium.line_states.lever_angle, np.nan)
 
 
 def sheave_clearances(equilibrium: Equilibrium) -> Array:
-    """Distance of the nearest platform point from all that a line's sheave and lever can sweep, m.
+    """Return the distance of the nearest platform point from the region that each line's sheave and lever can reach, m.
 
-    That is the ball about its exit point which reaches to the sheave's far rim. NaN where the model has no sheave.
+    This is the ball around its exit point that contains the sheave's far rim. NaN where the model has no sheave.
     """
     lines = equilibrium.model.lines
     exits, swept = lines.exit_point, lines.lever + lines.radius
@@ -44,10 +43,6 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 
 
 def winch_torques(equilibrium: Equilibrium) -> Array:
-    """Torque that holds each drum, N m; NaN where the drum's radius is not known."""
-    return equilibrium.winch_tensions * _drum_radii(equilibrium.model.robot)
-
-
-def _drum_radii(robot: Robot) -> Array:
-    radii = [line.winch.drum_radius for line in robot.lines]
-    return np.array([math.nan if radius is None else radius for radius in radii])
+    """Return the torque that holds each drum, N m; NaN where the drum's radius is not known."""
+    radii = [line.winch.drum_radius for line in equilibrium.model.robot.lines]
+    return equilibrium.winch_tensions * np.array([math.nan if radius is None else radius for radius in radii])

@@ -27,7 +27,7 @@ def test_a_position_alone_is_unrotated(cli) -> None:
 def test_a_long_rotation_vector_is_shortened_and_said(cli, caplog) -> None:
     answer = cli("inverse", "cogiro", "--at", "0,0,2,0,0,6.3", "--json")
     assert answer.json["pose"][5] == pytest.approx(6.3 - 2 * math.pi)
-    assert "6.3 rad is over pi" in caplog.text
+    assert "6.3 rad exceeds pi" in caplog.text
 
 
 def test_gravity_decides_what_is_free(cli) -> None:

@@ -60,7 +60,7 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     assert ended.code == 1
     assert "the same command goes on" in ended.err
     assert file.exists()
-    assert "complete: the search leaves no place" in cli(*asked).out
+    assert "complete: the search excludes any other" in cli(*asked).out
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, modulus_ranges
-from cablewright.solvers.arguments import as_poses, of_rows
+from cablewright.solvers.arguments import as_poses, given_numbers
 from cablewright.solvers.inverse import solve_inverse
 
 METHODS: dict[str, Method] = {each.name: each for each in (Vertices(), FirstOrder(), MonteCarlo())}
@@ -50,10 +50,10 @@ class Accuracy(Result):
         Figure("refused", "1", "Places without one, by status.", "_refused"),
         Figure("nominal_error", "m", "Largest error if all numbers are nominal.", lambda at: _most(at.nominal_error)),
         Figure("max_error", "m", "Largest error.", lambda at: _most(at.spread.max_error)),
-        Figure("max_error_at", "m", "Where the nozzle is wanted there.", "_worst_place"),
+        Figure("max_error_at", "m", "Where the nozzle is expected there.", "_worst_place"),
         Figure("max_error_values", "", "Values of the uncertain numbers there.", "_worst_values"),
         Figure("smallest_max_error", "m", "Largest error of the best place.", lambda at: -_most(-at.spread.max_error)),
-        Figure("smallest_max_error_at", "m", "Where the nozzle is wanted there.", "_best_place"),
+        Figure("smallest_max_error_at", "m", "Where the nozzle is expected there.", "_best_place"),
         Figure("difference", "m", "Largest error less the nominal one, at most.", lambda at: _most(at.difference)),
         Figure("max_deviation", "m", "Longest way from the nominal place.", lambda at: _most(at.spread.max_deviation)),
         Figure("lowest_error", "m", "Lowest x, y and z of the error.", lambda at: _ends(np.fmin, at.spread.low)),
@@ -223,7 +223,7 @@ class AccuracyQuestion:
     def hold(self, poses: ArrayLike, retraction: ArrayLike | None = None) -> HeldPoses:
         """Solve the inverse problem at *poses*, (n,) or (N, n), on the full model; *retraction*, m, one or (N,)."""
         wanted, _ = as_poses(self.model, poses, "pose", free=True)
-        drawn = of_rows(retraction, len(wanted), "retraction", "m")
+        drawn = given_numbers(retraction, len(wanted), "retraction", "m")
         return HeldPoses(wanted, drawn, solve_inverse(self.model, wanted, path=True, retraction=drawn))
 
     def answer(self, there: HeldPoses) -> Accuracy:
