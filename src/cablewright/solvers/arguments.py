@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -64,23 +64,16 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     if free and model.m >= n and np.isnan(poses).any():
         raise InputError(f"{what}: {model.m} lines hold all {n} freedoms: none can be left free (nan)")
     if free and model.m < n:
-        _check_count(model, n - np.isnan(poses).sum(axis=1), what)
+        m, given = model.m, n - np.isnan(poses).sum(axis=1)
+        if (given != m).any():
+            count = f"{m} lines hold {m} of the {n} freedoms; {given[given != m][0]} are given"
+            raise InputError(f"{what}: {count}: leave {n - m} free (nan) for gravity")
         wrong = np.isinf(poses)
     if wrong.any():
         raise InputError(f"{what}: every number must be finite; got {poses[wrong][0]}")
     if n == 6:
         poses[:, 3:] = _short_turns(poses[:, 3:], what)
     return poses, array.ndim == 1
-
-
-def _check_count(model: Model, given: NDArray[np.int64], what: str) -> None:
-    """Raise `InputError` unless exactly as many freedoms are given as there are lines."""
-    m, n = model.m, model.n
-    if (given != m).any():
-        count = int(given[given != m][0])
-        raise InputError(
-            f"{what}: {m} lines hold {m} of the {n} freedoms; {count} are given: leave {n - m} free (nan) for gravity"
-        )
 
 
 def _short_turns(vectors: Array, what: str) -> Array:

@@ -97,14 +97,8 @@ def exhaust(
         if not search.finished or not len(search.undecided) or search.level + 1 == len(MIN_SIZES):
             break
         more = _hunt(solutions, search.undecided)
-        search = replace(
-            search,
-            open=search.undecided,
-            undecided=np.empty((0, 6)),
-            reasons=np.empty(0, dtype=np.int64),
-            poses=more.pose,
-            level=search.level + 1,
-        )
+        level, judged = search.level + 1, search.judged
+        search = replace(_anew(search.box), open=search.undecided, poses=more.pose, level=level, judged=judged)
         solutions = more
     if save:
         save(search)
@@ -200,28 +194,16 @@ def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearc
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
     certificates = certify(inside)
     clusters, reasons = _clusters(search)
-    why = tuple(_sentence(reason) for reason in reasons)
+    why = tuple("; ".join(text for bit, text in REASONS.items() if reason & bit) for reason in reasons)
     if not search.finished:
         text = f"the search was stopped; {len(search.open)} boxes are not judged yet"
     elif len(clusters):
         text = f"the search could not decide {len(clusters)} small boxes"
     else:
         text = "the search excludes any other in the box whose dead spans are taut"
-    return Equilibria(
-        inside,
-        certificates,
-        slack_spans(inside),
-        found.starts,
-        found.outside,
-        search.finished and not len(clusters) and bool(certificates.certified.all()),
-        text,
-        clusters,
-        why,
-    )
-
-
-def _sentence(reason: int) -> str:
-    return "; ".join(text for bit, text in REASONS.items() if reason & bit)
+    complete = search.finished and not len(clusters) and bool(certificates.certified.all())
+    slack, counts = slack_spans(inside), (found.starts, found.outside)
+    return Equilibria(inside, certificates, slack, *counts, complete, text, clusters, why)
 
 
 def _clusters(search: ExhaustiveSearch) -> tuple[Array, list[int]]:

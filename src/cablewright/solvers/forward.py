@@ -82,14 +82,7 @@ def solve_again(solved: Equilibrium, packed: Packed, lengths: Array, each: int) 
     return solve_from(solved.model, packed, lengths, pose, states, np.repeat(solved.code, each) == 0)
 
 
-def solve_from(
-    model: Model,
-    packed: Packed,
-    lengths: Array,
-    poses: Array,
-    states: Array,
-    again: Mask,
-) -> Equilibrium:
+def solve_from(model: Model, packed: Packed, lengths: Array, poses: Array, states: Array, again: Mask) -> Equilibrium:
     """Solve *lengths* (N, m), m, with the numbers in *packed*, from *poses* (N, n) and *states* (N, m, 6).
 
     Rows that fail are solved *again* (N,) from the pose alone, then without a guess.
@@ -103,14 +96,7 @@ def solve_from(
     return found
 
 
-def _solve(
-    model: Model,
-    packed: Packed,
-    lengths: Array,
-    pose: Array,
-    states: Array,
-    start: int,
-) -> Equilibrium:
+def _solve(model: Model, packed: Packed, lengths: Array, pose: Array, states: Array, start: int) -> Equilibrium:
     """Solve a batch from *pose* and *states*, both overwritten, which *start* (of `batches`) interprets."""
     rows = len(lengths)
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)

@@ -45,4 +45,4 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 def winch_torques(equilibrium: Equilibrium) -> Array:
     """Return the torque that holds each drum, N m; NaN where the drum's radius is not known."""
     radii = [line.winch.drum_radius for line in equilibrium.model.robot.lines]
-    return equilibrium.winch_tensions * np.array([math.nan if radius is None else radius for radius in radii])
+    return np.asarray(equilibrium.winch_tensions * [math.nan if radius is None else radius for radius in radii])

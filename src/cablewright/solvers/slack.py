@@ -334,11 +334,11 @@ def angle_from_excess(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     The other lines, and whether the platform is held, are ignored. NaN where the line cannot hang so. Raises
     `InputError` as `excess_from_angle` does, except for the angle.
     """
-    i, planes, taut = _hanging(model, pose, line, distance)
+    i, _, plane, taut = _hanging(model, pose, line, distance)
     given, _ = as_rows(np.ravel(excess)[:, None], 1, "excess", "m")
     if not (given >= 0.0).all():
         raise InputError(f"excess: a slack line's is not negative; got {given.min():g} m")
-    angles = [_hung_angle(model.packed.lines[i], planes[i], taut, distance, value) for value in given[:, 0]]
+    angles = [_hung_angle(model.packed.lines[i], plane, taut, distance, value) for value in given[:, 0]]
     return np.array(angles).reshape(np.shape(excess))
 
 
@@ -350,11 +350,10 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     slack line, the answer is the smaller excess. Raises `InputError` for massless cables, which have no shape, a line
     or pose that does not exist, a distance over half the taut free span, and an angle that no excess gives.
     """
-    i, planes, taut = _hanging(model, pose, line, distance)
+    i, at, plane, taut = _hanging(model, pose, line, distance)
     if not math.isfinite(angle):
         raise InputError(f"angle = {angle}: a finite number is expected, rad")
-    at, _ = one_pose(model, pose)
-    row, plane, name = model.packed.lines[i], planes[i], model.robot.lines[i].name
+    row, name = model.packed.lines[i], model.robot.lines[i].name
     limit, _ended_by = max_excess(model, at, i)
 
     def beyond(excess: float) -> float:
@@ -370,22 +369,22 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     return float(brentq(beyond, excess[over - 1], excess[over], xtol=1e-13, rtol=1e-13))
 
 
-def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> tuple[int, Array, float]:
-    """Index of a line with a shape, the planes (m, 4) at *pose* and its taut length, m. Raises `InputError`."""
+def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> tuple[int, Array, Array, float]:
+    """Index of a line with a shape, *pose* as (1, n), its plane (4,) there, its taut length, m. Raises `InputError`."""
     i = line_index(model, line)
     row, name = model.packed.lines[i], model.robot.lines[i].name
     if model.lines.weight[i] == 0.0:
         raise InputError(
             f"cable = {model.fidelity.cable.value}: a slack line without weight has no shape; use catenary"
         )
-    _, planes = one_pose(model, pose)
-    y = blank_states()
-    if planes[i, 2] <= UNDER or not straight(row, planes[i, 2], planes[i, 3], TAUT, y):
+    at, planes = one_pose(model, pose)
+    plane, y = planes[i], blank_states()
+    if plane[2] <= UNDER or not straight(row, plane[2], plane[3], TAUT, y):
         raise InputError(
             f"pose: line {name!r} has no plane or no tangent there: under its exit point, or in its sheave"
         )
     _check_distance(model, i, distance, 0.5 * float(LineStates(y).free_length))
-    return i, planes, float(whole_length(row, y))
+    return i, at, plane, float(whole_length(row, y))
 
 
 def _hung_angle(row: Array, plane: Array, taut: float, distance: float, excess: float) -> float:

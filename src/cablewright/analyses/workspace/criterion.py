@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sized
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,25 +84,17 @@ class Criterion:
         cls,
         robot: Robot | Model,
         name: str = "exact",
-        *,
-        cable: CableLaw | str | None = None,
-        sheave: SheaveLaw | str | None = None,
-        tension_limits: tuple[float, float] | None = None,
-        box: ArrayLike | None = None,
-        point: str = "nozzle",
-        wrench: ArrayLike | None = None,
-        wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
-        arm: float = 1.0,
-        orientations: ArrayLike | None = None,
-        retraction: float | RetractionLaw | None = None,
+        **options: Unpack[Options],
     ) -> Criterion:
         """Return the criterion *name*; arguments as for `workspace`. Raises `InputError`."""
+        point, wrench, wrench_box = options.get("point", "nozzle"), options.get("wrench"), options.get("wrench_box")
         if name not in CRITERIA:
             raise UnknownName("criterion", name, CRITERIA)
         if point not in POINTS:
             raise UnknownName("point", point, POINTS)
         default = CableLaw.CATENARY if name == "static" else CableLaw.RIGID
-        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
+        cable, sheave, limits = options.get("cable"), options.get("sheave"), options.get("tension_limits")
+        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=limits, default=default)
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:
@@ -115,8 +107,9 @@ class Criterion:
                 raise InputError(f"a box of wrenches is for the criterion capacity, not for {name}")
             low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
             wrenches = low, high
-        turns, where = _turns(model, orientations), box_of(model.robot, box)
-        made = cls(model, name, where, point, turns, retraction, wrenches, float(arm))
+        turns, where = _turns(model, options.get("orientations")), box_of(model.robot, options.get("box"))
+        arm = float(options.get("arm", 1.0))
+        made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
         made._check_retraction()
         return made
 
