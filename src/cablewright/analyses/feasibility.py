@@ -101,31 +101,16 @@ def _swing(line: Line) -> Bounds:
 
 
 LIMITS: Final = (
-    Limit(
-        "lowest tension",
-        "N",
-        lambda line: (line.tension_limits[0], np.inf),
-        "below it a line hangs loose and no longer holds the platform",
-    ),
-    Limit(
-        "highest tension",
-        "N",
-        lambda line: _up_to(line.tension_limits[1]),
-        "above it cable, winch or mounting may be overloaded",
-    ),
-    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "more than that the drum does not hold"),
-    Limit("swing", "rad", _swing, "beyond it the sheave turns against its stop and the cable may leave the groove"),
-    Limit(
-        "lever",
-        "rad",
-        lambda line: getattr(line.sheave, "lever_range", None),
-        "beyond it the lever runs against its stop",
-    ),
-    Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "faster than that the winch cannot wind"),
-    Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "more than that the winch cannot hold"),
+    Limit("lowest tension", "N", lambda line: (line.tension_limits[0], np.inf), "below it the line hangs loose"),
+    Limit("highest tension", "N", lambda line: _up_to(line.tension_limits[1]), "above it cable or winch is overloaded"),
+    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "the drum holds no more"),
+    Limit("swing", "rad", _swing, "beyond it the sheave is at its stop and the cable may leave the groove"),
+    Limit("lever", "rad", lambda line: getattr(line.sheave, "lever_range", None), "beyond it the lever is at its stop"),
+    Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "the winch winds no faster"),
+    Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "the winch holds no more"),
     Limit("sheave clearance", "m", lambda _line: (0.0, np.inf), "below it the platform may touch sheave or lever"),
 )
-_FRAME = {f"frame, {axis}": "beyond it the platform leaves the space it may be in" for axis in "xyz"}
+_FRAME = {f"frame, {axis}": "beyond it the platform leaves the frame" for axis in "xyz"}
 _WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME
 
 

@@ -224,14 +224,11 @@ class Interference(Distances):
         """(N,) smallest distance at each pose, m."""
         return np.asarray(self.margins.min(axis=1))
 
-    def nearest(self, kind: str | None = None) -> Contact | None:
-        """Return the nearest contact, of all or of one of `KINDS`; None if there is none."""
-        column = slice(None) if kind is None else slice(KINDS.index(kind), KINDS.index(kind) + 1)
-        looked = np.where(np.isnan(self.margins), np.inf, self.margins)[:, column]
-        if looked.size == 0 or not np.isfinite(looked.min()):
-            return None
-        row, found = np.unravel_index(int(looked.argmin()), looked.shape)
-        return self.contact(int(row), int(found) + (column.start or 0))
+    def nearest(self, kind: str) -> Contact | None:
+        """Return the nearest contact of one of `KINDS` at any of the poses; None if there is none."""
+        column = KINDS.index(kind)
+        margins = np.where(np.isnan(self.margins[:, column]), np.inf, self.margins[:, column])
+        return self.contact(int(margins.argmin()), column) if np.isfinite(margins.min(initial=np.inf)) else None
 
     def __getitem__(self, row: int) -> Interference:
         """One row of a batch, as a batch of one."""

@@ -75,16 +75,16 @@ class Boundary(Pictured):
     @property
     def along(self) -> dict[str, Any]:
         """Frequencies along the boundary as in JSON."""
-        least, median, greatest = self.spread
+        lowest, median, highest = self.spread
         return {
             "grid": self.nodes.inside.shape[0],
             "n": len(self.lowest),
             "unheld": int((~self.known).sum()),
             "out_of_limits": self.beyond,
             "tensions": self.holding,
-            "least": least,
+            "least": lowest,
             "median": median,
-            "greatest": greatest,
+            "greatest": highest,
             "dominant": self.dominant,
             "shares": self.shares,
             "worst_pose": None if self.worst is None else self.modes.equilibrium.pose[self.worst],
