@@ -224,8 +224,10 @@ class Interference(Distances):
         """(N,) smallest distance at each pose, m."""
         return np.asarray(self.margins.min(axis=1))
 
-    def nearest(self, kind: str) -> Contact | None:
-        """Return the nearest contact of one of `KINDS` at any of the poses; None if there is none."""
+    def nearest(self, kind: str | None = None) -> Contact | None:
+        """Return the nearest contact at any of the poses, of all or of one of `KINDS`; None if there is none."""
+        if kind is None:
+            return self.worst
         column = KINDS.index(kind)
         margins = np.where(np.isnan(self.margins[:, column]), np.inf, self.margins[:, column])
         return self.contact(int(margins.argmin()), column) if np.isfinite(margins.min(initial=np.inf)) else None

@@ -233,7 +233,7 @@ class _Worst:
         self.codes.append(found.equilibrium.code)
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
         self.contacts = NearestContacts(*map(partial(_nearer, first=first), self.contacts, found.contacts))
-        worst = found.worst
+        worst = found.nearest()
         if worst is not None and worst.margin < self.smallest:
             self.smallest, self.closest = worst.margin, found[worst.row]
 

@@ -27,7 +27,7 @@ def interference_picture(found: Interference | JobInterference) -> Figure:
     """Draw what `interference` found at one pose, or along a job. Call within `style.drawing`."""
     if isinstance(found, Interference):
         drawn = style.figure(7.4, 6.4)
-        _machine(drawn, drawn.add_gridspec(1, 1)[0], found, found.part, found.worst)
+        _machine(drawn, drawn.add_gridspec(1, 1)[0], found, found.part, found.nearest())
         return drawn
     drawn = style.figure(11.0, 6.0)
     grid = drawn.add_gridspec(2, 2, width_ratios=(1.25, 1.0))
