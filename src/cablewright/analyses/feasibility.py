@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -168,22 +168,18 @@ _ROUNDING = 1e-9
 
 def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
     """The finding of the line with the smallest margin; none where no line has this limit."""
-    worst: Finding | None = None
-    violated = np.zeros(len(values), dtype=bool)
-    for i, line in enumerate(robot.lines):
-        bound = limit.bounds(line)
-        if bound is None or np.isnan(values[:, i]).all():
-            continue
-        margin = np.minimum(values[:, i] - bound[0], bound[1] - values[:, i])
-        violated |= margin < -_ROUNDING * _size(bound)
-        at = int(np.nanargmin(margin))
-        if worst is None or margin[at] < worst.margin:
-            value = float(values[at, i])
-            worst = Finding(limit.name, limit.unit, float(margin[at]), value, bound, line.name, at, 0)
-    if worst is None:
+    allowed = limit.allowed(robot.lines)
+    margins = np.minimum(values - allowed[:, 0], allowed[:, 1] - values).T  # (m, k)
+    margins[np.isnan(margins)] = np.inf
+    if not np.isfinite(margins.min(initial=np.inf)):
         return []
-    smallest = worst.margin if violated.any() else max(worst.margin, 0.0)
-    return [replace(worst, margin=smallest, violations=int(violated.sum()))]
+    i, at = (int(index) for index in np.unravel_index(margins.argmin(), margins.shape))
+    violations = int(_beyond(values, allowed).any(axis=1).sum())
+    smallest = float(margins[i, at]) if violations else max(float(margins[i, at]), 0.0)
+    bounds = float(allowed[i, 0]), float(allowed[i, 1])
+    return [
+        Finding(limit.name, limit.unit, smallest, float(values[at, i]), bounds, robot.lines[i].name, at, violations)
+    ]
 
 
 def _size(bound: Iterable[float]) -> float:

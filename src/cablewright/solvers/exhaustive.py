@@ -13,7 +13,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.progress import Progress
+from cablewright.progress import Progress, silent
 from cablewright.solvers.arguments import run
 from cablewright.solvers.certify import certify
 from cablewright.solvers.equilibria import (
@@ -70,6 +70,10 @@ def _anew(box: Array) -> ExhaustiveSearch:
     return ExhaustiveSearch(box, box[None], np.empty((0, 6)), np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
 
 
+def _forget(_search: ExhaustiveSearch) -> None:
+    """Save nothing."""
+
+
 def exhaust(
     found: Equilibria,
     search: ExhaustiveSearch,
@@ -87,6 +91,7 @@ def exhaust(
     refuse_unfit(model, lengths)
     if not time_limit > 0.0:
         raise InputError(f"time limit = {time_limit:g}: over 0 is expected, s")
+    save, progress = save or _forget, progress or silent
     deadline = time.monotonic() + time_limit
     solutions = _again(found.solutions, search.poses)
     if solutions is None:
@@ -100,8 +105,7 @@ def exhaust(
         level, judged = search.level + 1, search.judged
         search = replace(_anew(search.box), open=search.undecided, poses=more.pose, level=level, judged=judged)
         solutions = more
-    if save:
-        save(search)
+    save(search)
     return _conclude(found, solutions, search), search
 
 
@@ -109,8 +113,8 @@ def _level(
     solutions: Equilibrium,
     search: ExhaustiveSearch,
     deadline: float,
-    save: Callable[[ExhaustiveSearch], None] | None,
-    progress: Progress | None,
+    save: Callable[[ExhaustiveSearch], None],
+    progress: Progress,
 ) -> ExhaustiveSearch:
     """Judge the open boxes until none is left or the time is over, but at least one block."""
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
@@ -122,16 +126,14 @@ def _level(
         while len(search.open):
             search = _judge(known, search)
             now = time.monotonic()
-            if progress:
-                progress("places", SHARES - int(np.ceil(SHARES * _volume(search.open) / whole)), SHARES)
+            progress("places", SHARES - int(np.ceil(SHARES * _volume(search.open) / whole)), SHARES)
             if now > deadline:
                 break
-            if save and now - saved > SAVE_EVERY:
+            if now - saved > SAVE_EVERY:
                 save(search)
                 saved = now
     except KeyboardInterrupt:
-        if save:
-            save(search)
+        save(search)
         raise
     return search
 

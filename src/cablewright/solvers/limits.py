@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from cablewright.arrays import Array
@@ -12,17 +10,11 @@ from cablewright.models.statics import Equilibrium
 
 def swing_angles(equilibrium: Equilibrium) -> Array:
     """Return the azimuth of each line's sheave from its mounting's facing, rad in (-pi, pi]; NaN where unknown."""
-    robot = equilibrium.model.robot
-    angles = np.full(equilibrium.lengths.shape, np.nan)
-    points = equilibrium.platform_points
-    for i, line in enumerate(robot.lines):
-        facing = getattr(line.sheave, "facing", None)
-        if facing is None:
-            continue
-        point = points[..., i, :2] - np.asarray(line.exit_point[:2])
-        turned = np.arctan2(point[..., 1], point[..., 0]) - facing
-        angles[..., i] = np.arctan2(np.sin(turned), np.cos(turned))
-    return angles
+    lines = equilibrium.model.robot.lines
+    facings = np.array([getattr(line.sheave, "facing", None) for line in lines], dtype=np.float64)  # None becomes NaN
+    away = equilibrium.platform_points[..., :2] - [line.exit_point[:2] for line in lines]
+    turned = np.arctan2(away[..., 1], away[..., 0]) - facings
+    return np.asarray(np.arctan2(np.sin(turned), np.cos(turned)))
 
 
 def lever_angles(equilibrium: Equilibrium) -> Array:
@@ -44,5 +36,5 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 
 def winch_torques(equilibrium: Equilibrium) -> Array:
     """Return the torque that holds each drum, N m; NaN where the drum's radius is not known."""
-    radii = [line.winch.drum_radius for line in equilibrium.model.robot.lines]
-    return np.asarray(equilibrium.winch_tensions * [math.nan if radius is None else radius for radius in radii])
+    radii = np.array([line.winch.drum_radius for line in equilibrium.model.robot.lines], dtype=np.float64)
+    return equilibrium.winch_tensions * radii

@@ -16,7 +16,7 @@ from cablewright.kernels.certificates.exclusion import Atlases
 from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.progress import Progress
+from cablewright.progress import Progress, silent
 
 ROOM = 1 << 16  # initial capacity, leaves of a line; doubled as needed
 MAX_ROOM = 1 << 21
@@ -52,7 +52,7 @@ def atlases(
     box: Array,
     view: Array,
     level: int,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Atlases:
     """Return covers of all shapes of the lines at *lengths* (m,), m, with the certified equilibria *found* (K,).
 
@@ -70,8 +70,7 @@ def atlases(
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         for part in pool.map(one, range(len(lengths))):
             done.append(part)
-            if progress:
-                progress("shapes of the lines", len(done), len(lengths))
+            progress("shapes of the lines", len(done), len(lengths))
     leaves = np.concatenate([part[0] for part in done])
     offsets = np.array([0, *np.cumsum([len(part[0]) for part in done])])
     free = np.stack([_free_by_label(part[0]) for part in done])

@@ -260,12 +260,8 @@ def slack_sets(
     if count > MAX_SETS:
         raise InputError(f"{count} sets of {model.n} of {model.m} lines are too many; at most {MAX_SETS} are allowed")
     at, _ = one_pose(model, pose)
-    found = []
-    for slack in combinations(range(model.m), model.m - model.n):
-        each = _slack_set(model, at, list(slack))
-        if each is not None:
-            found.append(each)
-    return tuple(found)
+    found = (_slack_set(model, at, list(slack)) for slack in combinations(range(model.m), model.m - model.n))
+    return tuple(each for each in found if each is not None)
 
 
 def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:

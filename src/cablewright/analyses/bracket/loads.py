@@ -132,12 +132,10 @@ def joints(robot: Robot) -> tuple[UniversalJoint, ...]:
 
 def facings(robot: Robot) -> Array:
     """Return the azimuth (m,) that each bracket faces, rad: the sheave's `facing`, or that of the frame's middle."""
+    given = np.array([joint.facing for joint in joints(robot)], dtype=np.float64)  # None becomes NaN
     middle = 0.5 * (np.array(robot.scene.frame_min) + np.array(robot.scene.frame_max))
-    found = []
-    for line, joint in zip(robot.lines, joints(robot), strict=True):
-        away = middle - np.array(line.exit_point)
-        found.append(np.arctan2(away[1], away[0]) if joint.facing is None else joint.facing)
-    return np.array(found)
+    away = middle - np.array([line.exit_point for line in robot.lines])
+    return np.where(np.isnan(given), np.arctan2(away[:, 1], away[:, 0]), given)
 
 
 def _blocked(model: Model, built: Equilibrium, poses: ArrayLike, retraction: ArrayLike | None) -> Equilibrium:

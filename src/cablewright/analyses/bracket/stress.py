@@ -198,10 +198,8 @@ class Design:
         Both in the part's own frame; displacements are those of the part alone.
         """
         lever = joints(self.loads.held.model.robot)[self.line].lever
-        found = []
-        for part, load in ((self.mesh.base, self.on_base), (self.mesh.cheek(lever), self.on_cheek)):
-            found.append((part, (part.moved @ load).reshape(-1, 3), part.stress @ load))
-        return tuple(found)
+        loaded = (self.mesh.base, self.on_base), (self.mesh.cheek(lever), self.on_cheek)
+        return tuple((part, (part.moved @ load).reshape(-1, 3), part.stress @ load) for part, load in loaded)
 
     @property
     def raw_peak(self) -> float:
