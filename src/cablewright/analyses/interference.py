@@ -163,7 +163,7 @@ FIGURES = (
     Figure("ends", "m", "Cable at its ends that is not held against what it is tied to.", "settings.ends"),
     Figure("tolerance", "m", "How far the chords that stand for a line may be from it.", "settings.tolerance"),
 )
-"""What JSON has of poses and of jobs."""
+"""Figures that results at poses and along jobs share."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

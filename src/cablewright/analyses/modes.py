@@ -26,8 +26,7 @@ FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
 
 OF_POSE = ("status", "robot", "cable", "sheave", "pose", "lengths", "tensions")
 
-ROUNDING = 1e-13
-"""Share of the largest eigenvalue below which an eigenvalue counts as zero."""
+ROUNDING = 1e-13  # share of the largest eigenvalue below which an eigenvalue counts as zero
 
 
 def _if_balanced(path: str, transposed: bool = False) -> Callable[[Any], Any]:

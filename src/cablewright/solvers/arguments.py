@@ -19,8 +19,7 @@ from cablewright.models.statics import Model
 
 log = logging.getLogger(__name__)
 
-SERIAL_BELOW = 64
-"""Number of rows below which one thread is faster than several."""
+SERIAL_BELOW = 64  # number of rows below which one thread is faster than several
 
 _sweeping = threading.Lock()  # one of Numba's threading layers kills the process when two threads sweep at once
 

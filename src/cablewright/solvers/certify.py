@@ -17,8 +17,7 @@ from cablewright.models.statics import Equilibrium
 from cablewright.results import Figure, Result
 from cablewright.solvers.arguments import run
 
-TOLERANCE = 1e-9
-"""Default tolerance of a certificate, m and rad."""
+TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad
 
 REASONS = {
     kernel.CERTIFIED: "exactly one equilibrium lies in the box",

@@ -21,22 +21,14 @@ from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.tension import self_stresses
 
-BUDGET = 20_000
-"""Default limit on the number of leaves, parts of the lengths: some seconds."""
-DEEPEST = 120
-"""Largest number of halvings of one leaf."""
-AT_ONCE = 250
-"""Leaves between two progress reports."""
-STEPS = 8
-"""Lengths along each edge of the box of lengths that are solved first, as samples."""
-MAX_LINES = 8
-"""Largest number of lines for which all edges are sampled."""
-SAMPLES = 2000
-"""Number of samples with more lines."""
-SPARE = 0.8
-"""Share of the tolerance that is used, as sampled extremes may fall short of the true ones."""
-OVERLAP = 1e-9
-"""Overlap of neighbouring slabs, as a share of the whole width."""
+BUDGET = 20_000  # default limit on the number of leaves, parts of the lengths: some seconds
+DEEPEST = 120  # largest number of halvings of one leaf
+AT_ONCE = 250  # leaves between two progress reports
+STEPS = 8  # lengths along each edge of the box of lengths that are solved first, as samples
+MAX_LINES = 8  # largest number of lines for which all edges are sampled
+SAMPLES = 2000  # number of samples with more lines
+SPARE = 0.8  # share of the tolerance that is used, as sampled extremes may fall short of the true ones
+OVERLAP = 1e-9  # overlap of neighbouring slabs, as a share of the whole width
 
 REASONS = {
     kernel.COVERED: "the pose is in the box for all lengths within the error",

@@ -79,7 +79,7 @@ class Accuracy(Result):
     spread: Spread
 
     def __len__(self) -> int:
-        """N."""
+        """Number of poses."""
         return len(self.codes)
 
     def __getitem__(self, index: int | slice) -> Accuracy:

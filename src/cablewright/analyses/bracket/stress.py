@@ -31,8 +31,7 @@ from cablewright.solvers.linearise import linearise
 PLATES = ("baseplate", "uprights", "lever")
 """The plates evaluated by finite elements, in the order of the rows of peaks."""
 
-TIMES = 2
-"""Default number of divisions of the coarsest elements along each side."""
+TIMES = 2  # default number of divisions of the coarsest elements along each side
 
 _TIMES = (1, 2)  # 3 would take more than 10 GB of memory
 
@@ -275,7 +274,7 @@ class Comparison:
 
     @property
     def designs(self) -> tuple[Design, Design]:
-        """The universal joint's and the conventional one."""
+        """The design with universal joints and the conventional one."""
         return self.universal_joint, self.conventional
 
     @property

@@ -22,8 +22,7 @@ from cablewright.robot import Robot
 
 GRID = 21
 GRIDS = (3, 121)  # allowed nodes along a side: the modes of all boundary nodes are in memory at once
-HOLDING = ("least", "middle")
-"""Choices of redundant tensions: least norm, or nearest to the middle of the limits."""
+HOLDING = ("least", "middle")  # choices of redundant tensions: least norm, or nearest to the middle of the limits
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,7 +52,7 @@ class Boundary(Pictured):
 
     @property
     def status(self) -> str:
-        """ok, unheld or empty."""
+        """ok; unheld, if no node has an equilibrium; or empty, if no node is inside."""
         return "ok" if self.worst is not None else "unheld" if len(self.places) else "empty"
 
     @property

@@ -18,8 +18,7 @@ from cablewright.triangle_mesh import TriangleMesh
 
 Keys = NDArray[np.int64]
 
-BITS: Final = 18
-"""Bits of a node's key for each of its three indices."""
+BITS: Final = 18  # bits of a node's key for each of its three indices
 
 EDGE: Final = 8  # an edge's key is that of its lowest corner times this, plus its steps along x, y, z as bits
 
