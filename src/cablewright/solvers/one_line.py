@@ -105,17 +105,12 @@ def _runs_back(own: LineNumbers, state: LineStates) -> bool:
     return bool(pull < 0.0 < pull + own.weight * state.dead_length)
 
 
-def _end_force(row: Array, y: Array) -> tuple[float, float]:
-    """Tension (h, v) at the platform end of a hanging line, along the line's direction, N."""
-    if is_slack(row, y):
-        return 0.0, 0.0
-    h, v = start_force(y)
-    return h, v + LineNumbers(row).weight * LineStates(y).free_length
-
-
 def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
     """Return force, N, and moment about the platform's origin, N m, of one line on the platform, world: (6,)."""
-    h, v = _end_force(row, y)
+    h = v = 0.0
+    if not is_slack(row, y):
+        h, v = start_force(y)
+        v += LineNumbers(row).weight * LineStates(y).free_length  # at the platform end
     force = np.array([-h * plane[0], -h * plane[1], -v])
     return np.concatenate([force, np.cross(arm, force)])
 

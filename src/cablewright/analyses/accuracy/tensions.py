@@ -14,7 +14,7 @@ import numpy as np
 from cablewright.analyses.accuracy.spread import Method, SpreadProblem
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.statics import Equilibrium
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import self_stresses
@@ -59,7 +59,8 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
     grid = np.array(list(product(np.linspace(-1.0, 1.0, GRID[redundant]), repeat=redundant)))
     reference = float(method(_problem(start, ranges)).max_deviation[0])
     best, chosen = reference, start
-    centre, width, tried = np.zeros(redundant), _widest(model), 1
+    centre, tried = np.zeros(redundant), 1
+    width = float(np.linalg.norm(model.lines.tension_max - model.lines.tension_min))  # of the tensions within limits
     for number in range(ROUNDS):
         wanted = start.tensions + (centre + width * grid) @ directions
         found = solve_inverse(model, np.repeat(start.pose, len(grid), axis=0), preferred=wanted)
@@ -80,8 +81,3 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
 def _problem(held: Equilibrium, ranges: tuple[Range, ...]) -> SpreadProblem:
     """The problem of poses that the full model holds with its own lengths."""
     return SpreadProblem(held, held.lengths, held.pose, ranges)
-
-
-def _widest(model: Model) -> float:
-    """Upper bound, N, of the distance between two tension distributions within the limits."""
-    return float(np.linalg.norm(model.lines.tension_max - model.lines.tension_min))

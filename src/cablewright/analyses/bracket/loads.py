@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -83,9 +84,9 @@ class Loads:
 
     def on_base(self, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
         """Return the wrench (N, m, 6) on the base, N and N m, about a point (3,), both in the bracket's frame."""
-        turned = np.stack([_level(each, facings(self.held.model.robot)) for each in (self.force, self.moment)])
-        arm = np.broadcast_to(-np.asarray(about, dtype=np.float64), turned[0].shape)
-        return np.concatenate([turned[0], turned[1] + np.cross(arm, turned[0])], axis=-1)
+        rotations = frames(self.held.model.robot)
+        force, moment = (np.einsum("mij,nmj->nmi", rotations, each) for each in (self.force, self.moment))
+        return np.concatenate([force, moment - np.cross(np.asarray(about, dtype=np.float64), force)], axis=-1)
 
     def on_cheek(self) -> Array:
         """Return the load (N, m, 4) on each of two cheeks by `LEVER_CASES`: the axle's force and its own weight, N.
@@ -136,6 +137,11 @@ def facings(robot: Robot) -> Array:
     middle = 0.5 * (np.array(robot.scene.frame_min) + np.array(robot.scene.frame_max))
     away = middle - np.array([line.exit_point for line in robot.lines])
     return np.where(np.isnan(given), np.arctan2(away[:, 1], away[:, 0]), given)
+
+
+def frames(robot: Robot) -> Array:
+    """Return the rotations (m, 3, 3) from the world's axes to those of each bracket."""
+    return np.asarray(Rotation.from_euler("z", -facings(robot)).as_matrix())
 
 
 def _blocked(model: Model, built: Equilibrium, poses: ArrayLike, retraction: ArrayLike | None) -> Equilibrium:
@@ -197,10 +203,3 @@ def _loads(design: str, held: Equilibrium) -> Loads:
         world(tensions * np.cos(psi), tensions * np.sin(psi)),
         weights,
     )
-
-
-def _level(vectors: Array, azimuths: Array) -> Array:
-    """World *vectors* (N, m, 3) in frames rotated by *azimuths* (m,), rad, about z."""
-    c, s = np.cos(azimuths), np.sin(azimuths)
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)

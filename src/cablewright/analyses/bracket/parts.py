@@ -169,10 +169,10 @@ def base(bracket: Bracket, times: int) -> BracketPart:
         lambda p: (p[2] > rise + tall - _SLACK) & (np.maximum(np.abs(p[0]), np.abs(p[1])) < inner) & (p[0] > -inner)
     )
     pushes = [_push(elastic, facets, axis) for facets in rings for axis in (0, 1)]
-    thrust = _spread(elastic, top, 2)
+    thrust = elastic.traction(top, lambda places, _: np.broadcast_to([0.0, 0.0, 1.0], places.shape))
     heights = rise + tall - 0.5 * width, rise - tall + 0.5 * width
     shares = _bearing_shares(*heights)
-    cases = np.column_stack([*pushes, thrust]) @ shares
+    cases = np.column_stack([*pushes, thrust / thrust.sum()]) @ shares
     return BracketPart("base", elastic, cases, (_baseplate(bracket, solid), _uprights(bracket, solid)))
 
 
@@ -261,12 +261,6 @@ def _push(elastic: Elastic, facets: Index, axis: int) -> Array:
     """The load (3 N,) of 1 N along an axis on a bore's facets, as pressure that varies as the cosine."""
     load = elastic.traction(facets, lambda _, n: n * n[..., axis : axis + 1])
     return np.asarray(load / load.reshape(-1, 3)[:, axis].sum())
-
-
-def _spread(elastic: Elastic, facets: Index, axis: int) -> Array:
-    """The load (3 N,) of 1 N along an axis, uniform over facets."""
-    load = elastic.traction(facets, lambda places, _: np.broadcast_to(np.eye(3)[axis], places.shape))
-    return np.asarray(load / load.sum())
 
 
 def _clamped(bracket: Bracket, nodes: Array) -> Mask:

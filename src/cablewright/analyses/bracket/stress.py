@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from skfem.models.elasticity import lame_parameters
 
 from cablewright.analyses.bracket.elasticity import von_mises
-from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, joints, loads_at
+from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, frames, joints, loads_at
 from cablewright.analyses.bracket.parts import BracketPart, base, cheek
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -165,9 +165,10 @@ class Design:
 
     @property
     def axle_stress(self) -> float:
-        """The largest bending stress of the axle, a beam between the middles of the cheeks, Pa."""
+        """The largest bending stress of the axle, a beam between the middles of the cheeks, uniformly loaded, Pa."""
+        lever, width = self.mesh.bracket.lever, self.mesh.bracket.axle.sheave_width
         force = float(np.linalg.norm(self.loads.sheave_force[0, self.line]))
-        return force * _axle_stress(self.mesh.bracket)
+        return force * (2.0 * (lever.gap + lever.thickness) - width) / 8.0 * 32.0 / (np.pi * lever.axle**3)
 
     @property
     def safety(self) -> float:
@@ -215,7 +216,7 @@ class Design:
     @property
     def level(self) -> Array:
         """(3, 3) rotation from the world's axes to those of the highest loaded bracket."""
-        return _to_bracket(float(facings(self.loads.held.model.robot)[self.line]))
+        return np.asarray(frames(self.loads.held.model.robot)[self.line])
 
     @property
     def turn(self) -> Array:
@@ -346,7 +347,7 @@ def _coarser(mesh: BracketMesh, loads: Loads) -> Array:
 def _sheave_motions(mesh: BracketMesh, loads: Loads) -> Array:
     """`Design.sheave_motions`."""
     robot = loads.held.model.robot
-    faces, axle = facings(robot), _axle_compliance(mesh.bracket)
+    faces, rotations, axle = facings(robot), frames(robot), _axle_compliance(mesh.bracket)
     bases, cheeks = loads.on_base()[0, :, :5], loads.on_cheek()[0]
     moved = np.empty((robot.m, 3))
     for i, joint in enumerate(joints(robot)):
@@ -358,7 +359,7 @@ def _sheave_motions(mesh: BracketMesh, loads: Loads) -> Array:
         if loads.design == UNIVERSAL_JOINT:
             own[2] = 0.0  # a rotation about the pin
         carried = head[:3] + np.cross(head[3:], turn @ np.array([joint.lever, 0.0, 0.0])) + turn @ own
-        moved[i] = carried @ _to_bracket(faces[i])
+        moved[i] = carried @ rotations[i]
     return moved
 
 
@@ -374,26 +375,14 @@ def _head_motion(mesh: BracketMesh, load: Array, turn: Array, design: str) -> Ar
     return given
 
 
-def _to_bracket(facing: float) -> Array:
-    """(3, 3) rotation from the world's axes to those of a bracket that faces an azimuth, rad."""
-    c, s = np.cos(facing), np.sin(facing)
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def _lever_frame(swing: float, angle: float) -> Array:
     """(3, 3) columns: along the lever, along the pin, across both, in the bracket's frame."""
     c, s, cb, sb = np.cos(swing), np.sin(swing), np.cos(angle), np.sin(angle)
     return np.array([[c * cb, -s, -c * sb], [s * cb, c, -s * sb], [sb, 0.0, cb]])
 
 
-def _axle_stress(bracket: Bracket) -> float:
-    """Bending stress per force on the sheave, Pa/N: a beam between the middles of the cheeks, uniformly loaded."""
-    span, width = bracket.lever.gap + bracket.lever.thickness, bracket.axle.sheave_width
-    return (2.0 * span - width) / 8.0 * 32.0 / (np.pi * bracket.lever.axle**3)
-
-
 def _axle_compliance(bracket: Bracket) -> float:
-    """Deflection of that beam per force on the sheave, in the sense of work, m/N: bending and shear."""
+    """Deflection of the axle per force on the sheave, in the sense of work, m/N: bending and shear of a beam."""
     span, width, diameter = bracket.lever.gap + bracket.lever.thickness, bracket.axle.sheave_width, bracket.lever.axle
     _, shear_modulus = lame_parameters(bracket.axle.material.young_modulus, bracket.axle.material.poisson_ratio)
     bending = bracket.axle.material.young_modulus * np.pi * diameter**4 / 64.0
