@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -158,7 +158,7 @@ def _judged_robot(model: Model) -> Robot:
 def _beyond(values: Array, allowed: Array) -> Mask:
     """Whether values (N, m) are outside *allowed* (m, 2) by more than rounding; False where unknown."""
     low, high = allowed.T
-    spare = _ROUNDING * np.array([_size(bound) for bound in allowed])
+    spare = _ROUNDING * np.maximum(1.0, np.where(np.isfinite(allowed), np.abs(allowed), 0.0).max(axis=1))
     return np.asarray((values < low - spare) | (values > high + spare))
 
 
@@ -180,11 +180,6 @@ def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
     return [
         Finding(limit.name, limit.unit, smallest, float(values[at, i]), bounds, robot.lines[i].name, at, violations)
     ]
-
-
-def _size(bound: Iterable[float]) -> float:
-    """The larger of 1 and the finite ends of *bound*."""
-    return max([1.0, *(abs(end) for end in bound if np.isfinite(end))])
 
 
 def _frame(robot: Robot, positions: Array) -> Finding:

@@ -144,14 +144,11 @@ def equilibria(
     inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
     kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
     if not len(kept):
-        elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
+        at = ", ".join(f"{x:.3f}" for x in every.pose[:1, :3].ravel())
+        elsewhere = f"; {outside} outside the box, one at {at} m" if outside else ""
         raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
     complete, why = _completeness(model, kept)
     return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, complete, why)
-
-
-def _place(pose: Array) -> str:
-    return ", ".join(f"{x:.3f}" for x in pose[:3])
 
 
 def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:

@@ -70,10 +70,6 @@ def _anew(box: Array) -> ExhaustiveSearch:
     return ExhaustiveSearch(box, box[None], np.empty((0, 6)), np.empty(0, dtype=np.int64), np.empty((0, 3)), 0, 0)
 
 
-def _forget(_search: ExhaustiveSearch) -> None:
-    """Save nothing."""
-
-
 def exhaust(
     found: Equilibria,
     search: ExhaustiveSearch,
@@ -91,7 +87,7 @@ def exhaust(
     refuse_unfit(model, lengths)
     if not time_limit > 0.0:
         raise InputError(f"time limit = {time_limit:g}: over 0 is expected, s")
-    save, progress = save or _forget, progress or silent
+    save, progress = save or (lambda _search: None), progress or silent
     deadline = time.monotonic() + time_limit
     solutions = _again(found.solutions, search.poses)
     if solutions is None:

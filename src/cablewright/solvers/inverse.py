@@ -59,8 +59,8 @@ def solve_inverse(
     rows = len(pose)
     if preferred is not None:
         preferred = given_rows(preferred, rows, model.m, "preferred tensions", "N")
-    drawn = given_numbers(retraction, rows, "retraction", "m")
-    packed = model.rows(retraction=drawn, preferred=preferred, exit_points=exit_points)
+    retracted = given_numbers(retraction, rows, "retraction", "m")
+    packed = model.rows(retraction=retracted, preferred=preferred, exit_points=exit_points)
     states = blank_states(rows, model.m)
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)

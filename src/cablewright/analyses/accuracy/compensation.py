@@ -79,8 +79,8 @@ class Reached:
         """
         codes, poses = np.full(len(lengths), int(Code.NOT_FINITE)), np.full(near.shape, np.nan)
         some = (lengths > 0.0).all(axis=1)  # false for NaN
-        drawn = None if retraction is None else retraction[some]
-        solved = solve_forward(full, lengths[some], guess=near[some], path=path, retraction=drawn)
+        retracted = None if retraction is None else retraction[some]
+        solved = solve_forward(full, lengths[some], guess=near[some], path=path, retraction=retracted)
         codes[some] = solved.code
         poses[codes == 0] = solved.pose[solved.ok]
         return cls(codes, poses, solved[solved.ok])

@@ -223,15 +223,15 @@ class AccuracyQuestion:
     def hold(self, poses: ArrayLike, retraction: ArrayLike | None = None) -> HeldPoses:
         """Solve the inverse problem at *poses*, (n,) or (N, n), on the full model; *retraction*, m, one or (N,)."""
         wanted, _ = as_poses(self.model, poses, "pose", free=True)
-        drawn = given_numbers(retraction, len(wanted), "retraction", "m")
-        return HeldPoses(wanted, drawn, solve_inverse(self.model, wanted, path=True, retraction=drawn))
+        retracted = given_numbers(retraction, len(wanted), "retraction", "m")
+        return HeldPoses(wanted, retracted, solve_inverse(self.model, wanted, path=True, retraction=retracted))
 
     def answer(self, there: HeldPoses) -> Accuracy:
         """Return the errors at these poses. Raises `AnswerError` where none of them has an answer."""
         held, some = there.equilibria, there.equilibria.ok
-        drawn = None if there.retraction is None else there.retraction[some]
+        retracted = None if there.retraction is None else there.retraction[some]
         lengths = np.full_like(held.lengths, np.nan)
-        lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=drawn, home=self.home)
+        lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=retracted, home=self.home)
         reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
         codes = np.where(some, reached.codes, held.code)
         ok = codes == 0

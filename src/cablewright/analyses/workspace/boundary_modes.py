@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import binary_erosion
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes
-from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
+from cablewright.analyses.workspace.criterion import Options, criterion_figures
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, UnknownName
@@ -163,7 +163,12 @@ def boundary_modes(
     counting = model if criterion == "static" else straight(model)
     nodes = count_nodes(counting, criterion, grid=grid, progress=progress, **options)
     places = outermost(nodes)
-    held = _modes_at(nodes.criterion, places, replace(model, robot=nodes.criterion.model.robot), geometric, holding)
+    poses, built = nodes.criterion.all_poses(places), replace(model, robot=nodes.criterion.model.robot)
+    preferred = None
+    if holding == "middle":
+        preferred = np.mean([model.tension_limits or line.tension_limits for line in built.robot.lines], axis=1)
+    retraction = nodes.criterion.lengths(poses)
+    held = modes(built, poses, geometric=geometric, retraction=retraction, preferred=preferred)
     return Boundary(nodes, places, holding, held)
 
 
@@ -178,15 +183,3 @@ def outermost(nodes: NodeCount) -> Array:
     """Positions (P, 3), m, of the inside nodes that have one of their six neighbours outside or off the grid."""
     inner: Mask = binary_erosion(nodes.inside)
     return nodes.places[~inner[nodes.inside]]
-
-
-def _modes_at(criterion: Criterion, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
-    poses = criterion.all_poses(places)
-    preferred = _middle(model) if holding == "middle" else None
-    return modes(model, poses, geometric=geometric, retraction=criterion.lengths(poses), preferred=preferred)
-
-
-def _middle(model: Model) -> Array:
-    """The middle (m,) of each line's tension limits, N."""
-    limits = [model.tension_limits or line.tension_limits for line in model.robot.lines]
-    return np.array([0.5 * (low + high) for low, high in limits])
