@@ -25,7 +25,7 @@ def test_the_text(cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--lengths", "33,33"), "4 numbers are wanted"),
+        (("--lengths", "33,33"), "4 numbers are expected"),
         (("--lengths", "33,33,33,33", "--box", "0,0,1,1,1,1"), "X0 < X1"),
         (("--lengths", "33,33,33,33", "--starts", "0"), "starts = 0"),
         (("--lengths", "33,33,33,33", "--retraction", "1"), "has no retraction"),

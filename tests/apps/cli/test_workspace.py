@@ -194,7 +194,7 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--retraction-law", "nan,1,1.2,2"], "finite numbers"),
         (["--retraction-law", "0,1,nan,2"], "least < most"),
         (["--box", "0,1,0,1,0,nan"], "6 finite numbers"),
-        (["--criterion", "capacity", "--arm", "nan"], "a positive number is wanted"),
+        (["--criterion", "capacity", "--arm", "nan"], "a positive number is expected"),
         (["--wrench", "1,2"], "3 numbers are wanted"),
         (["--mesh", "a.obj"], "a name that ends in .stl or .glb"),
         (["--plot", "a.pdf"], "a name that ends in .png"),
