@@ -141,7 +141,7 @@ def facings(robot: Robot) -> Array:
 
 def frames(robot: Robot) -> Array:
     """Return the rotations (m, 3, 3) from the world's axes to those of each bracket."""
-    return np.asarray(Rotation.from_euler("z", -facings(robot)).as_matrix())
+    return np.asarray(Rotation.from_euler("z", -facings(robot)[:, None]).as_matrix())
 
 
 def _blocked(model: Model, built: Equilibrium, poses: ArrayLike, retraction: ArrayLike | None) -> Equilibrium:
