@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numba.core.types import unliteral
 from scipy.spatial.transform import Rotation
 
 from cablewright import kernels
+from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyQuestion
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, Robot, Swivel, UniversalJoint, library_names, load
@@ -153,3 +155,9 @@ def assert_one_signature_per_kernel() -> None:
             if hasattr(each, "signatures"):
                 kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
                 assert len(kinds) <= 1, f"{each.__name__}: {kinds}"
+
+
+def nozzle_errors(robot: Robot | Model, poses: Any, *args: Any, retraction: Any = None, **options: Any) -> Accuracy:
+    """Errors at *poses*, (n,) or (N, n); other arguments as for `AccuracyQuestion.of`."""
+    asked = AccuracyQuestion.of(robot, *args, **options)
+    return asked.answer(asked.hold(poses, retraction))

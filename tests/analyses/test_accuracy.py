@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.region import region
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices, corner_values
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
@@ -19,6 +18,7 @@ from cablewright.robot import Robot, load
 from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.forward import forward
 from cablewright.solvers.inverse import inverse, solve_inverse
+from cases import nozzle_errors
 
 HOUSE = load("house-printer")
 HELD = [robot for robot in cases.robots() if robot.m >= robot.n]
@@ -196,7 +196,10 @@ def test_results_turn_with_the_machine(name: str, method: Vertices) -> None:
     moved[:, :3] = turn.apply(poses[:, :3])
     if robot.n == 6:
         moved[:, 3:] = (turn * Rotation.from_rotvec(poses[:, 3:])).as_rotvec()
-    one, other = nozzle_errors(robot, poses, method=method), nozzle_errors(about_z(robot, angle), moved, method=method)
+    one, other = (
+        nozzle_errors(robot, poses, method=method),
+        nozzle_errors(about_z(robot, angle), moved, method=method),
+    )
     np.testing.assert_allclose(other.nominal_error, one.nominal_error, atol=1e-9)
     np.testing.assert_allclose(other.spread.max_error, one.spread.max_error, atol=1e-9)
     np.testing.assert_allclose(other.worst_offset, turn.apply(one.worst_offset), atol=1e-8)

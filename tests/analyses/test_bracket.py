@@ -11,7 +11,7 @@ import cases
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.loads import Loads, facings, loads_at
 from cablewright.analyses.bracket.parts import base, cheek
-from cablewright.analyses.bracket.stress import PLATES, Comparison, bracket_at, foot, plate_peaks
+from cablewright.analyses.bracket.stress import PLATES, BracketMesh, Comparison, bracket_at, foot
 from cablewright.errors import AnswerError, InputError
 from cablewright.kernels import layout
 from cablewright.models.statics import Model
@@ -237,7 +237,7 @@ def test_the_highest_pose_is_that_of_all_poses_one_by_one() -> None:
     found = highest(Model(HOUSE), poses, times=1)
     jointed, blocked = loads_at(Model(HOUSE), poses)
     for k, loads in enumerate((jointed, blocked)):
-        each = plate_peaks(HOUSE.bracket, loads, 1).max(axis=(0, 2))
+        each = BracketMesh(HOUSE.bracket, 1).peaks(loads).max(axis=(0, 2))
         assert found.at[k] == np.nanargmax(each)
         assert found.stress[k] == pytest.approx(np.nanmax(each), rel=1e-12)
 

@@ -11,7 +11,7 @@ import skfem
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from cablewright.analyses.bracket.elasticity import Elastic, von_mises
-from cablewright.analyses.bracket.hexahedra import Bore, Grid, HexMesh, build, ticks
+from cablewright.analyses.bracket.hexahedra import Bore, HexMesh, build, ticks
 from cablewright.analyses.bracket.nested_dissection import dissected
 from cablewright.robot.bracket import Material
 from oracles import calculix
@@ -23,15 +23,15 @@ SEED = 3
 
 
 def box(x: float, y: float, z: float, parts: tuple[int, int, int]) -> HexMesh:
-    grid = Grid(*(np.linspace(0.0, side, count + 1) for side, count in zip((x, y, z), parts, strict=True)))
-    return build(grid, lambda p: np.ones(p.shape[1], dtype=bool), [])
+    planes = [np.linspace(0.0, side, count + 1) for side, count in zip((x, y, z), parts, strict=True)]
+    return build(planes, lambda p: np.ones(p.shape[1], dtype=bool), [])
 
 
 def drilled() -> HexMesh:
     """A block with a round bore: its elements are neither boxes nor straight."""
     bore = Bore(2, (0.0, 0.0), 0.016, 0.03)
     sides = ticks([-0.03, 0.035, *bore.marks(0)], 0.02, 1)
-    return build(Grid(sides, sides, ticks([0.0, 0.05], 0.03, 1)), lambda p: np.ones(p.shape[1], dtype=bool), [bore])
+    return build([sides, sides, ticks([0.0, 0.05], 0.03, 1)], lambda p: np.ones(p.shape[1], dtype=bool), [bore])
 
 
 def all_of(solid: HexMesh) -> tuple[np.ndarray, np.ndarray]:

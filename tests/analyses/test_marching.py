@@ -57,7 +57,7 @@ def test_the_surface_of_a_static_workspace_meets_its_boundary(monkeypatch: pytes
     away = np.linalg.norm(mesh.vertices[:, None] - known, axis=2).min(axis=0)
     assert away.max() < 1.0  # a cell
     assert np.quantile(away, 0.8) < 0.1
-    monkeypatch.setattr(module, "MOST_NODES", 8)
+    monkeypatch.setattr(module, "MAX_NODES", 8)
     coarse = found.surface()
     assert coarse.is_closed
     assert len(coarse.triangles) < 0.4 * len(mesh.triangles)

@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy import region as module
-from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
-from cablewright.analyses.accuracy.region import PLANES, area, hull_of, interior, region
+from cablewright.analyses.accuracy.region import PLANES, hull_of, interior, region
 from cablewright.analyses.accuracy.spread import SpreadProblem, Vertices, corner_values, sampled
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
 from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cases import nozzle_errors
 
 CLOUDS = [
     np.random.default_rng(seed).normal(size=(count, 3)) * [1.0, 2.0, 0.1] for seed, count in enumerate((4, 7, 60, 500))
@@ -43,6 +43,12 @@ def test_hulls_and_shadows_are_scipys(points: np.ndarray, size: float) -> None:
         )
         assert area(outline) == pytest.approx(theirs.volume * size**2, rel=1e-9)
         assert turns_left(outline)
+
+
+def area(outline: np.ndarray) -> float:
+    """Area of a polygon (P, 2)."""
+    x, y = (outline - outline[0]).T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def turns_left(outline: np.ndarray) -> bool:

@@ -10,7 +10,6 @@ import pytest
 
 from analyses.test_spread import problem_of, ranges_of
 from cablewright.analyses.accuracy import spread as module
-from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
@@ -18,6 +17,7 @@ from cablewright.robot import load
 from cablewright.robot.uncertainty import Range, modulus_ranges
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cases import nozzle_errors
 
 HOUSE = load("house-printer")
 EACH = pytest.mark.parametrize(

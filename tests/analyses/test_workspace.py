@@ -332,7 +332,7 @@ def test_a_law_retracts_by_height(of: str) -> None:
         ({"box": [0, 1, 0, 1, 0, float("inf")]}, "6 finite numbers"),
         ({"orientations": [[0, 0, 3.2]]}, "3.2 rad (183.3 degrees); at most pi (180 degrees)"),
         ({"orientations": [[0, 0]]}, "orientations: 3 numbers"),
-        ({"wrench_box": ([0] * 6, [1] * 6)}, "goes with criterion capacity, not with exact"),
+        ({"wrench_box": ([0] * 6, [1] * 6)}, "for the criterion capacity, not for exact"),
         ({"criterion": "capacity", "wrench_box": ([1] * 6, [0] * 6)}, "lowest <= highest"),
         ({"criterion": "capacity", "arm": 0.0}, "length 0 m"),
         ({"wrench": [0, 0]}, "wrench: 6 numbers"),
@@ -361,10 +361,10 @@ def test_a_grid_goes_by_its_nodes_or_by_its_step() -> None:
 
 
 def test_robots_are_asked_for_what_they_have() -> None:
-    with pytest.raises(InputError, match="catenary: exact is of straight lines"):
+    with pytest.raises(InputError, match="catenary: exact requires straight lines"):
         workspace(Model(load("jung2020")), "exact")
     printer = Model(load("house-printer"), RIGID)
-    with pytest.raises(InputError, match="point platform, which has none"):
+    with pytest.raises(InputError, match="point platform, which cannot rotate"):
         workspace(printer, "exact", orientations=[[0, 0, 0.1]])
     with pytest.raises(InputError, match="has no retraction"):
         workspace(printer, "exact", retraction=RetractionLaw(0.0, 1.0))

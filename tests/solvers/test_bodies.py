@@ -50,7 +50,7 @@ def test_a_rotation_vector_over_pi_is_shortened_and_logged(turns: int, caplog: p
     with caplog.at_level(logging.WARNING, logger="cablewright"):
         found = inverse(COGIRO, [[0.5, 0.2, 1.5, *long], [0.5, 0.2, 1.5, *vector]]).checked()
     assert len(caplog.records) == 1
-    assert "is over pi" in caplog.text
+    assert "exceeds pi" in caplog.text
     np.testing.assert_allclose(found.pose, [wanted.pose, wanted.pose], atol=1e-12)
     np.testing.assert_allclose(found.lengths, [wanted.lengths, wanted.lengths], atol=1e-10)
 

@@ -119,10 +119,10 @@ def test_a_seed_gives_the_same_bytes() -> None:
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        ({"lengths": [33.0] * 3}, "4 numbers are wanted"),
+        ({"lengths": [33.0] * 3}, "4 numbers are expected"),
         ({"lengths": [33.0, 0.0, 33.0, 33.0]}, "numbers over zero"),
         ({"lengths": [33.0] * 4, "box": [0, 0, 1, 2, 3, 4]}, "X0 < X1"),
-        ({"lengths": [33.0] * 4, "box": [0, 1]}, "6 numbers are wanted"),
+        ({"lengths": [33.0] * 4, "box": [0, 1]}, "6 numbers are expected"),
         ({"lengths": [33.0] * 4, "starts": 0}, "starts = 0"),
     ],
 )

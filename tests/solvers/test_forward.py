@@ -132,7 +132,7 @@ def test_arrays_of_any_layout_are_read_and_left_alone(held: Equilibrium, layout:
         ({"lengths": [28.0, 28.0, 28.0, 0.0]}, "lengths: every length must be over zero"),
         ({"lengths": "long"}, "lengths: numbers in m"),
         ({"guess": [0.0, 0.0]}, "guess: 3 numbers"),
-        ({"guess": [[0.0, 0.0, 1.0]] * 2}, "guess: one row, or 5 as there are problems; got 2"),
+        ({"guess": [[0.0, 0.0, 1.0]] * 2}, "guess: one row, or 5 as there are problems, is expected; got 2"),
         ({"guess": [0.0, 0.0, np.inf]}, "guess: every number must be finite"),
         ({"modulus_factors": [1.0] * 5}, "modulus factors: 4 numbers"),
         ({"modulus_factors": np.ones((4, 4))}, "modulus factors: one row, or 5"),

@@ -173,12 +173,12 @@ def test_massless_lines() -> None:
 def test_bad_input_is_refused() -> None:
     found = hanging("merlet2023", "taut")
     for wrong in (0.0, -1e-3, float("nan"), [1e-3, 0.0, 1e-3, 1e-3]):
-        with pytest.raises(InputError, match="over 0 is wanted"):
+        with pytest.raises(InputError, match="over 0 is expected"):
             enclose_poses(found, wrong)
     for wrong in ([1e-3, 1e-3], np.full((4, 4), 1e-3)):
-        with pytest.raises(InputError, match="one number is wanted, or 4"):
+        with pytest.raises(InputError, match="one number is expected, or 4"):
             enclose_poses(found, wrong)
-    with pytest.raises(InputError, match="numbers in m are wanted"):
+    with pytest.raises(InputError, match="numbers in m are expected"):
         enclose_poses(found, "wide")
     with pytest.raises(InputError, match="as large as the length of line"):
         enclose_poses(found, 100.0)
@@ -186,7 +186,7 @@ def test_bad_input_is_refused() -> None:
         enclose_poses(found, 1e-3, budget=0)
     with pytest.raises(InputError, match="tolerance = 0"):
         enclose_poses(found, 1e-3, tolerance=0.0)
-    with pytest.raises(InputError, match="a single equilibrium is wanted"):
+    with pytest.raises(InputError, match="a single equilibrium is expected"):
         enclose_poses(as_batch(found), 1e-3)
     with pytest.raises(AnswerError):
         enclose_poses(dataclasses.replace(found, code=np.array(1)), 1e-3)

@@ -438,7 +438,7 @@ def test_a_massless_slack_line_has_no_angle() -> None:
 
 @pytest.mark.parametrize("angle", [-1.5, -0.4303, 1.5])
 def test_an_angle_that_cannot_be_is_refused(angle: float) -> None:
-    with pytest.raises(InputError, match=r"-0\.4302 to 0\.7162 rad is wanted, what line 'north-west' has"):
+    with pytest.raises(InputError, match=r"-0\.4302 to 0\.7162 rad is expected, the range of line 'north-west'"):
         excess_from_angle(MERLET, POSE, FAR, SENSOR, angle)
 
 
@@ -490,12 +490,12 @@ def test_a_line_let_out_is_a_row_of_forward_solves() -> None:
         ({"north-wst": 0.1}, r"unknown line 'north-wst'; did you mean 'north-west'"),
         ({4: 0.1}, "line 4: the lines of 'merlet2023' are 0 to 3"),
         ({-1: 0.1}, "line -1: the lines of"),
-        ({1.5: 0.1}, "line 1.5: a name or a whole number is wanted"),
+        ({1.5: 0.1}, "line 1.5: a name or a whole number is expected"),
         ({FAR: -0.1}, "excess of line 'north-west' = -0.1 m: a slack line's is finite and not negative"),
         ({FAR: math.nan}, "= nan m"),
         ({FAR: math.inf}, "= inf m"),
-        ({FAR: "long"}, "= 'long': a number is wanted"),
-        ({FAR: None}, "a number is wanted"),
+        ({FAR: "long"}, "= 'long': a number is expected"),
+        ({FAR: None}, "a number is expected"),
         ({FAR: 0.1, 3: 0.1}, "line 'north-west' is named twice"),
         ({FAR: 0.1, 0: 0.1}, "3 taut ones hold 'merlet2023', which has 4: at most 1 can be slack"),
     ],
@@ -518,15 +518,15 @@ def test_a_machine_without_spare_lines_has_none_slack(robot: Robot) -> None:
 
 
 def test_sets_and_angles_are_of_one_pose() -> None:
-    with pytest.raises(InputError, match="one pose is wanted; got 2 rows"):
+    with pytest.raises(InputError, match="one pose is expected; got 2 rows"):
         slack_sets(MERLET, [POSE, POSE])
-    with pytest.raises(InputError, match="angle = nan: a finite number is wanted"):
+    with pytest.raises(InputError, match="angle = nan: a finite number is expected"):
         excess_from_angle(MERLET, POSE, 0, SENSOR, math.nan)
-    with pytest.raises(InputError, match="one pose is wanted"):
+    with pytest.raises(InputError, match="one pose is expected"):
         excess_from_angle(MERLET, [POSE, POSE], 0, SENSOR, 0.0)
-    with pytest.raises(InputError, match="lengths: one row is wanted"):
+    with pytest.raises(InputError, match="lengths: one row is expected"):
         let_out(MERLET, np.full((2, 4), 10.0), 0, [0.0])
-    with pytest.raises(InputError, match="let out by: at least one number is wanted; got 0"):
+    with pytest.raises(InputError, match="let out by: at least one number is expected; got 0"):
         let_out(MERLET, [10.0] * 4, 0, [])
     with pytest.raises(AnswerError, match="over its breaking load"):
         let_out(MERLET, [10.0, 7.0, 10.0, 10.0], 0, [0.0])

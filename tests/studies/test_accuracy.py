@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from cablewright.analyses.accuracy.nozzle_error import METHODS, nozzle_errors
+from cablewright.analyses.accuracy.nozzle_error import METHODS
 from cablewright.analyses.accuracy.spread import FirstOrder
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
@@ -17,6 +17,7 @@ from cablewright.robot import load
 from cablewright.studies import accuracy as studies
 from cablewright.studies.accuracy import accuracy
 from cablewright.studies.places import Places
+from cases import nozzle_errors
 
 HOUSE = load("house-printer")
 WRONG = [
@@ -26,7 +27,7 @@ WRONG = [
     ({"compensation": "fulll"}, UnknownName, "did you mean 'full'"),
     ({"tension_limits": (500.0, 20.0)}, InputError, "lowest < highest"),
     ({"home": [0.0, 0.0, 14.9]}, InputError, "home: "),
-    ({"ranges": ()}, InputError, "at least one number"),
+    ({"ranges": ()}, InputError, "at least one parameter"),
 ]
 
 

@@ -1,1 +1,1 @@
-"""Rank 3. What can be said of a robot and a job."""
+"""Rank 3. Analyses of a robot and its job: accuracy, workspace, brackets, limits, interference and vibration."""

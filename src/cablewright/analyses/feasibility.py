@@ -1,9 +1,9 @@
-"""Can the robot be where a job wants it: every limit of every sample, each with its worst place."""
+"""Limits of the hardware and the statics along a path, each with its worst sample."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -20,29 +20,29 @@ Bounds = tuple[float, float] | None
 
 @dataclass(frozen=True)
 class Finding:
-    """One limit against the whole path. `margin` is signed, in the limit's unit: negative is a violation."""
+    """One limit evaluated over a path. `margin` is signed, in the limit's unit: negative is a violation."""
 
-    limit: str  # the name of one of `LIMITS`, "frame, x" (or y, z), or a status sentence
+    limit: str  # name of one of `LIMITS`, "frame, x" (or y, z), or a status sentence
     unit: str  # "N", "m", "rad", "m/s", "N m"
-    margin: float  # smallest signed distance to the limit over the path
-    value: float  # the quantity there
-    allowed: tuple[float, float]  # lowest and highest allowed value there
-    line: str | None  # the line's name, None where the limit is the platform's
+    margin: float  # smallest signed distance to the limit along the path
+    value: float  # the quantity at that sample
+    allowed: tuple[float, float]  # lowest and highest allowed value at that sample
+    line: str | None  # name of the line; None where the limit is the platform's
     sample: int  # index of the worst sample
-    violations: int  # how many samples violate it
+    violations: int  # number of samples that violate it
 
     @property
     def why(self) -> str:
-        """What the limit is for, in words; nothing of a status."""
+        """The purpose of the limit, in words; empty for a status."""
         return _WHY.get(self.limit, "")
 
     @property
     def is_status(self) -> bool:
-        """Whether `limit` is a status sentence of poses that cannot be held, not a limit of the hardware."""
+        """Whether `limit` is the sentence of a status rather than a limit of the hardware."""
         return any(self.limit == status.value for status in Status)
 
     def bounds(self) -> str:
-        """What is allowed, in words."""
+        """Return the allowed range, in words."""
         low, high = self.allowed
         if not np.isfinite(low):
             return f"at most {high:g} {self.unit}"
@@ -53,12 +53,12 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class LineQuantities:
-    """What limits bound, (k, m) each; NaN where a quantity has no value. SI."""
+    """The limited quantities, (k, m) each, SI; NaN where a quantity is not defined."""
 
     lowest_tension: Array  # along the line
     highest_tension: Array  # along the line
     cable_length: Array  # unstrained, from winch exit to platform
-    swing: Array  # azimuth of the sheave from where its mounting faces
+    swing: Array  # azimuth of the sheave from its mounting's facing
     lever: Array  # angle above the horizontal
     winch_speed: Array  # of the cable
     winch_torque: Array  # at the drum
@@ -66,7 +66,7 @@ class LineQuantities:
 
     @classmethod
     def of(cls, rows: Equilibrium) -> LineQuantities:
-        """Of solved poses that are not moving."""
+        """Return the quantities of solved poses at rest."""
         low, high = rows.extremes()
         still = np.zeros_like(rows.lengths)
         angles = swing_angles(rows), lever_angles(rows)
@@ -75,19 +75,19 @@ class LineQuantities:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the hardware on the quantity of the same name of each line."""
+    """A limit of the hardware on the quantity of `LineQuantities` with the same name."""
 
     name: str
     unit: str
-    bounds: Callable[[Line], Bounds]  # lowest and highest, or None where the line has no such limit
-    why: str  # what it is for, in the words of a report
+    bounds: Callable[[Line], Bounds]  # lowest and highest value, None where the line has no such limit
+    why: str  # its purpose, as written in reports
 
     def values(self, lines: LineQuantities) -> Array:
-        """What is bounded, (k, m)."""
+        """Return the limited quantity, (k, m)."""
         return np.asarray(getattr(lines, self.name.replace(" ", "_")))
 
     def allowed(self, lines: Sequence[Line]) -> Array:
-        """Lowest and highest value of each line, (m, 2); infinite where it has no such limit."""
+        """Return the lowest and highest allowed value of each line, (m, 2); infinite where it has no such limit."""
         return np.array([self.bounds(line) or (-np.inf, np.inf) for line in lines])
 
 
@@ -100,38 +100,24 @@ def _swing(line: Line) -> Bounds:
     return None if swing is None else (-swing, swing)
 
 
-def _lever(line: Line) -> Bounds:
-    return getattr(line.sheave, "lever_range", None)
-
-
 LIMITS: Final = (
-    Limit(
-        "lowest tension",
-        "N",
-        lambda line: (line.tension_limits[0], np.inf),
-        "below it a line hangs loose and no longer holds the platform",
-    ),
-    Limit(
-        "highest tension",
-        "N",
-        lambda line: _up_to(line.tension_limits[1]),
-        "above it cable, winch or mounting may be overloaded",
-    ),
-    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "more than that the drum does not hold"),
-    Limit("swing", "rad", _swing, "beyond it the sheave turns against its stop and the cable may leave the groove"),
-    Limit("lever", "rad", _lever, "beyond it the lever runs against its stop"),
-    Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "faster than that the winch cannot wind"),
-    Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "more than that the winch cannot hold"),
+    Limit("lowest tension", "N", lambda line: (line.tension_limits[0], np.inf), "below it the line hangs loose"),
+    Limit("highest tension", "N", lambda line: _up_to(line.tension_limits[1]), "above it cable or winch is overloaded"),
+    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "the drum holds no more"),
+    Limit("swing", "rad", _swing, "beyond it the sheave is at its stop and the cable may leave the groove"),
+    Limit("lever", "rad", lambda line: getattr(line.sheave, "lever_range", None), "beyond it the lever is at its stop"),
+    Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "the winch winds no faster"),
+    Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "the winch holds no more"),
     Limit("sheave clearance", "m", lambda _line: (0.0, np.inf), "below it the platform may touch sheave or lever"),
 )
-_FRAME = {f"frame, {axis}": "beyond it the platform leaves the space it may be in" for axis in "xyz"}
+_FRAME = {f"frame, {axis}": "beyond it the platform leaves the frame" for axis in "xyz"}
 _WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME
 
 
 def judge(
     robot: Robot, positions: Array, codes: NDArray[np.int64], violations: Array, lines: LineQuantities
 ) -> tuple[Finding, ...]:
-    """Findings of a path, worst first: *positions* (k, 3) m; *codes* and *violations* (k,), N, of the inverse there."""
+    """Return findings, worst first, of *positions* (k, 3), m, and *codes* and *violations* (k,), N, of the inverse."""
     findings = [_frame(robot, positions)]
     for limit in LIMITS:
         findings += _worst_line(limit, limit.values(lines), robot)
@@ -140,17 +126,17 @@ def judge(
 
 
 def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
-    """Findings of one solved pose, worst first: every limit but those of motion."""
+    """Return findings of one solved pose, worst first: every limit but those of motion."""
     row = equilibrium[None]
     return judge(_judged_robot(row.model), row.pose[:, :3], row.code, row.violation, LineQuantities.of(row))
 
 
 def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
-    """Names of what can forbid a pose, and which of them each of N solved poses breaks, (N, L).
+    """Return the names of L limits and statuses, and which of them each of N solved poses violates, (N, L).
 
-    The limits of the hardware at rest come first, then statuses of poses that cannot be held. A pose without tensions
-    within their limits breaks the lowest, the highest or both, as the best tensions there do; the lowest where a line
-    would have to push.
+    The limits of the hardware at rest come first, then the statuses of poses that cannot be held. An infeasible pose
+    violates the lowest tension, the highest or both, as the best tensions there do; the lowest where a line would have
+    to push.
     """
     quantities, lines = LineQuantities.of(rows), _judged_robot(rows.model).lines
     columns = {}
@@ -165,48 +151,39 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
 
 
 def _judged_robot(model: Model) -> Robot:
-    """The robot of *model* with the tension limits that hold there."""
+    """The robot of *model* with the tension limits of that model."""
     return model.robot if model.tension_limits is None else model.robot.limited(model.tension_limits)
 
 
 def _beyond(values: Array, allowed: Array) -> Mask:
-    """Where values (N, m) are outside what is *allowed* (m, 2) by more than rounding; nowhere where not known."""
+    """Whether values (N, m) are outside *allowed* (m, 2) by more than rounding; False where unknown."""
     low, high = allowed.T
-    spare = _ROUNDING * np.array([_size(bound) for bound in allowed])
+    spare = _ROUNDING * np.maximum(1.0, np.where(np.isfinite(allowed), np.abs(allowed), 0.0).max(axis=1))
     return np.asarray((values < low - spare) | (values > high + spare))
 
 
-# A tension distribution that rests on its limit meets it to rounding.
+# A tension distribution at its limit meets it only to rounding.
 _ROUNDING = 1e-9
 
 
 def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
-    """The finding of the line that comes nearest to its bounds or breaks them most; none where no line has any."""
-    worst: Finding | None = None
-    violated = np.zeros(len(values), dtype=bool)
-    for i, line in enumerate(robot.lines):
-        bound = limit.bounds(line)
-        if bound is None or np.isnan(values[:, i]).all():
-            continue
-        margin = np.minimum(values[:, i] - bound[0], bound[1] - values[:, i])
-        violated |= margin < -_ROUNDING * _size(bound)
-        at = int(np.nanargmin(margin))
-        if worst is None or margin[at] < worst.margin:
-            value = float(values[at, i])
-            worst = Finding(limit.name, limit.unit, float(margin[at]), value, bound, line.name, at, 0)
-    if worst is None:
+    """The finding of the line with the smallest margin; none where no line has this limit."""
+    allowed = limit.allowed(robot.lines)
+    margins = np.minimum(values - allowed[:, 0], allowed[:, 1] - values).T  # (m, k)
+    margins[np.isnan(margins)] = np.inf
+    if not np.isfinite(margins.min(initial=np.inf)):
         return []
-    smallest = worst.margin if violated.any() else max(worst.margin, 0.0)
-    return [replace(worst, margin=smallest, violations=int(violated.sum()))]
-
-
-def _size(bound: Iterable[float]) -> float:
-    """The larger of 1 and the finite ends of *bound*."""
-    return max([1.0, *(abs(end) for end in bound if np.isfinite(end))])
+    i, at = (int(index) for index in np.unravel_index(margins.argmin(), margins.shape))
+    violations = int(_beyond(values, allowed).any(axis=1).sum())
+    smallest = float(margins[i, at]) if violations else max(float(margins[i, at]), 0.0)
+    bounds = float(allowed[i, 0]), float(allowed[i, 1])
+    return [
+        Finding(limit.name, limit.unit, smallest, float(values[at, i]), bounds, robot.lines[i].name, at, violations)
+    ]
 
 
 def _frame(robot: Robot, positions: Array) -> Finding:
-    """Whether the path stays inside the frame: the coordinate that comes nearest to a side."""
+    """The finding of the frame: the coordinate with the smallest margin."""
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     margins = np.minimum(positions - low, high - positions)
     at = int(np.argmin(margins.min(axis=1)))
@@ -218,7 +195,7 @@ def _frame(robot: Robot, positions: Array) -> Finding:
 
 
 def _statics(codes: NDArray[np.int64], violations: Array) -> list[Finding]:
-    """Poses that cannot be held, by status: by how much tensions break their limits at best, or just how many."""
+    """One finding for each status of poses that cannot be held, with the largest violation of tension limits, N."""
     found = []
     for code in np.unique(codes[codes != 0]):
         at = np.flatnonzero(codes == code)

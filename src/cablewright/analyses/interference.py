@@ -1,4 +1,4 @@
-"""How far lines keep from each other, from the platform, from the frame and from a part, sagging as they do."""
+"""Distances of the sagging lines from each other, the platform, the frame and a part."""
 
 from __future__ import annotations
 
@@ -23,29 +23,30 @@ from cablewright.solvers.arguments import run
 from cablewright.solvers.inverse import solve_inverse
 
 KINDS = ("line", "platform", "frame", "part")
-"""What a line may come near to, in the order of the columns of `Interference.margins`."""
+"""What a line's distance is measured to, in the order of the columns of `Interference.margins`."""
 
 MAX_NODES = 2_000_000
 
 
 @dataclass(frozen=True)
 class InterferenceSettings:
-    """What is looked at, and how finely.
+    """Which distances count, and their accuracy.
 
-    ``ends`` (m): so much of a cable at its exit is not held against the frame, at the platform not against the
-    platform nor, of a point platform, against the part; lines that share an exit or a platform point are held against
-    each other beyond that much of both. ``tolerance`` (m): how far the chords that stand for a line may be from it.
+    ``ends`` (m): length of cable at the exit point that is not tested against the frame, and at the platform point not
+    against the platform nor, for a point platform, against the part; lines that share an exit or platform point are not
+    tested against each other within that length of it. ``tolerance`` (m): largest distance of a line from the chords
+    that represent it.
     """
 
     ends: float = 0.1
     tolerance: float = 1e-3
 
     def __post_init__(self) -> None:
-        """Refuse what is no length."""
+        """Refuse invalid lengths."""
         if not (math.isfinite(self.ends) and self.ends >= 0.0):
-            raise InputError(f"ends = {self.ends:g} m: a length of 0 or more is wanted")
+            raise InputError(f"ends = {self.ends:g} m: a length of 0 or more is expected")
         if not (math.isfinite(self.tolerance) and self.tolerance > 0.0):
-            raise InputError(f"tolerance = {self.tolerance:g} m: a length above 0 is wanted")
+            raise InputError(f"tolerance = {self.tolerance:g} m: a length above 0 is expected")
 
 
 DEFAULT = InterferenceSettings()
@@ -53,27 +54,27 @@ DEFAULT = InterferenceSettings()
 
 @dataclass(frozen=True)
 class Contact:
-    """Where a line is nearest to something: the smallest signed distance, m."""
+    """The smallest signed distance of a line from something, m."""
 
     row: int  # of the batch
     kind: str  # of `KINDS`
     line: str
     other: str
     margin: float
-    place: tuple[float, float, float]  # m, world, of the line's centre
+    place: tuple[float, float, float]  # m, world, on the line's centre
 
     @property
     def pair(self) -> list[str]:
-        """The line, and what it is nearest to."""
+        """The line and what it is nearest to."""
         return [self.line, self.other]
 
     def to_dict(self) -> dict[str, Any]:
-        """Distance, pair and place as JSON has them."""
+        """Return distance, pair and place as in JSON."""
         return {"distance": self.margin, "pair": self.pair, "place": list(self.place)}
 
 
 class NearestContacts(NamedTuple):
-    """The nearest of each of `KINDS`; None where the machine has nothing of a kind."""
+    """The nearest contact of each of `KINDS`; None where the machine has nothing of a kind."""
 
     line: Contact | None = None
     platform: Contact | None = None
@@ -82,18 +83,18 @@ class NearestContacts(NamedTuple):
 
 
 class Distances(Pictured):
-    """What `interference` finds, at poses or along a job: the nearest of each kind, and whether that is too near."""
+    """The result of `interference`, at poses or along a job: nearest contacts, compared with a clearance."""
 
     HEADLINES: ClassVar = ("status", "robot", "smallest_distance", "pair")
 
     settings: InterferenceSettings
     clearance: float
 
-    if TYPE_CHECKING:  # fields of one of the two, properties of the other
+    if TYPE_CHECKING:  # fields of one subclass, properties of the other
 
         @property
         def robot(self) -> Robot:
-            """The robot asked about."""
+            """The robot."""
 
         @property
         def contacts(self) -> NearestContacts:
@@ -101,17 +102,17 @@ class Distances(Pictured):
 
         @property
         def unsolved(self) -> str | None:
-            """Why there is no answer, if there is none."""
+            """The status of a pose that cannot be held; None if there is none."""
 
     @property
     def worst(self) -> Contact | None:
-        """Where a line is nearest to anything; None if there is nothing."""
+        """The nearest contact of all; None if there is none."""
         known = [contact for contact in self.contacts if contact is not None]
         return min(known, key=lambda contact: contact.margin, default=None)
 
     @property
     def status(self) -> str:
-        """One word: touching, near, what keeps a pose from being held, or free."""
+        """One word: touching, near (under the clearance), the status of a pose that cannot be held, or free."""
         worst = self.worst
         if worst is not None and worst.margin <= 0.0:
             return "touching"
@@ -121,7 +122,7 @@ class Distances(Pictured):
 
     @property
     def ok(self) -> bool:
-        """Whether all poses are held and no line is too near to anything."""
+        """Whether all poses are held and no line is nearer than the clearance."""
         return self.status == "free"
 
     @property
@@ -162,17 +163,18 @@ FIGURES = (
     Figure("ends", "m", "Cable at its ends that is not held against what it is tied to.", "settings.ends"),
     Figure("tolerance", "m", "How far the chords that stand for a line may be from it.", "settings.tolerance"),
 )
-"""What JSON has of poses and of jobs."""
+"""Figures that results at poses and along jobs share."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Interference(Distances):
-    """Signed distances at N poses, m: negative is how deep, cable radii taken off.
+    """Signed distances at N poses, m, from the surfaces of the cables; negative is a depth.
 
-    `margins` (N, 4): the smallest of each of `KINDS`; inf where the machine has nothing of a kind, NaN where a pose has
-    no solution. `bounds` (N,): how far any line may be from the polyline that stood for it; a margin is right to
-    that, between lines to twice that. `pairs` (N, 4, 2): the line, and the number of what it is nearest to: a line, box
-    or beam in the order of the robot, a bead or triangle in the order of the part. `places` (N, 4, 3): m, world.
+    `margins` (N, 4): the smallest for each of `KINDS`; inf where the machine has nothing of a kind, NaN where a pose
+    has no solution. `bounds` (N,): largest distance of a line from the polyline that represents it, which bounds the
+    error of a margin (twice it between two lines). `pairs` (N, 4, 2): indices of the line and of what it is nearest to:
+    a line, box or beam in the order of the robot, a bead or triangle in the order of the part. `places` (N, 4, 3): m,
+    world.
     """
 
     FIGURES: ClassVar = (
@@ -199,7 +201,7 @@ class Interference(Distances):
 
     @property
     def bound(self) -> float:
-        """How far any line at any pose may be from the polyline that stood for it, m."""
+        """The largest of `bounds`, m; 0 without poses."""
         return float(self.bounds.max(initial=0.0))
 
     @property
@@ -209,7 +211,7 @@ class Interference(Distances):
 
     @property
     def unsolved(self) -> str | None:
-        """The status of the first pose that is not held."""
+        """The status of the first pose that cannot be held; None if all can."""
         codes = np.atleast_1d(self.equilibrium.code)
         return Status.of(int(codes[codes != 0][0])).word if codes.any() else None
 
@@ -219,17 +221,16 @@ class Interference(Distances):
 
     @property
     def smallest(self) -> Array:
-        """(N,) the smallest distance at each pose, m: free is above 0."""
+        """(N,) smallest distance at each pose, m."""
         return np.asarray(self.margins.min(axis=1))
 
     def nearest(self, kind: str | None = None) -> Contact | None:
-        """Where a line is nearest to anything, or to something of one of `KINDS`; None if there is nothing."""
-        column = slice(None) if kind is None else slice(KINDS.index(kind), KINDS.index(kind) + 1)
-        looked = np.where(np.isnan(self.margins), np.inf, self.margins)[:, column]
-        if looked.size == 0 or not np.isfinite(looked.min()):
-            return None
-        row, found = np.unravel_index(int(looked.argmin()), looked.shape)
-        return self.contact(int(row), int(found) + (column.start or 0))
+        """Return the nearest contact at any of the poses, of all or of one of `KINDS`; None if there is none."""
+        if kind is None:
+            return self.worst
+        column = KINDS.index(kind)
+        margins = np.where(np.isnan(self.margins[:, column]), np.inf, self.margins[:, column])
+        return self.contact(int(margins.argmin()), column) if np.isfinite(margins.min(initial=np.inf)) else None
 
     def __getitem__(self, row: int) -> Interference:
         """One row of a batch, as a batch of one."""
@@ -239,7 +240,7 @@ class Interference(Distances):
         return Interference(held, self.settings, self.part, *arrays, self.clearance)
 
     def curves(self, row: int = 0) -> list[Array]:
-        """The lines of one row as they hang: points (k, 3) of each, m, world; none where the row has no solution."""
+        """Return the lines of one row as polylines (k, 3), m, world; none where the row has no solution."""
         one = self[row].equilibrium
         _, poses, states = one.solved_arrays()
         m = one.model.m
@@ -249,17 +250,17 @@ class Interference(Distances):
         return [own[:count] for own, count in zip(points, counts, strict=True)]
 
     def contact(self, row: int, kind: int) -> Contact:
-        """The nearest of one kind at one pose."""
+        """Return the nearest contact at pose *row* of the kind with index *kind*."""
         line, other = (int(each) for each in self.pairs[row, kind])
         names = [each.name for each in self.equilibrium.model.robot.lines]
         if kind == kernel.LINE:
-            told = names[other]
+            what = names[other]
         elif kind == kernel.PART:
-            told = f"{self.part.noun} {int(self.part.order[other]) + 1} of the part"
+            what = f"{self.part.noun} {int(self.part.order[other]) + 1} of the part"
         else:
-            told = f"{'platform box' if kind == kernel.BODY else 'beam'} {other + 1}"
+            what = f"{'platform box' if kind == kernel.BODY else 'beam'} {other + 1}"
         x, y, z = (float(each) for each in self.places[row, kind])
-        return Contact(row, KINDS[kind], names[line], told, float(self.margins[row, kind]), (x, y, z))
+        return Contact(row, KINDS[kind], names[line], what, float(self.margins[row, kind]), (x, y, z))
 
 
 def distances(
@@ -270,16 +271,17 @@ def distances(
     clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
 ) -> Interference:
-    """Signed distances of the free spans at solved poses, sag and stretch included.
+    """Compute signed distances of the free spans at solved poses, with their sag and stretch.
 
-    *part* is what has been printed, or stands about; *now*, one number for all or (N,), how much of it there is: of
-    beads the sample, of a mesh the height (m) up to which it has grown; all of it when left out. Cables of unknown
-    diameter count as having none. *clearance*, m, is the distance under which the result's status is "near".
+    *part* is what has been printed, or an obstacle; *now*, one number for all poses or (N,), is how much of it exists:
+    for beads the sample, for a mesh the height (m) up to which it is printed (default: all of it). A cable of unknown
+    diameter counts as a thin line. *clearance*, m: the status of the result is "near" below this distance.
     """
     solid = nothing() if part is None else part
     _, poses, states = equilibria.solved_arrays()
     rows = len(poses)
-    states[np.atleast_1d(~_drawable(equilibria))] = np.nan
+    lengths = np.atleast_2d(equilibria.lengths)
+    states[~(np.isfinite(lengths) & (lengths > 0.0)).all(axis=1)] = np.nan  # infeasible poses keep their lines
     when = np.full(rows, solid.whole if now is None else np.nan)
     if now is not None:
         when[:] = now
@@ -290,47 +292,33 @@ def distances(
     return Interference(equilibria, settings, solid, margins, bounds, pairs, places, clearance)
 
 
-def margins(
-    model: Model,
-    poses: ArrayLike,
-    *,
-    part: Obstacle | None = None,
-    retraction: ArrayLike | None = None,
-    settings: InterferenceSettings = DEFAULT,
-) -> Array:
-    """Smallest signed distance (N,) at *poses* (N, n), m: a criterion of a pose. NaN where the pose cannot be held."""
-    held = solve_inverse(model, np.atleast_2d(np.asarray(poses, dtype=np.float64)), retraction=retraction)
-    found = distances(held, part=part, settings=settings)
-    return np.where(held.ok, found.smallest, np.nan)
-
-
 @dataclass(frozen=True, eq=False)
 class Free:
-    """A grid of places of the nozzle, and what is free of them. The platform is unrotated."""
+    """A grid of nozzle positions, and which of them are free. The platform is not rotated."""
 
     axes: tuple[Array, Array, Array]  # (nx,) (ny,) (nz,) m
-    margins: Array  # (nx, ny, nz) m, NaN where the place cannot be held
+    margins: Array  # (nx, ny, nz) m, NaN where the position cannot be held
     clearance: float  # m
     free: Mask = field(init=False)  # (nx, ny, nz): held, and no line nearer than the clearance
 
     def __post_init__(self) -> None:
-        """Judge the margins."""
+        """Compare the margins with the clearance."""
         object.__setattr__(self, "free", ~np.isnan(self.margins) & ~too_near(self.margins, self.clearance))
 
     @property
     def box(self) -> list[tuple[float, float]]:
-        """The lowest and the highest place of each axis, m."""
+        """The lowest and the highest position along each axis, m."""
         return [(float(axis[0]), float(axis[-1])) for axis in self.axes]
 
     @property
     def fraction(self) -> float:
-        """Which share of the places that can be held is free; NaN if there is none."""
+        """Share of the holdable positions that is free; NaN if none is holdable."""
         held = int((~np.isnan(self.margins)).sum())
         return int(self.free.sum()) / held if held else float("nan")
 
     @property
     def floor(self) -> Array:
-        """(nx, ny) m, from which height on every place that can be held is free; NaN where none is on top."""
+        """(nx, ny) lowest height, m, above which every holdable position is free; NaN where there is none."""
         z = self.axes[2]
         barred = ~self.free & ~np.isnan(self.margins)
         above = barred.shape[2] - np.argmax(barred[:, :, ::-1], axis=2)
@@ -340,7 +328,7 @@ class Free:
 
 
 def too_near(margins: Array, clearance: float) -> Mask:
-    """Where a distance is under the clearance, or touches: 0 too, which is all that a thin line through a face has."""
+    """Whether distances are below the clearance or touch: a thin line through a face has exactly 0."""
     return np.asarray((margins < clearance) | (margins <= 0.0))
 
 
@@ -354,15 +342,16 @@ def free_region(
     clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
 ) -> Free:
-    """Where the nozzle may be from *low* to *high* (3,), m, while no line is nearer to the whole *part* than that.
+    """Find the nozzle positions from *low* to *high* (3,), m, where all lines clear the whole *part*.
 
-    Raises `InputError` for a box without a volume, or more nodes than `MAX_NODES`.
+    *count*: nodes along x, y, z; *clearance*: smallest allowed distance, m. Raises `InputError` for a box without a
+    volume, or more nodes than `MAX_NODES`.
     """
     ends = np.array([low, high], dtype=np.float64)
     if ends.shape != (2, 3) or not (ends[0] < ends[1]).all():
-        raise InputError("free region: a box with its lowest corner below its highest is wanted")
+        raise InputError("free region: a box with its lowest corner below its highest is expected")
     if min(count) < 2 or math.prod(count) > MAX_NODES:
-        raise InputError(f"free region: {count} nodes: 2 or more each, at most {MAX_NODES} in all, are wanted")
+        raise InputError(f"free region: {count} nodes: 2 or more each, at most {MAX_NODES} in all, are expected")
     x, y, z = (np.linspace(ends[0, k], ends[1, k], count[k]) for k in range(3))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     held = solve_inverse(model, model.unrotated_at(places), path=True)
@@ -371,14 +360,9 @@ def free_region(
     return Free((x, y, z), own.reshape(count), clearance)
 
 
-def _drawable(equilibria: Equilibrium) -> Mask:
-    """Which rows have lines at all: infeasible ones too, at the tensions that break the limits least."""
-    return np.asarray(np.isfinite(equilibria.lengths).all(axis=-1) & (equilibria.lengths > 0.0).all(axis=-1))
-
-
 @lru_cache(maxsize=32)
 def _surroundings(robot: Robot, settings: InterferenceSettings) -> Surroundings:
-    """The machine as kernels take it."""
+    """The machine as arrays for the kernels."""
     lines, beams, boxes = robot.lines, robot.scene.beams, robot.platform.boxes
     shared = [
         [

@@ -1,4 +1,4 @@
-"""How the platform vibrates on its lines: natural frequencies and modes of the linearised robot, lengths held."""
+"""Natural frequencies and modes of the platform, linearised with lengths held."""
 
 from __future__ import annotations
 
@@ -22,16 +22,15 @@ from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
-"""Names of the freedoms: translations along the world's axes, rotations about them."""
+"""Names of the freedoms: translations along the world's axes and rotations about them."""
 
 OF_POSE = ("status", "robot", "cable", "sheave", "pose", "lines", "lengths", "tensions")
 
-ROUNDING = 1e-13
-"""Eigenvalues below this share of the largest are zero."""
+ROUNDING = 1e-13  # share of the largest eigenvalue below which an eigenvalue counts as zero
 
 
 def _if_balanced(path: str, transposed: bool = False) -> Callable[[Any], Any]:
-    """What stands at *path* of modes; None where a single pose does not balance."""
+    """Return a reader of the attribute *path* of `Modes`; it gives None where a single pose does not balance."""
 
     def read(found: Modes) -> Any:
         if found.equilibrium.single and not found.has_modes:
@@ -46,15 +45,15 @@ def _if_balanced(path: str, transposed: bool = False) -> Callable[[Any], Any]:
 class Modes(Pictured):
     """Modes of the platform at an equilibrium; a leading axis for a batch, with NaN where a row does not balance.
 
-    `frequencies` (n,): Hz, ascending. A negative one is that of an unstable direction: the platform leaves the
-    equilibrium as exp(2 pi |f| t). `shapes` (n, n): columns are motions of the platform's origin and rotations in
-    space, of unit modal mass: columns^T M columns = 1. `participation` (n, n): columns are shares of each mode's
-    kinetic energy, seen at the centre of mass, by freedom (see `FREEDOMS`); each sums to 1. Energy in products of
-    inertia is shared out by the symmetric root of the inertia tensor.
+    `frequencies` (n,): Hz, ascending. A negative one is of an unstable direction: the platform leaves the equilibrium
+    as exp(2 pi |f| t). `shapes` (n, n): each column is a motion of the platform's origin and a rotation, world frame,
+    of unit modal mass: column^T M column = 1. `participation` (n, n): each column has the shares of a mode's kinetic
+    energy by freedom (see `FREEDOMS`), at the centre of mass; it sums to 1. The energy of products of inertia is
+    divided by the symmetric root of the inertia tensor.
 
-    The stiffness is symmetrised, which changes no frequency to first order. `asymmetry` () is the largest part of it
-    that this leaves out, between any two modes and relative to theirs: 0 unless an external moment or the papers' rigid
-    arc (`docs/theory/statics.md`) has a say.
+    The stiffness is symmetrised, which changes no frequency to first order. `asymmetry` () is the largest entry of its
+    skew part between any two modes, relative to their mean eigenvalue: 0 unless an external moment or the papers' rigid
+    arc (`docs/theory/statics.md`) acts.
     """
 
     FIGURES: ClassVar = (
@@ -123,7 +122,7 @@ class Modes(Pictured):
 
     @property
     def mostly(self) -> Any:
-        """The names of `dominant`: a list (n), or of a batch a list for each row."""
+        """The names of `dominant`: a list (n), or a list for each row of a batch."""
         return np.array(FREEDOMS)[self.dominant].tolist()
 
     @property
@@ -133,15 +132,15 @@ class Modes(Pictured):
 
     @property
     def dominant(self) -> NDArray[np.int64]:
-        """(n,) the freedom that has most of each mode's energy: an index into `FREEDOMS`."""
+        """(n,) index into `FREEDOMS` of the freedom with the most energy in each mode."""
         return np.asarray(np.nan_to_num(self.participation).argmax(axis=-2))
 
     @property
     def line_frequencies(self) -> Array:
-        """(m,) lowest sideways frequency of each free span between fixed ends, Hz; NaN for a cable without weight.
+        """(m,) lowest transverse frequency of each free span between fixed ends, Hz; NaN for a cable without weight.
 
-        That of a taut string, sqrt(T / mu) / 2 l, at the tension of mid-span. The modes do not contain it: lines
-        are springs without mass. Where one is not far above the platform's, they vibrate together.
+        That of a taut string, sqrt(T / mu) / 2 l, with the tension at mid-span. The modes do not contain it, as lines
+        are massless springs there. Where it is close to a frequency of the platform, the two vibrate together.
         """
         lines, states, tensions = self.equilibrium.lines, self.equilibrium.line_states, self.equilibrium.tensions
         phi, free = states.free_angle, states.free_length
@@ -163,11 +162,11 @@ def modes(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
 ) -> Modes:
-    """Natural frequencies and modes of the platform at *poses*, (n,) or (N, n) m and rad, or at an `Equilibrium`.
+    """Compute natural frequencies and modes of the platform at *poses*, (n,) or (N, n) m and rad, or an `Equilibrium`.
 
-    Poses are held as by `inverse`, with its *retraction*, *preferred* tensions (taken as they are where they balance
-    within the limits) and laws. With *geometric* False the elastic part of the stiffness alone counts, as in Jung 2020,
-    Eq. 16: a pendulum does not swing then. Lines are springs without mass, winches stand still, nothing damps. An
+    Poses are solved by `inverse`, with its *retraction*, *preferred* tensions (used as they are where they balance
+    within the limits) and laws. *geometric* False: only the elastic part of the stiffness counts, as in Jung 2020, Eq.
+    16; a pendulum does not swing then. Lines are massless springs, winches stand still and there is no damping. An
     unstable equilibrium has negative frequencies; one that does not balance has NaN. Raises `InputError` for a body
     whose inertia is not known.
 
@@ -180,7 +179,7 @@ def modes(
     if isinstance(robot, Equilibrium):
         return _modes(robot, geometric)
     if poses is None:
-        raise InputError("poses: a pose, or rows of poses, is wanted")
+        raise InputError("poses: a pose, or rows of poses, is expected")
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     return _modes(solve_inverse(model, poses, retraction=retraction, preferred=preferred), geometric)
 
@@ -208,7 +207,7 @@ def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
 
 
 def _pointed(vectors: Array) -> Array:
-    """Eigenvectors (..., n, n) with the largest entry of each column positive."""
+    """Eigenvectors (..., n, n) with the sign that makes the largest entry of each column positive."""
     largest = np.abs(vectors).argmax(axis=-2)[..., None, :]
     signs = np.sign(np.take_along_axis(vectors, largest, axis=-2))
     return np.asarray(vectors * np.where(signs == 0.0, 1.0, signs))

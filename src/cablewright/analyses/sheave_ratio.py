@@ -1,4 +1,4 @@
-"""Whether sheaves are large enough to spare their cables."""
+"""The ratio of the sheaves' radii to those of their cables."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from dataclasses import dataclass
 
 from cablewright.robot import Robot
 
-SHEAVE_RATIO = 20.0  # least radius of a sheave over that of its cable, Paty 2021, section 3.1.1
+SHEAVE_RATIO = 20.0  # smallest ratio of the radii of a sheave and its cable: Paty 2021, section 3.1.1
 
 
 @dataclass(frozen=True)
 class SheaveRule:
-    """A rule of thumb that a line keeps or breaks wherever the platform is."""
+    """Whether the sheave of a line is large enough to spare its cable."""
 
     line: str
-    value: float  # radius of the sheave over radius of the cable
+    value: float  # ratio of the radii of the sheave and its cable
     wanted: float
     holds: bool
 
 
 def sheave_rules(robot: Robot) -> tuple[SheaveRule, ...]:
-    """Ratio of each sheave's radius to its cable's, which should be over 20; lines without either are left out."""
+    """Return the ratio of each sheave's radius to its cable's, which should exceed 20, where both are known."""
     found = []
     for line in robot.lines:
         radius = getattr(line.sheave, "radius", None)

@@ -1,1 +1,1 @@
-"""Rank 2. One file per question to a robot."""
+"""Rank 2. Solvers: one file per question about a robot's statics."""

@@ -1,4 +1,4 @@
-"""What every solver does with its arguments: shapes, finite numbers, serial or parallel kernels."""
+"""Arguments of the solvers: shapes, finite numbers, and the choice of the serial or the parallel kernel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -19,14 +19,13 @@ from cablewright.models.statics import Model
 
 log = logging.getLogger(__name__)
 
-SERIAL_BELOW = 64
-"""Rows under which one thread is faster than waking the others."""
+SERIAL_BELOW = 64  # number of rows below which one thread is faster than several
 
 _sweeping = threading.Lock()  # one of Numba's threading layers kills the process when two threads sweep at once
 
 
 def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array, bool]:
-    """*values* as a fresh (rows, width) array, and whether they were a single row.
+    """Return *values* as a new (rows, width) array, and whether they were a single row.
 
     Raises `InputError` for a wrong count, text or numbers that are not finite.
     """
@@ -37,23 +36,23 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array,
 
 
 def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> Array:
-    """*values* as a fresh array of one row or rows of a width that is allowed, or `InputError`."""
+    """*values* as a new array of one row, or of rows, of an allowed width. Raises `InputError`."""
     try:
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as reason:
-        raise InputError(f"{what}: numbers in {unit} are wanted ({reason})") from None
+        raise InputError(f"{what}: numbers in {unit} are expected ({reason})") from None
     if array.ndim not in (1, 2) or array.shape[-1] not in widths:
         shape = " x ".join(map(str, array.shape)) or "a single number"
-        raise InputError(f"{what}: {widths[0]} numbers are wanted, or rows of {widths[0]}; got {shape}")
+        raise InputError(f"{what}: {widths[0]} numbers are expected, or rows of {widths[0]}; got {shape}")
     return array
 
 
 def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) -> tuple[Array, bool]:
-    """Poses as a fresh (rows, n) array, and whether they were a single row.
+    """Return poses as a new (rows, n) array, and whether they were a single row.
 
-    A rigid body's pose may be its position alone: unrotated. A rotation vector of more than half a turn is replaced by
-    the shorter one that means the same, which is logged. Where *free*, NaN marks the freedoms that gravity decides on
-    a robot with fewer lines than freedoms. Raises `InputError` for a wrong count or numbers that are not finite.
+    A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
+    equivalent shorter one, with a warning in the log. If *free*, NaN marks the freedoms that gravity decides on a robot
+    with fewer lines than freedoms. Raises `InputError` for a wrong count or numbers that are not finite.
     """
     n = model.n
     array = _numbers(values, (n, 3), what, "m and rad")
@@ -64,7 +63,10 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     if free and model.m >= n and np.isnan(poses).any():
         raise InputError(f"{what}: {model.m} lines hold all {n} freedoms: none can be left free (nan)")
     if free and model.m < n:
-        _check_count(model, n - np.isnan(poses).sum(axis=1), what)
+        m, given = model.m, n - np.isnan(poses).sum(axis=1)
+        if (given != m).any():
+            count = f"{m} lines hold {m} of the {n} freedoms; {given[given != m][0]} are given"
+            raise InputError(f"{what}: {count}: leave {n - m} free (nan) for gravity")
         wrong = np.isinf(poses)
     if wrong.any():
         raise InputError(f"{what}: every number must be finite; got {poses[wrong][0]}")
@@ -73,18 +75,8 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     return poses, array.ndim == 1
 
 
-def _check_count(model: Model, given: NDArray[np.int64], what: str) -> None:
-    """Refuse to be given more freedoms than there are lines to hold, or fewer."""
-    m, n = model.m, model.n
-    if (given != m).any():
-        count = int(given[given != m][0])
-        raise InputError(
-            f"{what}: {m} lines hold {m} of the {n} freedoms; {count} are given: leave {n - m} free (nan) for gravity"
-        )
-
-
 def _short_turns(vectors: Array, what: str) -> Array:
-    """Rotation vectors of at most half a turn; those with a part that is free stay as they are."""
+    """Rotation vectors (rows, 3) of at most pi; those with a free component are not changed."""
     angle = np.linalg.norm(vectors, axis=1)
     long = np.flatnonzero(angle > np.pi)
     if len(long) == 0:
@@ -93,7 +85,7 @@ def _short_turns(vectors: Array, what: str) -> Array:
     same = ", ".join(f"{x:.6g}" for x in short[long[0]])
     more = f" (and {len(long) - 1} more)" if len(long) > 1 else ""
     log.warning(
-        "%s: a rotation vector of %.6g rad is over pi; %s means the same and is taken%s",
+        "%s: a rotation vector of %.6g rad exceeds pi and is replaced by the equivalent %s%s",
         what,
         angle[long[0]],
         same,
@@ -102,31 +94,29 @@ def _short_turns(vectors: Array, what: str) -> Array:
     return short
 
 
-def to_rows(given: Array, rows: int, what: str) -> Array:
-    """*given* as *rows* rows: it is one for all, or one for each. Raises `InputError`."""
+def given_rows(values: ArrayLike, rows: int, width: int, what: str, unit: str) -> Array:
+    """Return *values*, one row for all or one for each, as (rows, width). Raises `InputError`."""
+    given, _ = as_rows(values, width, what, unit)
     if len(given) not in (1, rows):
-        raise InputError(f"{what}: one row, or {rows} as there are problems; got {len(given)}")
-    return np.broadcast_to(given, (rows, given.shape[1]))
+        raise InputError(f"{what}: one row, or {rows} as there are problems, is expected; got {len(given)}")
+    return np.broadcast_to(given, (rows, width))
 
 
-def of_rows(values: ArrayLike | None, rows: int, what: str, unit: str) -> Array | None:
-    """One number for all rows, or one for each, as (rows,); None stays None. Raises `InputError`."""
+def given_numbers(values: ArrayLike | None, rows: int, what: str, unit: str) -> Array | None:
+    """Return *values*, one number for all rows or one for each, as (rows,); None stays None. Raises `InputError`."""
     if values is None:
         return None
-    given, _ = as_rows(np.atleast_1d(np.asarray(values))[..., None], 1, what, unit)
-    if len(given) not in (1, rows):
-        raise InputError(f"{what}: one number, or {rows} as there are rows; got {len(given)}")
-    return np.broadcast_to(given[:, 0], rows).copy()
+    return given_rows(np.atleast_1d(np.asarray(values))[..., None], rows, 1, what, unit)[:, 0].copy()
 
 
 @cache
 def _say_compiling() -> None:
-    """Say, once a process, why this takes longer than it will the next time."""
+    """Log once per process that kernels are compiled."""
     log.info("compiling kernels (once, up to a minute)")
 
 
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
-    """Run the serial kernel on few rows, the parallel one on many; neither on none."""
+    """Run the serial kernel on few rows, the parallel one on many, and nothing on none."""
     if not rows:
         return
     serial = rows < SERIAL_BELOW

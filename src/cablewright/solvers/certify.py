@@ -1,4 +1,4 @@
-"""Certificates: that exactly one equilibrium lies near a numerical one, as a theorem."""
+"""Certificates: proofs that exactly one equilibrium lies near a numerical one."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from cablewright.models.statics import Equilibrium
 from cablewright.results import Figure, Result
 from cablewright.solvers.arguments import run
 
-TOLERANCE = 1e-9
-"""How near the equilibrium has to be unless told otherwise, m and rad."""
+TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad
 
 REASONS = {
     kernel.CERTIFIED: "exactly one equilibrium lies in the box",
@@ -30,17 +29,17 @@ REASONS = {
 }
 
 LEVERS = {1: "stable", -1: "unstable", 0: "not sure"}
-"""What is proved of all levers together."""
+"""Proved stability of all levers, by the sign in `Certificate.levers`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Certificate(Rows, Result):
     """What is proved of an equilibrium, or of each of a batch (a leading axis).
 
-    Where `certified`, the equations of the model, with its numbers taken as the doubles that they are, have exactly one
-    solution whose unknowns all lie in a box around the numerical one; its pose lies within `bound` of the equilibrium's
-    pose, m, and for a body within a rotation whose vector has components within `bound`, rad. `box` is how far the
-    pose may be from it in the box where there is no other.
+    If `certified`, the equations of the model, whose numbers are taken as exact doubles, have exactly one solution with
+    all its unknowns in a box around the numerical one. Its position is within `bound` of the equilibrium's, m, and for
+    a body the rotation between the two has a rotation vector with components within `bound`, rad. `box` is the half
+    width of the region around the pose without another solution.
     """
 
     FIGURES: ClassVar = (
@@ -64,30 +63,30 @@ class Certificate(Rows, Result):
     )
 
     code: NDArray[np.int64]  # ()
-    bound: Array  # (n,), NaN where nothing is proved; known too where only the tolerance is not met
+    bound: Array  # (n,) NaN where nothing is proved; also known where only the tolerance is not met
     box: Array  # (n,)
-    levers: NDArray[np.int64]  # () 1: every lever returns when pushed, surely; -1: one does not, surely; 0: not sure
+    levers: NDArray[np.int64]  # () 1: every lever is proved stable; -1: one is proved unstable; 0: neither
 
     def __repr__(self) -> str:
-        """Why it holds or not, or how many of a batch do."""
-        said = self.reason() if self.single else f"{int(self.certified.sum())} of {len(self)} certified"
-        return f"Certificate({said})"
+        """The reason, or the number of certified rows of a batch."""
+        text = self.reason() if self.single else f"{int(self.certified.sum())} of {len(self)} certified"
+        return f"Certificate({text})"
 
     @property
     def certified(self) -> Any:
-        """Whether it holds: a bool, or of a batch a mask (N,)."""
+        """Whether it is proved: a bool, or a mask (N,) for a batch."""
         return scalar(self.code == kernel.CERTIFIED)
 
     def reason(self) -> Any:
-        """Why it holds, or does not: a sentence, or of a batch a tuple (N) of them."""
+        """Return why it is proved or not: a sentence, or a tuple (N) of them for a batch."""
         return by_row(REASONS.get, self.code)
 
 
 def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certificate:
-    """Prove that exactly one equilibrium is near a solved one, or near each of a batch, its pose within *tolerance*.
+    """Prove that exactly one equilibrium is near a solved one, or near each of a batch.
 
-    *tolerance*: m, and rad for a body. Statuses of the equilibrium do not matter, but that it was solved: an unstable
-    one is certified as what it is. Rows without an answer are not certified. Raises `InputError` for rigid cables or a
+    *tolerance* of its pose: m, and rad for a body. The equilibrium must be solved; its status is otherwise ignored, so
+    an unstable one can be certified. Unsolved rows are not certified. Raises `InputError` for rigid cables or a
     tolerance that is not positive.
 
     Krawczyk's test in interval arithmetic; see `docs/theory/certificates.md`.
@@ -95,7 +94,7 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     model = equilibrium.model
     model.refuse_rigid()
     if not tolerance > 0.0:
-        raise InputError(f"tolerance {tolerance:g}: over 0 is wanted, m")
+        raise InputError(f"tolerance {tolerance:g}: over 0 is expected, m")
     lengths, poses, states = equilibrium.solved_arrays()
     rows = len(lengths)
     codes, signs = np.full(rows, kernel.UNBOUNDED), np.zeros(rows, dtype=np.int64)
@@ -109,10 +108,10 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
 
 
 def is_only_one(equilibrium: Equilibrium) -> bool:
-    """Whether a theorem says that a model with these lengths, of one or all rows, has one equilibrium and no more.
+    """Whether a theorem proves that there is only one equilibrium for the lengths of each row.
 
-    Theorem 1 of `docs/theory/uniqueness.md`: a point load on eyelets, no dead span modelled, cables that weigh and
-    stretch.
+    Theorem 1 of `docs/theory/uniqueness.md`: a point load on eyelets, no modelled dead span, cables with weight and
+    finite stiffness.
     """
     lines = equilibrium.lines
     plain = ~lines.has_dead_span & (lines.radius == 0.0) & (equilibrium.lengths > lines.dead_length)

@@ -1,4 +1,4 @@
-"""Following one equilibrium as lengths change: what a control loop holds."""
+"""Tracking of one equilibrium as the lengths change, for a control loop."""
 
 from __future__ import annotations
 
@@ -22,37 +22,37 @@ from cablewright.solvers.forward import solve_forward
 
 @dataclass(frozen=True)
 class TrackerSettings:
-    """What a step of a `Tracker` has to hold to."""
+    """Tolerances of a step of a `Tracker`."""
 
     certify: bool = True
-    """Whether each step is certified: that exactly one equilibrium is there, within `tolerance`."""
+    """Whether each step is certified: exactly one equilibrium is within `tolerance`."""
     tolerance: float = 1e-9
-    """How near the equilibrium has to be, m and rad."""
+    """Tolerance of the certificate, m and rad."""
     jump: float = 5e-3
-    """How far the end of a step may be from what the linearisation says, m and rad; else the step is cut in parts."""
+    """Largest distance of a step's end from the linear prediction, m and rad; a longer step is divided."""
     fold: float = 1e-6
-    """Least pivot of the stiffness, as a share of its largest entry, under which the equilibrium is about to vanish."""
+    """Smallest pivot of the stiffness, relative to its largest entry, below which the equilibrium is near a fold."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no bound."""
+        """Refuse tolerances that are not positive."""
         for name in ("tolerance", "jump", "fold"):
             if not getattr(self, name) > 0.0:
-                raise InputError(f"{name} = {getattr(self, name):g}: over 0 is wanted")
+                raise InputError(f"{name} = {getattr(self, name):g}: over 0 is expected")
 
 
 class Tracker:
-    """One equilibrium, followed from lengths to lengths, each step by the linearisation and then Newton.
+    """One equilibrium, tracked from lengths to lengths, each step predicted by the linearisation and solved by Newton.
 
-    A step is held to be on the same equilibrium while its end is near what the linearisation says and no dead span
-    falls into a loop; else it is cut in parts, and `Status.JUMPED` where that does not help. `Status.FOLD` comes near a
-    fold, `Status.UNCERTIFIED` where the end cannot be certified; the certificate is of the end, not of the way. With
-    massless lines (elastic cables) a step is only solved: nothing guards against another equilibrium. Not for use by
-    two threads at once. `pose` (n,) and `states` (m, 6) are the last sound solution; `margin` its least pivot, see
-    `settings.fold`.
+    A step stays on the equilibrium if its end is near the linear prediction and no dead span falls into a loop;
+    otherwise it is divided, and the status is `Status.JUMPED` if that does not help. It is `Status.FOLD` near a fold
+    and `Status.UNCERTIFIED` where the end cannot be certified; the certificate is about the end, not the path. With
+    massless lines (elastic cables) a step is only solved: a jump to another equilibrium is not detected. Not safe for
+    use by two threads at once. `pose` (n,) and `states` (m, 6) are the last valid solution; `margin` is its smallest
+    pivot, see `TrackerSettings.fold`.
     """
 
     def __init__(self, model: Model, lengths: ArrayLike, settings: TrackerSettings | None = None) -> None:
-        """Begin at the equilibrium of *lengths* (m,), found cold. Raises `AnswerError` where there is none."""
+        """Start at the equilibrium of *lengths* (m,), m. Raises `AnswerError` if none is found without a guess."""
         begin = solve_forward(model, lengths).checked()
         self.model = model
         self.settings = settings or TrackerSettings()
@@ -65,13 +65,13 @@ class Tracker:
         self._pool = certificate_pool(self._packed)
 
     def step(self, lengths: ArrayLike) -> Status:
-        """Follow to *lengths* (m,), m. Unless the status is OK the pose stays as it was.
+        """Track the equilibrium to *lengths* (m,), m. Unless the status is OK, the pose stays as it was.
 
         Raises `InputError` for lengths of the wrong count, not finite or not positive.
         """
         rows, single = as_rows(lengths, self.model.m, "lengths", "m")
         if not single or not (rows > 0.0).all():
-            raise InputError(f"lengths: {self.model.m} numbers over zero are wanted, in m; got {rows.tolist()}")
+            raise InputError(f"lengths: {self.model.m} numbers over zero are expected, in m; got {rows.tolist()}")
         pose, states = self.pose.copy(), self.states.copy()
         code, margin = self._follow(rows[0], pose, states)
         if code == Code.OK:
@@ -80,7 +80,7 @@ class Tracker:
         return Status.of(code)
 
     def _follow(self, lengths: Array, pose: Array, states: Array) -> tuple[int, float]:
-        """Code and margin of one step; *pose* and *states* are improved in place."""
+        """Code and margin of one step; *pose* and *states* are updated in place."""
         settings, packed = self.settings, self._packed
         tolerance = settings.tolerance if settings.certify else 0.0
         if self.model.massless:
@@ -92,7 +92,7 @@ class Tracker:
         return code, margin
 
     def _follow_massless(self, lengths: Array, pose: Array, states: Array, tolerance: float) -> int:
-        """As `_follow`, with massless lines: a slack one has no shape, to linearise or to certify."""
+        """As `_follow`, for massless lines: a slack one has no shape to linearise or certify."""
         code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
         if code == Code.OK and tolerance > 0.0:
             pool = unfold(self._packed, self._pool)

@@ -1,4 +1,4 @@
-"""Every equilibrium that many starts find for given lengths: slack or taut, stable or not, levers on their head too."""
+"""All equilibria for given lengths that many starts find: slack or taut, stable or not, with levers upside down too."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_rows, run
+from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.certify import Certificate, certify, is_only_one
-from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.forward import solve_forward, solve_from
 
-ALL_PATTERNS = 6  # levers up to which every pattern of heads is tried
-PULLS = (1.0, 30.0)  # times a line's share of the load, to place levers with
+ALL_PATTERNS = 6  # largest number of levers for which every pattern of upside-down levers is tried
+PULLS = (1.0, 30.0)  # tensions, times a line's share of the load, at which levers are placed
 STARTS = {3: 12, 6: 400}
-"""Random poses to start from, of each pattern of levers, by freedoms."""
-SAME_POSE = 1e-6  # m, rad
-SAME_SHAPE = 1e-5  # of log tension, rad, m
-OUTSIDE = 0.25  # of the frame: how far beyond it is looked
+"""Default number of random start poses for each pattern of levers, by freedoms."""
+SAME_POSE = 1e-6  # m, rad; largest difference of equal poses
+SAME_SHAPE = 1e-5  # of log tension, rad, m; largest difference of equal line states
+OUTSIDE = 0.25  # of the frame: margin of the default box around it
 FOUND = tuple(
     list(Status).index(status)
     for status in (Status.OK, Status.OVERSTRETCHED, Status.LEVER_UNSTABLE, Status.UNSTABLE, Status.SINGULAR)
@@ -39,9 +39,9 @@ FOUND = tuple(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibria(Result):
-    """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows.
+    """K equilibria for the same lengths, stable ones first, then by rising height.
 
-    It has K as its length and yields each `Equilibrium`.
+    `len()` is K, and iteration yields each `Equilibrium`.
     """
 
     FIGURES: ClassVar = (
@@ -57,21 +57,21 @@ class Equilibria(Result):
 
     solutions: Equilibrium
     certificates: Certificate
-    slack: Mask  # (K, m) lines whose free span is longer, unstrained, than the way it spans
-    starts: int  # solves begun
-    outside: int  # equilibria that were found outside the box, and left out
-    complete: bool  # whether it is proved that there are no others
-    why: str  # what proves it, or why nothing does
-    undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes that an exhaustive search left, m
-    undecided_why: tuple[str, ...] = ()  # of each
+    slack: Mask  # (K, m) lines whose unstrained free span is longer than its chord
+    starts: int  # number of solves
+    outside: int  # number of equilibria that were left out because they are outside the box
+    complete: bool  # whether it is proved that there are no others in the box
+    why: str  # what proves it, or why it is not proved
+    undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes left open by an exhaustive search, m
+    undecided_why: tuple[str, ...] = ()  # the reason for each
 
     @property
     def stable(self) -> Mask:
-        """(K,) which return when pushed: statuses ok and overstretched."""
+        """(K,) whether the status is ok or overstretched."""
         return np.isin(self.solutions.code, [Code.OK, Code.OVERSTRETCHED])
 
     def __len__(self) -> int:
-        """How many there are."""
+        """K."""
         return len(self.solutions)
 
     def __iter__(self) -> Iterator[Equilibrium]:
@@ -83,7 +83,7 @@ class Equilibria(Result):
         return self.solutions[index]
 
     def __repr__(self) -> str:
-        """Of what, and how many, in one line."""
+        """Robot and counts in one line."""
         proved = "complete" if self.complete else "not proved complete"
         counts = f"{len(self)} found, {int(self.stable.sum())} stable, {proved}"
         return f"Equilibria({self.solutions.model.robot.name!r}, {counts})"
@@ -116,17 +116,17 @@ def equilibria(
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
 ) -> Equilibria:
-    """All equilibria that are found for *lengths* (m,), m, from many starts.
+    """Find equilibria for unstrained *lengths* (m,), m, from many starts.
 
-    *box*: lowest and highest x, y and z of the platform, (6,) m; a quarter of the frame beyond it when left out.
-    *starts*: random poses to begin from, for each pattern of levers on their head. Shapes that no cable over its sheave
-    has, wrapped by less than nothing or more than a turn, are left out. Raises `InputError` for what cannot be used,
-    rigid or massless cables, `AnswerError` where nothing is found.
+    *box*: lowest and highest x, y and z of the platform, (6,) m; by default a quarter of the frame beyond it.
+    *starts*: number of random start poses for each pattern of upside-down levers, drawn with *seed*. Impossible shapes,
+    with a negative angle of contact on a sheave or over a full turn, are left out. Raises `InputError` for invalid
+    arguments and for rigid or massless cables, `AnswerError` if nothing is found.
 
     Examples
     --------
     >>> import cablewright as cw
-    >>> robot = cw.load("paty2021")  # 2^4 ways of its four levers to stand
+    >>> robot = cw.load("paty2021")  # its four levers can be upright or not: 2^4 equilibria
     >>> len(cw.equilibria(robot, cw.inverse(robot, [0.0, 0.0, 5.0]).lengths))
     16
     """
@@ -134,28 +134,25 @@ def equilibria(
     model.refuse_rigid()
     given, single = as_rows(lengths, model.m, "lengths", "m")
     if not single or not (given > 0.0).all():
-        raise InputError(f"lengths: {model.m} numbers over zero are wanted, in m; got {given.tolist()}")
+        raise InputError(f"lengths: {model.m} numbers over zero are expected, in m; got {given.tolist()}")
     if model.massless:
-        raise InputError("cables without weight: a slack one has no shape to tell equilibria by; use catenary")
+        raise InputError("cables without weight: a slack line has no shape to tell equilibria apart; use catenary")
     low, high = box_of(model, box)
     poses, heads = _starts(model, low, high, STARTS[model.n] if starts is None else starts, seed)
-    found = solve_from(model, given[0], poses, heads)
+    found = solve_starts(model, given[0], poses, heads)
     every = distinct(found[np.flatnonzero(np.isin(found.code, FOUND))])
     inside = ((every.pose[:, :3] >= low) & (every.pose[:, :3] <= high)).all(axis=1)
     kept, outside = every[np.flatnonzero(inside)], int((~inside).sum())
     if not len(kept):
-        elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
+        at = ", ".join(f"{x:.3f}" for x in every.pose[:1, :3].ravel())
+        elsewhere = f"; {outside} outside the box, one at {at} m" if outside else ""
         raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
     complete, why = _completeness(model, kept)
     return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, complete, why)
 
 
-def _place(pose: Array) -> str:
-    return ", ".join(f"{x:.3f}" for x in pose[:3])
-
-
 def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
-    """Lowest and highest corner, m."""
+    """Return the lowest and the highest corner (3,), m, of a *given* box (6,); None: the frame and a quarter of it."""
     scene = model.robot.scene
     if given is None:
         low, high = np.array(scene.frame_min), np.array(scene.frame_max)
@@ -164,29 +161,29 @@ def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
     numbers, single = as_rows(given, 6, "box", "m")
     low, high = numbers[0, ::2], numbers[0, 1::2]
     if not single or not (low < high).all():
-        raise InputError(f"box = {np.ravel(given).tolist()}: X0 < X1, Y0 < Y1 and Z0 < Z1 are wanted, m")
+        raise InputError(f"box = {np.ravel(given).tolist()}: X0 < X1, Y0 < Y1 and Z0 < Z1 are expected, m")
     return low, high
 
 
 def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tuple[Array, Mask]:
-    """Poses (S, n) and levers on their head (S, m) to start from."""
+    """Start poses (S, n), and which levers are upside down (S, m)."""
     if not 1 <= count <= 100_000:
         raise InputError(f"starts = {count}: from 1 to 100 000 are allowed")
     if seed < 0:
-        raise InputError(f"seed = {seed}: at least 0 is wanted")
+        raise InputError(f"seed = {seed}: at least 0 is expected")
     rng = np.random.default_rng(seed)
     patterns = lever_patterns(model, rng)
     rows = count * len(patterns)
     poses = rng.uniform(low, high, (rows, 3))
     if model.n == 6:
         axes = rng.standard_normal((rows, 3))
-        turns = rng.uniform(0.0, np.pi, (rows, 1)) * rng.uniform(0.0, 1.0, (rows, 1))  # more of them turned little
+        turns = rng.uniform(0.0, np.pi, (rows, 1)) * rng.uniform(0.0, 1.0, (rows, 1))  # small rotations are more likely
         poses = np.concatenate([poses, turns * axes / np.linalg.norm(axes, axis=1, keepdims=True)], axis=1)
     return poses, np.tile(patterns, (count, 1))
 
 
 def lever_patterns(model: Model, rng: np.random.Generator) -> Mask:
-    """Which levers to put on their head, (P, m): every pattern of few levers, some of many."""
+    """Return which levers to start upside down, (P, m): every pattern of few levers, some of many."""
     levers = np.flatnonzero(model.lines.has_lever)
     if len(levers) <= ALL_PATTERNS:
         signs = np.array(list(product((False, True), repeat=len(levers))), dtype=bool)
@@ -198,8 +195,8 @@ def lever_patterns(model: Model, rng: np.random.Generator) -> Mask:
     return heads
 
 
-def solve_from(model: Model, lengths: Array, poses: Array, heads: Mask) -> Equilibrium:
-    """What each start leads to, and a cold solve."""
+def solve_starts(model: Model, lengths: Array, poses: Array, heads: Mask) -> Equilibrium:
+    """Solve from each of *poses* (S, n) with upside-down levers *heads* (S, m), and once without a guess."""
     packed = model.rows()
     rounds = [solve_forward(model, lengths[None])]
     for pull in PULLS if heads.any() else PULLS[:1]:
@@ -208,24 +205,20 @@ def solve_from(model: Model, lengths: Array, poses: Array, heads: Mask) -> Equil
         started = np.zeros(len(poses), dtype=bool)
         repeated = np.repeat(lengths[None], len(poses), axis=0)
         batches.start_rows(packed, repeated, begun, heads, pull, states, started)
-        begun, states, repeated = begun[started], states[started], repeated[started]
-        rows = len(begun)
-        codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
-        arrays = (repeated, begun, states, codes, iterations, np.zeros(rows), batches.WARM)
-        run(batches.forward_rows, batches.forward_sweep, rows, packed, *arrays)
-        rounds.append(Equilibrium(model, packed, begun, repeated, states, codes, np.zeros(rows), iterations))
+        chosen = repeated[started], begun[started], states[started]
+        rounds.append(solve_from(model, packed, *chosen, again=np.zeros(len(chosen[0]), dtype=bool)))
     return _joined(rounds)
 
 
 def _joined(parts: list[Equilibrium]) -> Equilibrium:
-    """Batches of one model as one."""
+    """Several batches of one model as one."""
     names = ("pose", "lengths", "states", "code", "violation", "iterations")
     arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
     return Equilibrium(parts[0].model, parts[0].packed, *arrays)
 
 
 def distinct(found: Equilibrium, known: Equilibrium | None = None) -> Equilibrium:
-    """One row of each equilibrium, stable ones first, then from the lowest up; after those *known*, if any."""
+    """Return one row of each distinct equilibrium: *known* ones, then new ones, stable first and by rising height."""
     stable = np.isin(found.code, [Code.OK, Code.OVERSTRETCHED])
     order = np.lexsort((found.pose[:, 2], ~stable))
     every, kept = found, []
@@ -239,7 +232,7 @@ def distinct(found: Equilibrium, known: Equilibrium | None = None) -> Equilibriu
 
 
 def _same(found: Equilibrium, one: int, other: int) -> bool:
-    """Whether two rows are one equilibrium: the same pose, and the same shape of every line."""
+    """Whether two rows have the same pose and the same shape of every line."""
     pose, there = found.pose[one], found.pose[other]
     if np.abs(pose[:3] - there[:3]).max() > SAME_POSE:
         return False
@@ -251,7 +244,7 @@ def _same(found: Equilibrium, one: int, other: int) -> bool:
 
 
 def slack_spans(found: Equilibrium) -> Mask:
-    """Which free spans are longer than the way from where they leave their sheave to the platform, (K, m)."""
+    """Return whether unstrained free spans are longer than the chord from sheave to platform, (K, m)."""
     lines, states = found.lines, found.line_states
     away = found.platform_points - lines.exit_point
     x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]
@@ -261,13 +254,13 @@ def slack_spans(found: Equilibrium) -> Mask:
 
 
 def _completeness(model: Model, found: Equilibrium) -> tuple[bool, str]:
-    """Whether a theorem says that one equilibrium is all there is, and which; see `docs/theory/uniqueness.md`."""
+    """Whether a theorem proves that *found* is complete, and the reason; see `docs/theory/uniqueness.md`."""
     if is_only_one(found):
         return True, "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
     if model.n == 6:
         return False, "a body may have more than were found: nothing bounds their number"
     if (model.lines.radius == 0.0).all():
-        return False, "one is all there is with taut dead spans; loops in them may give others"
+        return False, "there is one with taut dead spans; loops in them may give others"
     if model.lines.has_lever.any():
-        return False, "levers may stand on their head: nothing proves that these are all"
-    return False, "one is all there is with taut dead spans and cables that leave their sheaves forwards; others may be"
+        return False, "levers may stand upside down: nothing proves that these are all"
+    return False, "there is one with taut dead spans and cables that leave their sheaves forwards; there may be others"

@@ -1,4 +1,4 @@
-"""Whether the known equilibria of a point load are all there are: a search that leaves no place out."""
+"""Exhaustive search for the equilibria of a point load: proof that the known ones are all in a box."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.progress import Progress
+from cablewright.progress import Progress, silent
 from cablewright.solvers.arguments import run
 from cablewright.solvers.certify import certify
 from cablewright.solvers.equilibria import (
@@ -24,16 +24,16 @@ from cablewright.solvers.equilibria import (
     distinct,
     lever_patterns,
     slack_spans,
-    solve_from,
+    solve_starts,
 )
 from cablewright.solvers.line_cover import atlases, refuse_unfit
 
-BLOCK = 512  # boxes judged between two looks at the clock
+BLOCK = 512  # boxes judged between two checks of the time limit
 MIN_SIZES = (0.02, 0.01, 0.005)
-"""Side of a box under which it is left undecided, m, by level; then leaves are made finer and it is looked at again."""
-STARTS = 64  # boxes in which more equilibria are looked for, a level
-SHARES = 1000  # of the volume: what progress counts in
-SAVE_EVERY = 5.0  # s
+"""Side of a box, m, below which it stays undecided, by level; each next level has finer leaves and retries them."""
+STARTS = 64  # boxes per level in which more equilibria are searched for
+SHARES = 1000  # steps of the reported progress, shares of the volume
+SAVE_EVERY = 5.0  # s between two saved states
 
 REASONS = {
     exclusion.AXIS: "next to the vertical through an exit point",
@@ -45,24 +45,24 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False)
 class ExhaustiveSearch:
-    """How far a search is."""
+    """State of a search, from which it can be resumed."""
 
-    box: Array  # (6,) x, y, z of all places asked about, low and high, m
-    open: Array  # (N, 6) boxes still to be judged
-    undecided: Array  # (U, 6) boxes in which nothing is proved on this level
+    box: Array  # (6,) lowest and highest x, y, z of the searched region, m
+    open: Array  # (N, 6) boxes to be judged
+    undecided: Array  # (U, 6) boxes without a proof on this level
     reasons: NDArray[np.int64]  # (U,)
-    poses: Array  # (K, 3) of the equilibria beside which boxes were judged
+    poses: Array  # (K, 3) of the equilibria known when boxes were judged
     level: int
     judged: int
 
     @property
     def finished(self) -> bool:
-        """Whether every box is judged, on the last level if some stay undecided."""
+        """Whether every box is judged, on the last level if some are undecided."""
         return len(self.open) == 0
 
 
 def begin(model: Model, box: Array | None) -> ExhaustiveSearch:
-    """A search that has still everything to do. *box* as in `equilibria`."""
+    """Return the initial state of a search in *box*, as for `equilibria`."""
     return _anew(np.stack(box_of(model, box), axis=1).ravel())
 
 
@@ -78,15 +78,16 @@ def exhaust(
     save: Callable[[ExhaustiveSearch], None] | None = None,
     progress: Progress | None = None,
 ) -> tuple[Equilibria, ExhaustiveSearch]:
-    """Go on with *search* beside the equilibria *found* for its box, until it is finished or *time_limit* (s) is over.
+    """Continue *search* for equilibria other than *found* until it is finished or *time_limit*, s, is over.
 
-    *save* is called with the state every few seconds, and at the end; also when interrupted. Returns the equilibria,
-    with what the search found too, and the state. Raises `InputError` for machines that this does not cover.
+    *save* is called with the state every few seconds and at the end, also on an interrupt. Returns the equilibria,
+    including those that the search found, and the state. Raises `InputError` for machines that are not covered.
     """
     model, lengths = found.solutions.model, found.solutions.lengths[0]
     refuse_unfit(model, lengths)
     if not time_limit > 0.0:
-        raise InputError(f"time limit = {time_limit:g}: over 0 is wanted, s")
+        raise InputError(f"time limit = {time_limit:g}: over 0 is expected, s")
+    save, progress = save or (lambda _search: None), progress or silent
     deadline = time.monotonic() + time_limit
     solutions = _again(found.solutions, search.poses)
     if solutions is None:
@@ -97,17 +98,10 @@ def exhaust(
         if not search.finished or not len(search.undecided) or search.level + 1 == len(MIN_SIZES):
             break
         more = _hunt(solutions, search.undecided)
-        search = replace(
-            search,
-            open=search.undecided,
-            undecided=np.empty((0, 6)),
-            reasons=np.empty(0, dtype=np.int64),
-            poses=more.pose,
-            level=search.level + 1,
-        )
+        level, judged = search.level + 1, search.judged
+        search = replace(_anew(search.box), open=search.undecided, poses=more.pose, level=level, judged=judged)
         solutions = more
-    if save:
-        save(search)
+    save(search)
     return _conclude(found, solutions, search), search
 
 
@@ -115,10 +109,10 @@ def _level(
     solutions: Equilibrium,
     search: ExhaustiveSearch,
     deadline: float,
-    save: Callable[[ExhaustiveSearch], None] | None,
-    progress: Progress | None,
+    save: Callable[[ExhaustiveSearch], None],
+    progress: Progress,
 ) -> ExhaustiveSearch:
-    """Judge the open boxes until none is left, or the time is over; one block at least."""
+    """Judge the open boxes until none is left or the time is over, but at least one block."""
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
     view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
 
@@ -128,22 +122,20 @@ def _level(
         while len(search.open):
             search = _judge(known, search)
             now = time.monotonic()
-            if progress:
-                progress("places", SHARES - int(np.ceil(SHARES * _volume(search.open) / whole)), SHARES)
+            progress("places", SHARES - int(np.ceil(SHARES * _volume(search.open) / whole)), SHARES)
             if now > deadline:
                 break
-            if save and now - saved > SAVE_EVERY:
+            if now - saved > SAVE_EVERY:
                 save(search)
                 saved = now
     except KeyboardInterrupt:
-        if save:
-            save(search)
+        save(search)
         raise
     return search
 
 
 def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSearch:
-    """Judge the last boxes of the list and cut what is open in halves."""
+    """Judge the last boxes of the list and halve those that stay open."""
     block, rest = search.open[-BLOCK:], search.open[:-BLOCK]
     codes, reasons = np.full(len(block), exclusion.OPEN), np.zeros(len(block), dtype=np.int64)
     run(exclusion.judge_rows, exclusion.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
@@ -161,7 +153,7 @@ def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSear
 
 
 def _halves(boxes: Array, sides: Array) -> Array:
-    """Boxes cut across their longest side."""
+    """The halves of boxes, cut across their longest side."""
     axis, rows = sides.argmax(axis=1), np.arange(len(boxes))
     middle = 0.5 * (boxes[rows, 2 * axis] + boxes[rows, 2 * axis + 1])
     low, high = boxes.copy(), boxes.copy()
@@ -175,7 +167,7 @@ def _volume(boxes: Array) -> float:
 
 
 def _again(solutions: Equilibrium, poses: Array) -> Equilibrium | None:
-    """The equilibria and those at *poses* of an earlier part of the search; None if some are not found again."""
+    """The equilibria with those at *poses* of an earlier run; None if some are not found again."""
     if not len(poses):
         return solutions
     every = _hunt(solutions, np.repeat(poses, 2, axis=1), len(poses))
@@ -184,48 +176,36 @@ def _again(solutions: Equilibrium, poses: Array) -> Equilibrium | None:
 
 
 def _hunt(solutions: Equilibrium, boxes: Array, count: int = STARTS) -> Equilibrium:
-    """The equilibria, and what is found from the middles of some boxes with every pattern of levers, new ones last."""
+    """The equilibria with new ones, last, found from the centres of some boxes with every pattern of levers."""
     model, lengths = solutions.model, solutions.lengths[0]
     chosen = boxes[np.linspace(0, len(boxes) - 1, min(len(boxes), count)).astype(np.int64)]
     middles = 0.5 * (chosen[:, ::2] + chosen[:, 1::2])
     patterns = lever_patterns(model, np.random.default_rng(0))
-    rows = solve_from(model, lengths, np.repeat(middles, len(patterns), axis=0), np.tile(patterns, (len(middles), 1)))
+    rows = solve_starts(model, lengths, np.repeat(middles, len(patterns), axis=0), np.tile(patterns, (len(middles), 1)))
     every = rows[np.flatnonzero(np.isin(rows.code, FOUND))]
     return distinct(every, solutions)
 
 
 def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearch) -> Equilibria:
-    """What *search* proves of *solutions*, in place of what the starts of *found* left open."""
+    """The result of *search*, which replaces what is not proved in *found*."""
     low, high = search.box[::2], search.box[1::2]
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
     certificates = certify(inside)
     clusters, reasons = _clusters(search)
-    why = tuple(_sentence(reason) for reason in reasons)
+    why = tuple("; ".join(text for bit, text in REASONS.items() if reason & bit) for reason in reasons)
     if not search.finished:
-        text = f"the search was ended; {len(search.open)} boxes are still to be judged"
+        text = f"the search was stopped; {len(search.open)} boxes are not judged yet"
     elif len(clusters):
         text = f"the search could not decide {len(clusters)} small boxes"
     else:
-        text = "the search leaves no place in the box for another whose dead spans hang taut"
-    return Equilibria(
-        inside,
-        certificates,
-        slack_spans(inside),
-        found.starts,
-        found.outside,
-        search.finished and not len(clusters) and bool(certificates.certified.all()),
-        text,
-        clusters,
-        why,
-    )
-
-
-def _sentence(reason: int) -> str:
-    return "; ".join(text for bit, text in REASONS.items() if reason & bit)
+        text = "the search excludes any other in the box whose dead spans are taut"
+    complete = search.finished and not len(clusters) and bool(certificates.certified.all())
+    slack, counts = slack_spans(inside), (found.starts, found.outside)
+    return Equilibria(inside, certificates, slack, *counts, complete, text, clusters, why)
 
 
 def _clusters(search: ExhaustiveSearch) -> tuple[Array, list[int]]:
-    """Undecided boxes that touch, as one box each, and why they are undecided."""
+    """Undecided boxes, merged where they touch, and why they are undecided."""
     boxes, reasons, k = search.undecided.copy(), search.reasons.copy(), 0
     while k < len(boxes):
         own = boxes[k]

@@ -1,4 +1,4 @@
-"""Forward problem: where the platform hangs when the winches have paid out given lengths."""
+"""Forward problem: the pose of the platform for given unstrained lengths."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cablewright.models.parameters import varied
 from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
-from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
+from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, run
 
 
 def forward(
@@ -28,14 +28,14 @@ def forward(
     modulus_factors: ArrayLike | None = None,
     retraction: ArrayLike | None = None,
 ) -> Equilibrium:
-    """Pose and tensions for unstrained *lengths*, (m,) or (N, m) in m, from winch exit to platform.
+    """Compute pose and tensions for unstrained *lengths*, (m,) or (N, m) in m, from winch exit to platform.
 
-    Without a *guess* (a pose, or one per row) the solve is cold: it needs none. *modulus_factors* multiply each line's
-    Young's modulus, (m,) or one row each; *retraction* is the platform's retraction length, m, one or one for each row.
-    Of several poses that a rigid body could hang in, the solve finds the one near the guess, or cold one turned little.
-    Tensions follow from the lengths: limits are not imposed, but a line over its
-    breaking load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not
-    positive, and for rigid cables, whose tensions no lengths decide.
+    *guess*: a pose, or one for each row; without it the solver finds its own start. Where a rigid body could hang in
+    several poses, it finds the one near the guess, or without a guess one with a small rotation. *modulus_factors*
+    multiply each line's Young's modulus, (m,) or one row each. *retraction*: the platform's retraction length, m, one
+    for all or one for each row. Tensions follow from the lengths: limits are not enforced, but a line over its breaking
+    load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not positive, and
+    for rigid cables, whose tensions do not follow from lengths.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     return solve_forward(model, lengths, guess=guess, modulus_factors=modulus_factors, retraction=retraction)
@@ -50,47 +50,42 @@ def solve_forward(
     retraction: ArrayLike | None = None,
     path: bool = False,
 ) -> Equilibrium:
-    """`forward` of a model. *path* says that neighbouring rows are neighbours on a path, each near its guess."""
+    """`forward` for a model. *path* states that consecutive rows are neighbours on a path, each near its guess."""
     model.refuse_rigid()
     length, single = as_rows(lengths, model.m, "lengths", "m")
     if not (length > 0.0).all():
         raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
     rows = len(length)
-    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
+    packed = model.rows(retraction=given_numbers(retraction, rows, "retraction", "m"))
     if modulus_factors is not None:
-        factors = _factors(modulus_factors, rows, model.m)
+        factors = given_rows(modulus_factors, rows, model.m, "modulus factors", "1")
+        if not (factors > 0.0).all():
+            raise InputError(f"modulus factors: every factor must be over zero; got {factors[factors <= 0.0][0]:g}")
         packed, length = varied(model.robot, packed, parameters_of(model.robot, "modulus"), factors, length)
     pose = np.zeros((rows, model.n))
     start = batches.COLD
     if guess is not None:
         given, _ = as_poses(model, guess, "guess")
-        pose[:] = to_rows(given, rows, "guess")
+        pose[:] = given_rows(given, rows, model.n, "guess", "m and rad")
         start = batches.CHAIN if path else batches.NEAR
     batch = _solve(model, packed, length, pose, blank_states(rows, model.m), start)
     return batch[0] if single else batch
 
 
 def solve_again(solved: Equilibrium, packed: Packed, lengths: Array, each: int) -> Equilibrium:
-    """Where each row of a batch that was *solved* goes when its robot or its lengths change: *each* changes in a row.
+    """Solve *each* changed problems for each row of the batch *solved*, from its pose and states.
 
-    *packed* and *lengths* (N * each, m) hold the changed problems, row by row of *solved*; rows that were not solved
-    stay unsolved. From the old pose and states; where that leads nowhere from the old pose, then cold.
+    *packed* and *lengths* (N * each, m), m, hold the changed problems row by row. Where the start fails, the solver
+    starts from the pose alone, then without a guess. Rows that were not solved stay unsolved.
     """
     pose, states = np.repeat(solved.pose, each, axis=0), np.repeat(solved.states, each, axis=0)
     return solve_from(solved.model, packed, lengths, pose, states, np.repeat(solved.code, each) == 0)
 
 
-def solve_from(
-    model: Model,
-    packed: Packed,
-    lengths: Array,
-    poses: Array,
-    states: Array,
-    again: Mask,
-) -> Equilibrium:
-    """A batch of *lengths* (N, m) with its own numbers in *packed*, from *poses* (N, n) and *states* (N, m, 6) near by.
+def solve_from(model: Model, packed: Packed, lengths: Array, poses: Array, states: Array, again: Mask) -> Equilibrium:
+    """Solve *lengths* (N, m), m, with the numbers in *packed*, from *poses* (N, n) and *states* (N, m, 6).
 
-    Rows that lead nowhere from there are sought *again* (N,) from the pose alone, then cold.
+    Rows that fail are solved *again* (N,) from the pose alone, then without a guess.
     """
     found = _solve(model, packed, lengths, poses.copy(), states.copy(), batches.WARM)
     lost = np.flatnonzero((found.code != 0) & again)
@@ -101,24 +96,10 @@ def solve_from(
     return found
 
 
-def _solve(
-    model: Model,
-    packed: Packed,
-    lengths: Array,
-    pose: Array,
-    states: Array,
-    start: int,
-) -> Equilibrium:
-    """A batch from the guesses in *pose* and *states* that *start* speaks of; both are overwritten."""
+def _solve(model: Model, packed: Packed, lengths: Array, pose: Array, states: Array, start: int) -> Equilibrium:
+    """Solve a batch from *pose* and *states*, both overwritten, which *start* (of `batches`) interprets."""
     rows = len(lengths)
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
     arrays = (lengths, pose, states, codes, iterations, np.zeros(rows))
     run(batches.forward_rows, batches.forward_sweep, rows, packed, *arrays, start)
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
-
-
-def _factors(values: ArrayLike, rows: int, m: int) -> Array:
-    given = to_rows(as_rows(values, m, "modulus factors", "1")[0], rows, "modulus factors")
-    if not (given > 0.0).all():
-        raise InputError(f"modulus factors: every factor must be over zero; got {given[given <= 0.0][0]:g}")
-    return given

@@ -1,4 +1,4 @@
-"""Inverse problem: which unstrained lengths and tensions hold the platform at a pose."""
+"""Inverse problem: the unstrained lengths and tensions that hold the platform at a pose."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
+from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, run
 
 
 def inverse(
@@ -24,18 +24,18 @@ def inverse(
     retraction: ArrayLike | None = None,
     preferred: ArrayLike | None = None,
 ) -> Equilibrium:
-    """Lengths and tensions at *poses*, (n,) or (N, n) in m and rad: the least-norm tensions within the limits.
+    """Compute lengths and tensions at *poses*, (n,) or (N, n) in m and rad: the least-norm tensions within the limits.
 
-    Where *preferred* tensions are given, (m,) or one row for each pose, N, the tensions nearest to those are taken.
+    With *preferred* tensions, (m,) or one row for each pose, N, the tensions nearest to those are taken instead.
 
-    A rigid body's pose is its position and rotation vector, or its position alone: unrotated. Where a robot has fewer
-    lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the answer's pose is
-    complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
+    A rigid body's pose is its position and rotation vector, or its position alone: unrotated. On a robot with fewer
+    lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the pose of the answer
+    is complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
 
-    *cable* is ``rigid``, ``elastic`` or ``catenary``, the default; *sheave* simplifies the sheaves as built;
-    *tension_limits* (N) replace the lines' own and hold along the whole line. An infeasible pose is an answer: its
-    status says so and its tensions are those that break the limits least. Raises `InputError` for numbers of the wrong
-    count or not finite.
+    *cable* is ``rigid``, ``elastic`` or ``catenary`` (default); *sheave* simplifies the sheaves as built;
+    *tension_limits* (min, max), N, replace the lines' own and hold along the whole line. An infeasible pose is an
+    answer: its status states it, and its tensions violate the limits as little as possible. Raises `InputError` for
+    numbers of the wrong count or not finite.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     return solve_inverse(model, poses, retraction=retraction, preferred=preferred)
@@ -50,18 +50,17 @@ def solve_inverse(
     preferred: ArrayLike | None = None,
     exit_points: Array | None = None,
 ) -> Equilibrium:
-    """`inverse` of a model. *path* says that neighbouring rows are neighbours on a path: faster.
+    """`inverse` for a model. *path* states that consecutive rows are neighbours on a path, which is faster.
 
-    Where limits let a line go so slack that it may hang in several ways, a path keeps to its neighbour's. *exit_points*
-    (N, m, 3), m, take the place of the robot's, winch exits moving with them.
+    Where the limits allow a line so slack that it may hang in several shapes, a path keeps its neighbour's.
+    *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them.
     """
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
-    packed = model.rows(
-        retraction=of_rows(retraction, rows, "retraction", "m"),
-        preferred=_preferred(preferred, rows, model.m),
-        exit_points=exit_points,
-    )
+    if preferred is not None:
+        preferred = given_rows(preferred, rows, model.m, "preferred tensions", "N")
+    retracted = given_numbers(retraction, rows, "retraction", "m")
+    packed = model.rows(retraction=retracted, preferred=preferred, exit_points=exit_points)
     states = blank_states(rows, model.m)
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
@@ -73,11 +72,3 @@ def solve_inverse(
         run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, path)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
-
-
-def _preferred(values: ArrayLike | None, rows: int, m: int) -> Array | None:
-    return (
-        None
-        if values is None
-        else to_rows(as_rows(values, m, "preferred tensions", "N")[0], rows, "preferred tensions")
-    )

@@ -1,4 +1,4 @@
-"""Atlases of a machine's lines: all shapes that they can have with given lengths, as `exhaustive` needs them."""
+"""Covers of the lines' shapes by small boxes (leaves) for given lengths, as the exhaustive search needs them."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from cablewright.kernels.certificates.exclusion import Atlases
 from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.progress import Progress
+from cablewright.progress import Progress, silent
 
-ROOM = 1 << 16  # leaves of a line, doubled as often as it takes
+ROOM = 1 << 16  # initial capacity, leaves of a line; doubled as needed
 MAX_ROOM = 1 << 21
 GRAINS = ((0.025, 0.012, 0.025, 0.006), (0.025, 0.025, 0.02, 0.012), (0.1, 0.25, 0.02, 0.012))
-"""Widest and least leaf, by zone: near the tension that only just carries the dead span, up to three times it, above.
+"""Largest and smallest leaf by zone of tension: enough to just carry the dead span, up to three times that, above.
 
-In rad and log tension, widest before least."""
-FINER = 0.5  # from level to level, of the first two
-MIN_SHARE = 0.05  # of its own weight: under this tension at its sheave a line without dead span is not looked into
-BARE = 0.999  # of the dead span's weight as it is stretched: no tension at the sheave is less
+In rad and log tension, the two largest sizes first.
+"""
+FINER = 0.5  # ratio of the sizes between levels, except in the last zone
+MIN_SHARE = 0.05  # of its weight: lowest tension, at its sheave, that is covered for a line without dead span
+BARE = 0.999  # of the stretched dead span's weight: lower bound of the tension at the sheave
 
 
 def refuse_unfit(model: Model, lengths: Array) -> None:
-    """Raise `InputError` for a machine or lengths that atlases do not cover."""
+    """Raise `InputError` for a machine or lengths that the search does not cover."""
     if model.n != 3:
-        raise InputError("exhaustive: only for a point load; a body's equilibria are found by many starts alone")
+        raise InputError("exhaustive: requires a point load; equilibria of a body are found by many starts alone")
     for line, own, length in zip(model.robot.lines, map(LineNumbers, model.packed.lines), lengths, strict=True):
         steep = own.winch_height < 0.0 and -own.winch_height >= abs(own.winch_distance)
         if own.has_dead_span and not steep:
@@ -51,12 +52,13 @@ def atlases(
     box: Array,
     view: Array,
     level: int,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Atlases:
-    """Atlases of the lines of *found*, (K,) equilibria of *lengths* (m,), which are known for certain.
+    """Return covers of all shapes of the lines at *lengths* (m,), m, with the certified equilibria *found* (K,).
 
-    *box* (6,): x, y, z of the places asked about, low and high, m; *view* (6,): of those still open, which are resolved
-    finer. *level*: 0, 1, ... ever finer. Raises `AnswerError` where they take too much memory.
+    *box* (6,): lowest and highest x, y, z of the searched region, m; *view* (6,): of the part that is still open, which
+    is resolved more finely. *level*: 0, 1, ... with ever smaller leaves. Raises `AnswerError` where they take too much
+    memory.
     """
     packed = found.model.packed
     exits = found.model.lines.exit_point - found.model.lines.platform_point
@@ -68,8 +70,7 @@ def atlases(
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         for part in pool.map(one, range(len(lengths))):
             done.append(part)
-            if progress:
-                progress("shapes of the lines", len(done), len(lengths))
+            progress("shapes of the lines", len(done), len(lengths))
     leaves = np.concatenate([part[0] for part in done])
     offsets = np.array([0, *np.cumsum([len(part[0]) for part in done])])
     free = np.stack([_free_by_label(part[0]) for part in done])
@@ -81,7 +82,7 @@ def atlases(
 
 
 def known_of(found: Equilibrium) -> tuple[NDArray[np.int64], Array]:
-    """Labels (K, m) and numbers (K, m, 4) of equilibria whose dead spans hang taut; see `Atlases`."""
+    """Return labels (K, m) and numbers (K, m, 4), see `Atlases`, of the equilibria with taut dead spans."""
     lines, states = found.model.lines, found.line_states
     t, phi, psi, beta = states.tension, states.free_angle, states.dead_angle, states.lever_angle
     h, v = t * np.cos(phi), t * np.sin(phi)
@@ -96,7 +97,7 @@ def known_of(found: Equilibrium) -> tuple[NDArray[np.int64], Array]:
 
 
 def _seen(box: Array, exit_point: Array) -> Array:
-    """Least and largest horizontal distance and height of a box from an exit point, m."""
+    """Min and max horizontal distance, and min and max height, of a box from an exit point, m."""
     low, high = box[::2] - exit_point, box[1::2] - exit_point
     near = np.maximum(np.maximum(low, -high), 0.0)
     far = np.maximum(np.abs(low), np.abs(high))
@@ -105,7 +106,7 @@ def _seen(box: Array, exit_point: Array) -> Array:
 
 
 def _max_dead(own: LineNumbers) -> float:
-    """More than any taut dead span and the contact take of a line's length: a span that only goes down and one way."""
+    """Upper bound of the length of a taut dead span and its contact, m."""
     if not own.has_dead_span:
         return float(own.dead_length + 2.0 * np.pi * own.radius)
     spans = abs(own.winch_distance) + abs(own.winch_height) + 2.0 * (own.lever + own.radius)
@@ -113,7 +114,7 @@ def _max_dead(own: LineNumbers) -> float:
 
 
 def _tensions(own: LineNumbers, length: float, far: float) -> Array:
-    """Ends of the zones of tension at the sheave, N: the last is more than any within *far* (m) of the exit point."""
+    """Ends of the zones of tension at the sheave, N; the last exceeds any tension within *far* (m) of the exit."""
     weight, compliance = own.weight, own.free_compliance
     free = length - _max_dead(own)
     min_tension = MIN_SHARE * weight * length
@@ -125,7 +126,7 @@ def _tensions(own: LineNumbers, length: float, far: float) -> Array:
         stretched = 1.0 + own.dead_compliance * weight * depth
         zones = [BARE * weight * (depth - around) / stretched, full, 3.0 * full]
     max_tension = max(2.0 * zones[-1], 10.0 * weight * length)
-    # a span goes at least so far along its own start: its weight never turns it back
+    # a span advances at least this far along its initial direction: its weight never reverses it
     while (compliance * max_tension * free + free) * (max_tension - weight * free) / (
         max_tension + weight * free
     ) < far + around:
@@ -134,7 +135,7 @@ def _tensions(own: LineNumbers, length: float, far: float) -> Array:
 
 
 def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> tuple[Array, Array]:
-    """Leaves of one line, and the tensions that they cover."""
+    """Leaves of one line, and the range of tensions (2,) that they cover, N."""
     row = np.ascontiguousarray(row)
     own = LineNumbers(row)
     zones = _tensions(own, length, float(np.hypot(seen[1], np.abs(seen[2:]).max())))
@@ -163,7 +164,7 @@ def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> 
 
 
 def _nearly_loose(own: LineNumbers, length: float, min_tension: float) -> Array:
-    """What a line can do with less tension at its sheave than is looked into: hang beside or above it, anyhow."""
+    """One leaf that contains all shapes with less tension at the sheave than *min_tension*, N."""
     leaf = np.full((1, line_cell.LEAF), np.nan)
     weight, compliance = own.weight, own.free_compliance
     reach = 1.001 * (length + own.radius) * (1.0 + compliance * (min_tension + weight * length))
@@ -172,19 +173,16 @@ def _nearly_loose(own: LineNumbers, length: float, min_tension: float) -> Array:
         line_cell.CELL_PHI: (-np.pi, np.pi),
         line_cell.CELL_TAU: (-700.0, np.log(min_tension)),
         line_cell.X: (-reach, reach),
-    }
-    spans |= {
         line_cell.Z: (-below, reach),
         line_cell.REACH: (0.0, reach),
         line_cell.CENTRE: (0.0, reach),
         line_cell.BEND: (-1.0, 1.0),
-    }
-    spans |= {
         line_cell.H: (-min_tension, min_tension),
         line_cell.V: (-min_tension, min_tension),
         line_cell.FREE_SPAN: (0.0, length),
+        line_cell.BY_PHI: (-np.inf, np.inf),
+        line_cell.BY_TAU: (-np.inf, np.inf),
     }
-    spans |= {line_cell.BY_PHI: (-np.inf, np.inf), line_cell.BY_TAU: (-np.inf, np.inf)}
     for column, ends in spans.items():
         leaf[0, column : column + 2] = ends
     leaf[0, line_cell.LABEL], leaf[0, line_cell.GOOD] = line_cell.UNCLEAR, 0.0
@@ -192,7 +190,7 @@ def _nearly_loose(own: LineNumbers, length: float, min_tension: float) -> Array:
 
 
 def _free_by_label(leaves: Array) -> Array:
-    """Least and largest free length where the line only stiffens, by label, (2, 2)."""
+    """Min and max free length where the line has a positive stiffness, by label, (2, 2)."""
     ends = np.zeros((2, 2))
     for label in (line_cell.HANGING, line_cell.STANDING):
         own = leaves[(leaves[:, line_cell.LABEL] == label) & (leaves[:, line_cell.GOOD] == 1.0)]

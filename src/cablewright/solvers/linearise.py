@@ -1,4 +1,4 @@
-"""The one linearisation of a solved equilibrium: stiffness, motion and tension per length and per number of a line."""
+"""The linearisation of a solved equilibrium: stiffness, and motion and tension per length and parameter of a line."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, Status
@@ -18,10 +19,11 @@ from cablewright.solvers.arguments import run
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Linearisation(Rows):
-    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch, as `Rows` tells.
+    """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch, see `Rows`.
 
-    `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised: with a rigid arc over
-    the sheaves it is slightly unsymmetric. `motion` (n, m, 10): see the properties.
+    `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised, as rigid arcs over the
+    sheaves make it slightly unsymmetric. `motion` (n, m, 10): motion of the platform per parameter of each line, see
+    the properties.
     """
 
     SINGLE: ClassVar = ("stiffness", 2)
@@ -31,7 +33,7 @@ class Linearisation(Rows):
 
     @property
     def per_length(self) -> Array:
-        """(n, m) motion of the platform per unstrained length paid out, m/m."""
+        """(n, m) motion per unstrained length paid out, m/m and rad/m."""
         return self.motion[..., LENGTH]
 
     @property
@@ -41,12 +43,12 @@ class Linearisation(Rows):
 
     @property
     def per_exit_point(self) -> Array:
-        """(n, m, 3) motion per exit point coordinate, m/m. A modelled winch exit follows sideways, not in height."""
+        """(n, m, 3) motion per exit point coordinate, m/m. A modelled winch exit follows it, except in height."""
         return self.motion[..., EXIT : EXIT + 3]
 
     @property
     def per_sheave_radius(self) -> Array:
-        """(n, m) motion per radius of each sheave, m/m; 0 where there is none. A swivel's centre moves with it."""
+        """(n, m) motion per radius of each sheave, m/m; 0 without a sheave. A swivel's centre moves with the radius."""
         return self.motion[..., SHEAVE]
 
     @property
@@ -78,20 +80,17 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
     run(batches.linearise_rows, batches.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
-    if codes.any():
-        row = int(np.flatnonzero(codes)[0])
-        raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
+    _check(codes)
     found = Linearisation(stiffness, motion)
     return found[0] if equilibrium.single else found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TensionChanges(Rows):
-    """How tensions at the sheaves change, N, at the N solved rows of a batch, to the first order.
+    """First-order changes of the tensions at the sheaves, N, at the N solved rows of a batch.
 
-    `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, while the platform stays. `by_point`
-    (N, m, 3): per motion of the point that the line is tied to, N/m. `arms` (N, m, 3): that point from the platform's
-    origin, m.
+    `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, with the platform held. `by_point`
+    (N, m, 3): per motion of the line's platform point, N/m. `arms` (N, m, 3): that point from the platform's origin, m.
     """
 
     SINGLE: ClassVar = ("own", 2)
@@ -102,28 +101,33 @@ class TensionChanges(Rows):
 
     @property
     def per_length(self) -> Array:
-        """(N, m) per unstrained length of the line itself, N/m."""
+        """(N, m) per unstrained length of the line, N/m."""
         return self.own[..., LENGTH]
 
     def following(self, motion: Array) -> Array:
-        """Change (N, m, k) of tensions with a *motion* (N, n, k) of the platform, m and rad."""
+        """Return changes (N, m, k) of tensions, N, for a *motion* (N, n, k) of the platform, m and rad."""
         found = np.einsum("nmc,nck->nmk", self.by_point, motion[:, :3])
-        if motion.shape[1] == 6:  # a turn w moves the point by w x arm
+        if motion.shape[1] == 6:  # a rotation w moves the point by w x arm
             found += np.einsum("nmc,nck->nmk", np.cross(self.arms, self.by_point), motion[:, 3:])
         return np.asarray(found)
 
 
 def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
-    """Linearise the tensions of a solved batch; raises as `linearise`."""
+    """Linearise the tensions of a solved batch. Raises the same errors as `linearise`."""
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
     rows, m = equilibrium.lengths.shape
     own, by_point = np.zeros((rows, m, PARAMETERS)), np.zeros((rows, m, 3))
     codes = np.zeros(rows, dtype=np.int64)
     batches.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_point, codes)
-    if codes.any():
-        row = int(np.flatnonzero(codes)[0])
-        raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")
+    _check(codes)
     tensions = equilibrium.tensions[..., None]
     arms = equilibrium.platform_points - equilibrium.pose[:, None, :3]
     return TensionChanges(own * tensions, by_point * tensions, arms)
+
+
+def _check(codes: NDArray[np.int64]) -> None:
+    """Raise `AnswerError` for the first row whose code is not 0."""
+    if codes.any():
+        row = int(np.flatnonzero(codes)[0])
+        raise AnswerError(f"row {row}: {Status.of(int(codes[row])).value}")

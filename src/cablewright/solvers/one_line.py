@@ -1,4 +1,4 @@
-"""One line at a pose, apart from the others: drawn taut, or hanging at a length that is too long.
+"""One line at a pose, without the others: as a straight tangent, or hanging with excess length.
 
 Planes are those of `kernels.wrench.place`: ex, ey (world, towards the platform), x and z of the platform point from the
 exit point, m.
@@ -25,17 +25,17 @@ from cablewright.models.statics import Model
 from cablewright.solvers.arguments import as_poses
 
 LineKey = str | int
-"""A line by its name, or by its place in the robot's lines, from 0."""
+"""A line by its name, or by its index in the robot's lines, from 0."""
 
-TAUT = 1e9  # N: at this tension a lever's weight does not count
-UNDER = 1e-9  # m: nearer to the axis than this a line has no plane, as the inverse problem has it
-LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # times the weight of the straight line, to place levers with
-FIRST_STEP, STEP = 1e-3, 1.2  # m, factor: how the excess grows on the way to the most that a line can have
-FINEST = 1e-9  # m per m of excess: how closely the ends of a range are found
+TAUT = 1e9  # N; tension at which a lever's weight is negligible
+UNDER = 1e-9  # m; horizontal distance below which a line has no plane, as in the inverse problem
+LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # tensions, times the weight of the straight line, at which levers are placed
+FIRST_STEP, STEP = 1e-3, 1.2  # m, factor: steps of the search for the largest excess
+RESOLUTION = 1e-9  # m per m of excess, of the ends of a range
 
 
 def line_index(model: Model, line: LineKey) -> int:
-    """Where *line*, a name or a place from 0, stands among the robot's lines. Raises `InputError`."""
+    """Return the index of *line*, a name or an index from 0, in the robot's lines. Raises `InputError`."""
     names = [each.name for each in model.robot.lines]
     if isinstance(line, str):
         if line not in names:
@@ -44,14 +44,14 @@ def line_index(model: Model, line: LineKey) -> int:
     try:
         index = operator.index(line)
     except TypeError:
-        raise InputError(f"line {line!r}: a name or a whole number is wanted") from None
+        raise InputError(f"line {line!r}: a name or a whole number is expected") from None
     if not 0 <= index < model.m:
         raise InputError(f"line {index}: the lines of {model.robot.name!r} are 0 to {model.m - 1}")
     return index
 
 
 def planes_and_arms(lines: Array, poses: Array) -> tuple[Array, Array]:
-    """Planes (N, m, 4), see `kernels.wrench.place`, and arms (N, m, 3) from the platform's origin, world, m."""
+    """Return planes (N, m, 4), see `kernels.wrench.place`, and arms (N, m, 3) from the platform's origin, world, m."""
     points = placed(poses, LineNumbers(lines).platform_point)
     away = points - LineNumbers(lines).exit_point
     x = np.hypot(away[..., 0], away[..., 1])
@@ -60,7 +60,7 @@ def planes_and_arms(lines: Array, poses: Array) -> tuple[Array, Array]:
 
 
 def taut_lengths(lines: Array, planes: Array) -> Array:
-    """Length (m,) of each line drawn taut in its plane (m, 4), without weight and stretch, m; NaN inside a sheave."""
+    """Return the length (m,), m, of each straight line in its plane (m, 4), unstretched; NaN inside a sheave."""
     lengths, y = np.full(len(lines), np.nan), blank_states()
     for i, (row, plane) in enumerate(zip(lines, planes, strict=True)):
         if np.isfinite(plane).all() and straight(row, plane[2], plane[3], TAUT, y):
@@ -69,15 +69,15 @@ def taut_lengths(lines: Array, planes: Array) -> Array:
 
 
 def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
-    """*pose* as (1, n), and the lines' planes (m, 4) there. Raises `InputError`."""
+    """Return *pose* as (1, n), and the lines' planes (m, 4) there. Raises `InputError`."""
     at, single = as_poses(model, pose, "pose")
     if not single:
-        raise InputError(f"pose: one pose is wanted; got {len(at)} rows")
+        raise InputError(f"pose: one pose is expected; got {len(at)} rows")
     return at, planes_and_arms(model.packed.lines, at)[0][0]
 
 
 def hang(row: Array, plane: Array, length: float, y: Array) -> int:
-    """Set *y* to the line of unstrained *length* (m) in its plane (4,). Returns a code."""
+    """Set the line state *y* to a line of unstrained *length* (m) in its plane (4,). Returns a kernel code."""
     x, z, own = plane[2], plane[3], LineNumbers(row)
     if x <= UNDER:
         return Code.UNDER_EXIT
@@ -98,30 +98,25 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
 
 
 def _runs_back(own: LineNumbers, state: LineStates) -> bool:
-    """Whether the tension at the sheave does not hold up the dead span: the excess then hangs below the winch."""
-    if own.unknowns in (3.0, 5.0):  # no dead span, or one that may sag
+    """Whether the tension at the sheave does not carry the dead span, which then hangs below the winch."""
+    if own.unknowns in (3.0, 5.0):  # without a dead span, or with one that may sag
         return False
     pull = math.exp(state.log_tension) * math.sin(state.dead_angle)
     return bool(pull < 0.0 < pull + own.weight * state.dead_length)
 
 
-def _end_force(row: Array, y: Array) -> tuple[float, float]:
-    """Tension (h, v) at the platform's end of a hanging line, along the direction of travel, N."""
-    if is_slack(row, y):
-        return 0.0, 0.0
-    h, v = start_force(y)
-    return h, v + LineNumbers(row).weight * LineStates(y).free_length
-
-
 def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
-    """Force, N, and moment about the platform's origin, N m, of one line on the platform, world: (6,)."""
-    h, v = _end_force(row, y)
+    """Return force, N, and moment about the platform's origin, N m, of one line on the platform, world: (6,)."""
+    h = v = 0.0
+    if not is_slack(row, y):
+        h, v = start_force(y)
+        v += LineNumbers(row).weight * LineStates(y).free_length  # at the platform end
     force = np.array([-h * plane[0], -h * plane[1], -v])
     return np.concatenate([force, np.cross(arm, force)])
 
 
 def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
-    """How far line *i* can be let out at *pose* (1, n), m, and what ends it: a word of `slack.SlackSet`."""
+    """Return the largest excess of line *i* at *pose* (1, n), m, and what limits it: a word of `slack.SlackSet`."""
     row, planes = model.packed.lines[i], planes_and_arms(model.packed.lines, pose)[0][0]
     own = LineNumbers(row)
     taut = float(taut_lengths(model.packed.lines, planes)[i])
@@ -146,8 +141,8 @@ def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
 
 
 def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:
-    """The last excess, m, that is *fine* on the way from *good* to *bad*."""
-    while abs(bad - good) > FINEST * (1.0 + good):
+    """Return the last excess, m, between *good* and *bad* for which *fine* holds, by bisection."""
+    while abs(bad - good) > RESOLUTION * (1.0 + good):
         middle = 0.5 * (good + bad)
         if fine(middle):
             good = middle
@@ -157,10 +152,10 @@ def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:
 
 
 def _lowest(row: Array, y: Array) -> float:
-    """Height of the lowest point of a line's free span over its exit point, m."""
+    """Height of the lowest point of a line's free span above its exit point, m."""
     h, v = start_force(y)
     own, state = LineNumbers(row), LineStates(y)
-    lost = min(max(-v, 0.0), own.weight * state.free_length)  # of the tension's way down, to the lowest point
+    lost = min(max(-v, 0.0), own.weight * state.free_length)  # vertical tension lost between sheave and lowest point
     begin = own.lever * math.sin(state.lever_angle) + own.side * own.radius * math.cos(state.free_angle)
     end = v + lost
     fall = (math.hypot(h, v) - math.hypot(h, end)) / own.weight

@@ -1,4 +1,4 @@
-"""First order: how platform and tensions change with each uncertain number of a robot, from the one linearisation."""
+"""First-order motion of the platform and change of tensions per uncertain parameter, from the linearisation."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from cablewright.solvers.linearise import Linearisation, TensionChanges, lineari
 
 
 def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: Linearisation | None = None) -> Array:
-    """Motion (N, n, k) of the platform per each parameter at the N solved rows of a batch, with commands held.
+    """Return the motion (N, n, k) of the platform per parameter at the N solved rows of a batch, with lengths held.
 
-    Motions are m and rad per the parameter's unit; a rotation is in space. *linear* is its linearisation, where there
-    is one. Raises `AnswerError` where a row was not solved or is singular, `InputError` where cables are rigid.
+    Motions are m and rad (world frame) per the parameter's unit. *linear* is the linearisation, if known. Raises
+    `AnswerError` where a row was not solved or is singular, `InputError` where cables are rigid.
     """
     linear = linearise(equilibrium) if linear is None else linear
     out = np.zeros((len(equilibrium.pose), equilibrium.model.n, len(parameters)))
@@ -35,7 +35,7 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: 
 
 
 def at_nozzle(equilibrium: Equilibrium, motion: Array) -> Array:
-    """Motion (N, 3, k) of the nozzle, m, with a *motion* (N, n, k) of the platform."""
+    """Return the motion (N, 3, k) of the nozzle, m, for a *motion* (N, n, k) of the platform."""
     if equilibrium.model.n == 3:
         return motion
     arm = equilibrium.nozzle - equilibrium.pose[:, :3]
@@ -43,14 +43,14 @@ def at_nozzle(equilibrium: Equilibrium, motion: Array) -> Array:
 
 
 def nozzle_response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Array:
-    """As `response`, the motion (N, 3, k) of the nozzle."""
+    """Return the motion (N, 3, k) of the nozzle per parameter; see `response`."""
     return at_nozzle(equilibrium, response(equilibrium, parameters))
 
 
 def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -> Array:
-    """How far *values* (..., k) are from the *nominal* ones (k,), in what `response` is per and statics nearly linear.
+    """Return the distance of *values* (..., k) from *nominal* ones (k,), in variables that statics is nearly linear in.
 
-    That is their difference; for a modulus, whose compliance is what stretches, 1 - 1 / factor.
+    This is the difference; for a modulus factor, which acts through the compliance, it is 1 - 1 / factor.
     """
     inverse = np.array([one.kind in OF_LINES and OF_LINES[one.kind].by_inverse for one in parameters])
     return np.where(inverse, 1.0 / nominal.clip(min=1e-300) - 1.0 / np.where(inverse, values, 1.0), values - nominal)
@@ -59,7 +59,7 @@ def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -
 def tension_response(
     equilibrium: Equilibrium, parameters: Sequence[Parameter], motion: Array, changes: TensionChanges
 ) -> Array:
-    """Change (N, m, k) of tensions at the sheaves, N, per each parameter.
+    """Return the change (N, m, k) of tensions at the sheaves, N, per parameter.
 
     *motion* (N, n, k) is the `response`, *changes* the `tension_changes` of the same equilibrium.
     """
@@ -71,7 +71,7 @@ def tension_response(
 
 
 def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
-    """Yield lines, which parameter of the linearisation their number is, and how many of its units (N,) one is."""
+    """Yield lines with the parameter, its column in the linearisation, and the factor (N,) to that column's unit."""
     if parameter.kind in OF_LINES:
         number, robot = OF_LINES[parameter.kind], equilibrium.model.robot
         for i in lines_of(robot, parameter):
@@ -79,14 +79,14 @@ def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[i
 
 
 def _wrench(equilibrium: Equilibrium, column: int) -> Array:
-    """Change (N, n) of the wrench on the platform per a number of it, which stands in a *column* of the arrays."""
+    """Change (N, n) of the wrench on the platform per unit of its parameter in a *column* of `Packed.platform`."""
     n, rows, width = equilibrium.model.n, len(equilibrium.pose), equilibrium.packed.platform.shape[1]
     there, one = PlatformNumbers(equilibrium.packed.platform), PlatformNumbers(np.eye(width)[column])
     if one.wrench.any():
         return np.tile(one.wrench[:n], (rows, 1))
-    if one.weight > 0.0:  # one more kilogram, where the others are
+    if one.weight > 0.0:  # the mass: one more kilogram at the centre of mass
         pull, centre = np.array([equilibrium.model.robot.scene.gravity]), there.centre_of_mass
-    else:  # the weight that there is, elsewhere
+    else:  # the centre of mass: the weight is displaced
         pull, centre = there.weight, one.centre_of_mass[None]
     force = np.broadcast_to(np.array([0.0, 0.0, -1.0]) * pull[:, None], (rows, 3))
     wrench: Array = force * float(one.weight)

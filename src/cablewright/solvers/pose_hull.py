@@ -1,4 +1,4 @@
-"""A box that surely contains the pose for all lengths within some error."""
+"""A guaranteed enclosure of the pose for all lengths within some error."""
 
 from __future__ import annotations
 
@@ -19,23 +19,16 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
+from cablewright.solvers.tension import self_stresses
 
-BUDGET = 20_000
-"""Leaves that a box may take unless told otherwise: some seconds."""
-DEEPEST = 120
-"""Halvings of one leaf."""
-AT_ONCE = 250
-"""Leaves between two reports of progress."""
-STEPS = 8
-"""Lengths along each edge of the box of lengths that are solved beforehand."""
-MAX_LINES = 8
-"""Lines up to which all edges are."""
-SAMPLES = 2000
-"""Lengths that are solved with more lines."""
-SPARE = 0.8
-"""Of the tolerance: sampled extremes may fall short of the true ones."""
-OVERLAP = 1e-9
-"""By which neighbouring slabs overlap, of the whole width."""
+BUDGET = 20_000  # default limit on the number of leaves, parts of the lengths: some seconds
+DEEPEST = 120  # largest number of halvings of one leaf
+AT_ONCE = 250  # leaves between two progress reports
+STEPS = 8  # lengths along each edge of the box of lengths that are solved first, as samples
+MAX_LINES = 8  # largest number of lines for which all edges are sampled
+SAMPLES = 2000  # number of samples with more lines
+SPARE = 0.8  # share of the tolerance that is used, as sampled extremes may fall short of the true ones
+OVERLAP = 1e-9  # overlap of neighbouring slabs, as a share of the whole width
 
 REASONS = {
     kernel.COVERED: "the pose is in the box for all lengths within the error",
@@ -49,12 +42,11 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PoseBox(Result):
-    """Where the pose may be, its lengths known to some error.
+    """Enclosure of the pose for lengths known to some error.
 
-    Where `complete`, for every lengths within the error, in any combination, the equilibrium that is followed from the
-    solved one, as lengths go there within the error, has its pose between `low` and `high` (n,): m, and for a body the
-    components of its rotation vector, rad. It is also the only one where `only_one` says so. Else both are NaN, and
-    `reason` says why.
+    If `complete`, for all combinations of lengths within the error, the equilibrium that is reached continuously from
+    the solved one has its pose between `low` and `high` (n,): m, and for a body the components of its rotation vector,
+    rad. It is the only equilibrium if `only_one`. Otherwise both are NaN, and `reason` states why.
     """
 
     FIGURES: ClassVar = (
@@ -89,25 +81,25 @@ def enclose_poses(
     tolerance: float = 0.03,
     progress: Progress | None = None,
 ) -> PoseBox:
-    """Enclose the poses of a single solved *equilibrium* when each length is only known to *length_error*, m.
+    """Enclose the poses of a single solved *equilibrium* whose lengths are known to *length_error*, m.
 
-    *length_error*: one number for all lines, or one for each. The box is at most *tolerance* wider than the poses that
-    are known; more than *budget* leaves are not tried, and then there is no box. *progress* is called with a stage, how
-    much of *budget* is used and *budget*. Raises `InputError` for an error that is not positive or as large as a
-    length, a batch, rigid cables, a budget or tolerance that is not positive; `AnswerError` for what was not solved.
+    *length_error*: one number for all lines, or one for each. The box exceeds the sampled poses by at most *tolerance*
+    of its width; if that takes more than *budget* leaves there is no box. *progress* is called with a stage, the used
+    part of *budget*, and *budget*. Raises `InputError` for an error that is not positive or as large as a length, a
+    batch, rigid cables, a budget or tolerance that is not positive; `AnswerError` for an unsolved equilibrium.
     """
     errors = _errors(equilibrium, length_error)
     if budget < 1:
-        raise InputError(f"budget = {budget}: at least one leaf is wanted")
+        raise InputError(f"budget = {budget}: at least one leaf is expected")
     if not tolerance > 0.0:
-        raise InputError(f"tolerance = {tolerance:g}: over 0 is wanted, of the box's width")
+        raise InputError(f"tolerance = {tolerance:g}: over 0 is expected, of the box's width")
     packed = Packed(equilibrium.packed.freedoms, equilibrium.packed.lines[0], equilibrium.packed.platform[0])
     states = np.array(equilibrium.states, order="C")
     if any(is_slack(row, y) for row, y in zip(packed.lines, states, strict=True)):
         return _nothing(equilibrium, 0, 0, "no box: a massless line hangs slack and has no shape")
     low, high = equilibrium.lengths - errors, equilibrium.lengths + errors
     low, high = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
-    directions = _self_stress(equilibrium)
+    directions = self_stresses(equilibrium)
     farthest = np.maximum(high - equilibrium.lengths, equilibrium.lengths - low)
     reach = np.abs(directions) @ farthest * (1.0 + 1e-6)
     none = np.full(equilibrium.model.n, np.inf)
@@ -131,21 +123,21 @@ def enclose_poses(
 
 
 def _errors(equilibrium: Equilibrium, given: ArrayLike) -> Array:
-    """Errors of the lengths (m,), checked."""
+    """The errors of the lengths (m,), m, checked. Raises `InputError`."""
     equilibrium.model.refuse_rigid()
     if not equilibrium.single:
-        raise InputError(f"a single equilibrium is wanted; got {len(equilibrium)} rows")
+        raise InputError(f"a single equilibrium is expected; got {len(equilibrium)} rows")
     equilibrium.checked()
     m = equilibrium.model.m
     try:
         errors = np.array(given, dtype=np.float64)
     except (TypeError, ValueError) as reason:
-        raise InputError(f"length error: numbers in m are wanted ({reason})") from None
+        raise InputError(f"length error: numbers in m are expected ({reason})") from None
     if errors.shape not in ((), (m,)):
-        raise InputError(f"length error: one number is wanted, or {m}, in m; got {errors.size}")
+        raise InputError(f"length error: one number is expected, or {m}, in m; got {errors.size}")
     errors = np.ascontiguousarray(np.broadcast_to(errors, (m,)))
     if not (errors > 0.0).all():
-        raise InputError(f"length error: over 0 is wanted, m; got {errors[~(errors > 0.0)][0]:g}")
+        raise InputError(f"length error: over 0 is expected, m; got {errors[~(errors > 0.0)][0]:g}")
     long = errors >= equilibrium.lengths
     if long.any():
         i = int(np.flatnonzero(long)[0])
@@ -159,20 +151,8 @@ def _nothing(equilibrium: Equilibrium, leaves: int, tests: int, reason: str) -> 
     return PoseBox(none, none.copy(), False, is_only_one(equilibrium), leaves, tests, reason)
 
 
-def _self_stress(equilibrium: Equilibrium) -> Array:
-    """Directions (m - n, m) of lengths in which tensions change and the pose hardly does, orthonormal."""
-    points = equilibrium.platform_points
-    chords = points - equilibrium.lines.exit_point
-    ways = chords / np.linalg.norm(chords, axis=1)[:, None]
-    if equilibrium.model.n == 6:
-        ways = np.concatenate([ways, np.cross(points - equilibrium.pose[:3], ways)], axis=1)
-    if equilibrium.model.m <= equilibrium.model.n:
-        return np.zeros((0, equilibrium.model.m))
-    return np.ascontiguousarray(np.linalg.svd(ways.T)[2][equilibrium.model.n :])
-
-
 def _sampled(equilibrium: Equilibrium, low: Array, high: Array) -> Array:
-    """Least and largest pose (2, n) for lengths on the edges of their box, where solving them leads somewhere."""
+    """Min and max pose (2, n) of the solved samples on the edges of the box from *low* to *high* lengths (m,)."""
     m = len(low)
     if m <= MAX_LINES:
         corners = np.array(list(product((0.0, 1.0), repeat=m)))

@@ -1,10 +1,10 @@
-"""Slack lines: how much too long a line is, who carries the load meanwhile, and what the hanging line looks like.
+"""Slack lines: the excess length of a line, the tensions of the taut lines meanwhile, and the shape of the slack one.
 
-The **excess** of a line is its unstrained length minus the length that it would have drawn taut at the same pose: the
-massless tangent from winch to platform over the same sheave, the length of ``cable="rigid"`` (a lever stands there as
-if it weighed nothing). A line without weight is slack where its excess is positive, and carries nothing. One that sags
-has no sharp border: it always pulls, and the more it is let out the less, until its own weight hangs on the platform.
-So slack means here that an excess >= 0 is given, and that no lowest tension is asked of the line.
+The **excess** of a line is its unstrained length minus its taut length at the same pose: that of the massless tangent
+from winch to platform over the same sheave, as with ``cable="rigid"`` (a lever stands there as if it had no weight). A
+line without weight is slack if its excess is positive, and carries nothing. A line with weight is never without
+tension: the larger its excess the smaller its tension, down to that of its own weight on the platform. So slack means
+here that an excess >= 0 is given, and that the line has no lowest tension limit.
 
 Source: Merlet and Papegay, ICRA 2023, section II.C; `docs/slack.md`.
 """
@@ -51,18 +51,18 @@ from cablewright.solvers.one_line import (
 )
 
 Excess = Mapping[str, float] | Mapping[int, float] | Mapping[LineKey, float]
-"""How much too long lines are, m, by line: its name, or its place in the robot's lines, from 0."""
+"""Excess of slack lines, m, by the line's name or its index in the robot's lines, from 0."""
 
-MAX_SETS = 2000  # more sets of taut lines than this are refused
-SAMPLES = 32  # excesses at which a set of taut lines is looked at
-FIRST_SAMPLE = 1e-4  # m: the smallest of them over zero
-ANGLES = 100  # excesses at which an angle is looked at
+MAX_SETS = 2000  # largest number of sets of taut lines that are evaluated
+SAMPLES = 32  # excesses over zero at which a set of taut lines is evaluated
+FIRST_SAMPLE = 1e-4  # m; the smallest of them
+ANGLES = 100  # excesses at which an angle is evaluated
 
 
 def excess_lengths(equilibrium: Equilibrium) -> Array:
-    """Excess of each line, m: (m,), or (N, m) of a batch. Negative of a line that is stretched more than it sags.
+    """Return the excess of each line, m: (m,), or (N, m) of a batch. Negative if it is stretched more than it sags.
 
-    NaN where there is no answer, or no tangent: the platform point is inside the sheave.
+    NaN where there is no answer or no tangent, as the platform point is inside the sheave.
     """
     rows = equilibrium[None] if equilibrium.single else equilibrium
     planes, _ = planes_and_arms(rows.packed.lines, rows.pose)
@@ -81,17 +81,16 @@ def solve_with_slack(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
 ) -> Equilibrium:
-    """What holds *poses*, (n,) or (N, n) in m and rad, while some lines are too long by their *excess*, m.
+    """Solve the inverse problem at *poses*, (n,) or (N, n) in m and rad, with *excess*, m, in some lines.
 
-    *excess* names slack lines, by name or place from 0, each with its excess >= 0. They hang at the pose at their
-    length; the others are taut, their tensions those of least norm within the limits (with n taut lines there is no
-    choice). A slack line keeps its highest tension and breaking load, but needs no lowest tension: in the answer's
-    model that is 0, so that its margin and sentence speak of limits that hold. Statuses are those of the inverse
-    problem, the stability of a rigid body that of all lines.
+    *excess* maps slack lines, by name or index from 0, to their excess >= 0. They hang at the pose at their given
+    length; the others are taut, with least-norm tensions within the limits (n taut lines leave no choice). A slack line
+    keeps its highest tension and breaking load, but its lowest tension limit is 0 in the answer's model. Statuses are
+    those of the inverse problem; the stability of a rigid body includes all lines.
 
-    Massless slack lines carry nothing; on a lever they carry its weight while that draws them straight. Raises
-    `InputError` for a line that is not there or named twice, an excess that is negative or not finite, and where fewer
-    taut lines than freedoms would remain.
+    Massless slack lines carry nothing; on a lever they carry its weight while that straightens them. Raises
+    `InputError` for a line that does not exist or is named twice, an excess that is negative or not finite, and where
+    fewer taut lines than freedoms would remain.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     by = _checked(model, excess)
@@ -101,7 +100,7 @@ def solve_with_slack(
 
 
 def _checked(model: Model, excess: Excess) -> dict[int, float]:
-    """Excess by place of the line. Raises `InputError`."""
+    """The excess by index of the line. Raises `InputError`."""
     by: dict[int, float] = {}
     for line, value in excess.items():
         index = line_index(model, line)
@@ -111,7 +110,7 @@ def _checked(model: Model, excess: Excess) -> dict[int, float]:
         try:
             by[index] = float(value)
         except (TypeError, ValueError):
-            raise InputError(f"excess of line {name!r} = {value!r}: a number is wanted, m") from None
+            raise InputError(f"excess of line {name!r} = {value!r}: a number is expected, m") from None
         if not 0.0 <= by[index] < math.inf:
             raise InputError(f"excess of line {name!r} = {by[index]:g} m: a slack line's is finite and not negative")
     _check_taut(model, len(by))
@@ -119,7 +118,7 @@ def _checked(model: Model, excess: Excess) -> dict[int, float]:
 
 
 def _check_taut(model: Model, slack: int) -> None:
-    """Refuse more slack lines than the platform can do without."""
+    """Raise `InputError` if too few taut lines remain besides the *slack* ones."""
     m, n = model.m, model.n
     if m - slack < n:
         spare = f"at most {m - n} can be" if m > n else "none can be"
@@ -127,7 +126,7 @@ def _check_taut(model: Model, slack: int) -> None:
 
 
 def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibrium:
-    """A batch: the lines *slack* with their excess *by* (N, k) at *pose* (N, n)."""
+    """A batch at *pose* (N, n), with the lines *slack* at their excess *by* (N, k), m."""
     rows, loose = len(pose), _loosened(model, slack)
     lines = loose.packed.lines
     planes, arms = planes_and_arms(lines, pose)
@@ -151,7 +150,7 @@ def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibriu
 
 
 def _loosened(model: Model, slack: list[int]) -> Model:
-    """The model whose *slack* lines may have any tension up to their highest."""
+    """The model without a lowest tension limit for its *slack* lines."""
     lines = []
     for i, line in enumerate(model.robot.lines):
         low, high = model.tension_limits or line.tension_limits
@@ -162,7 +161,7 @@ def _loosened(model: Model, slack: list[int]) -> Model:
 def _hold(
     model: Model, pose: Array, slack: list[int], wrenches: Array, states: Array, lengths: Array
 ) -> tuple[NDArray[np.int64], Array]:
-    """The inverse problem of the taut lines under the slack ones' *wrenches* (N, 6): codes and violations (N,).
+    """Solve the taut lines under the *wrenches* (N, 6) of the slack ones: codes and violations (N,).
 
     Writes the taut lines' part of *states* and *lengths*.
     """
@@ -188,7 +187,7 @@ def _judge(
     codes: NDArray[np.int64],
     violations: Array,
 ) -> None:
-    """Judge the whole machine where the taut lines hold it, in place: slack lines too have limits, and stiffness."""
+    """Update *codes* and *violations* for the whole machine where the taut lines hold it: limits and stability."""
     packed, max_tensions = model.packed, model.lines.tension_max
     work = inverse_workspace(packed)
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
@@ -206,12 +205,12 @@ def _judge(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SlackSet(Result):
-    """Taut lines that hold a pose alone, and how far the others may be too long meanwhile.
+    """A set of taut lines that hold a pose alone, and the range of the excess of the others.
 
-    The others share one excess, from `excess_low` to `excess_high` (m); `equilibrium` is the one at `excess_low`.
-    `ended_by` says what ends the range: ``limits`` (beyond it the pose cannot be held so), ``floor`` (a slack line's
-    free span would hang below the frame or, where that is lower, the platform points), ``sheave`` (a slack line would
-    pull so little that its dead span runs back over the sheave), ``capacity`` (a winch holds no more) or ``nothing``.
+    The others have one common excess, from `excess_low` to `excess_high` (m); `equilibrium` is the one at `excess_low`.
+    `ended_by` is what ends the range: ``limits`` (the taut lines exceed theirs), ``floor`` (a slack line's free span
+    would hang below the frame or, where that is lower, the platform points), ``sheave`` (a slack line would pull so
+    little that its dead span slips back over the sheave), ``capacity`` (of a winch) or ``nothing``.
     """
 
     FIGURES: ClassVar = (
@@ -235,7 +234,7 @@ class SlackSet(Result):
 
     @property
     def tensions(self) -> Array:
-        """Tension (m,) at each sheave, N, at the start of the range."""
+        """(m,) tension at each sheave at `excess_low`, N."""
         return self.equilibrium.tensions
 
 
@@ -247,30 +246,26 @@ def slack_sets(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
 ) -> tuple[SlackSet, ...]:
-    """Every set of n of the m lines that holds *pose* (n,), m and rad, alone while all others are slack.
+    """Find every set of n of the m lines that holds *pose* (n,), m and rad, while all others are slack.
 
-    The others share one excess; a set is admissible where some excess leaves all taut lines within their limits. Its
-    range begins at the smallest such excess and goes on as long as the status is OK. Found by 33 samples, 0 and then
-    evenly in the logarithm up to where floor or capacity end it, and bisection: what lies between two samples is not
-    seen, nor a second range beyond the first. In the order of the lines. Raises `InputError` if no line can be slack,
-    if *pose* is not one pose, or if there are over 2000 sets.
+    The others have one common excess. A set is admissible if some excess leaves all taut lines within their limits. Its
+    range starts at the smallest such excess and continues while the status is OK. It is found by 33 samples, at 0 and
+    logarithmically spaced up to the limit by floor or capacity, and bisection: features between samples and a second
+    range are missed. In the order of the lines. Raises `InputError` if no line can be slack, if *pose* is not one pose,
+    or for over 2000 sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
     if count > MAX_SETS:
-        raise InputError(f"{count} sets of {model.n} of {model.m} lines are too many; at most {MAX_SETS} are looked at")
+        raise InputError(f"{count} sets of {model.n} of {model.m} lines are too many; at most {MAX_SETS} are allowed")
     at, _ = one_pose(model, pose)
-    found = []
-    for slack in combinations(range(model.m), model.m - model.n):
-        each = _slack_set(model, at, list(slack))
-        if each is not None:
-            found.append(each)
-    return tuple(found)
+    found = (_slack_set(model, at, list(slack)) for slack in combinations(range(model.m), model.m - model.n))
+    return tuple(each for each in found if each is not None)
 
 
 def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:
-    """One candidate: its range, or None where no sample is admissible."""
+    """The range of one candidate, or None where no sample is admissible."""
 
     def solved(excess: Array) -> Equilibrium:
         by = np.repeat(excess[:, None], len(slack), axis=1)
@@ -301,12 +296,12 @@ def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:
 
 
 def tangent_angle(equilibrium: Equilibrium, line: LineKey, distance: float) -> Array:
-    """Angle of a line's tangent above the horizontal, rad, *distance* from its platform point: () or (N,).
+    """Return the angle of a line's tangent above the horizontal, rad, *distance* from its platform point: () or (N,).
 
-    *distance* is counted along the unstrained cable, m. The tangent points from the sheave to the platform in the
-    line's plane: a line that falls to its platform point has a negative angle there, one that sags below it a positive
-    one. NaN where there is no answer, or a massless line is slack and has no shape. Raises `InputError` for a line that
-    is not there, and a distance that is negative or longer than the free span.
+    *distance*, m, is measured along the unstrained cable. The tangent points from the sheave to the platform in the
+    line's plane: a line that descends to its platform point has a negative angle there, one that sags below it a
+    positive one. NaN where there is no answer, or where a massless line is slack and has no shape. Raises `InputError`
+    for a line that does not exist, and a distance that is negative or longer than the free span.
     """
     i = line_index(equilibrium.model, line)
     states = LineStates(equilibrium.states[..., i, :])
@@ -319,43 +314,42 @@ def tangent_angle(equilibrium: Equilibrium, line: LineKey, distance: float) -> A
 def _check_distance(model: Model, i: int, distance: float, limit: float) -> None:
     if not 0.0 <= distance <= limit:
         name = model.robot.lines[i].name
-        raise InputError(f"distance = {distance:g} m: 0 to {limit:g} m along line {name!r} is wanted")
+        raise InputError(f"distance = {distance:g} m: 0 to {limit:g} m along line {name!r} is expected")
 
 
 def _angle(states: LineStates, weight: Array | float, distance: float) -> Array:
-    """Angle (...) of the tangent of free spans with *states*, rad."""
+    """Angle (...) of the tangent of free spans with *states*, rad; see `tangent_angle`."""
     tension, phi = states.tension, states.free_angle
     end = tension * np.sin(phi) + weight * (states.free_length - distance)
     return np.asarray(np.arctan2(end, tension * np.cos(phi)))
 
 
 def angle_from_excess(model: Model, pose: ArrayLike, line: LineKey, distance: float, excess: ArrayLike) -> Array:
-    """Angle as `tangent_angle` has it, rad, of a line that hangs at *pose* (n,) with *excess*, () or (k,) in m.
+    """Return the angle of `tangent_angle`, rad, for a line that hangs at *pose* (n,) with *excess*, () or (k,) in m.
 
-    Of the one line alone: whether the platform is held there is not asked. NaN where the line cannot hang so. Raises
-    `InputError` as `excess_from_angle` does, but for the angle.
+    The other lines, and whether the platform is held, are ignored. NaN where the line cannot hang so. Raises
+    `InputError` as `excess_from_angle` does, except for the angle.
     """
-    i, planes, taut = _hanging(model, pose, line, distance)
+    i, _, plane, taut = _hanging(model, pose, line, distance)
     given, _ = as_rows(np.ravel(excess)[:, None], 1, "excess", "m")
     if not (given >= 0.0).all():
         raise InputError(f"excess: a slack line's is not negative; got {given.min():g} m")
-    angles = [_hung_angle(model.packed.lines[i], planes[i], taut, distance, value) for value in given[:, 0]]
+    angles = [_hung_angle(model.packed.lines[i], plane, taut, distance, value) for value in given[:, 0]]
     return np.array(angles).reshape(np.shape(excess))
 
 
 def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: float, angle: float) -> float:
-    """Excess, m, of a line whose tangent has *angle* (rad), *distance* (m) from its platform point, at *pose* (n,).
+    """Return the excess, m, of a line whose tangent at *distance* (m) from its platform point has *angle* (rad).
 
-    Signs and ways to count are those of `tangent_angle`. What an inclinometer near the platform says of a line: there
-    the angle grows with the excess. Where it falls again, far from the platform on a steep line that is very slack, the
-    answer is the smaller excess. Raises `InputError` for massless cables, which have no shape, a line or pose that is
-    not there, a distance over half the taut free span, and an angle that no excess from 0 on gives.
+    The pose is (n,); angle and distance are as for `tangent_angle`, for instance from an inclinometer near the
+    platform, where the angle grows with the excess. Where it decreases again, far from the platform on a steep and very
+    slack line, the answer is the smaller excess. Raises `InputError` for massless cables, which have no shape, a line
+    or pose that does not exist, a distance over half the taut free span, and an angle that no excess gives.
     """
-    i, planes, taut = _hanging(model, pose, line, distance)
+    i, at, plane, taut = _hanging(model, pose, line, distance)
     if not math.isfinite(angle):
-        raise InputError(f"angle = {angle}: a finite number is wanted, rad")
-    at, _ = one_pose(model, pose)
-    row, plane, name = model.packed.lines[i], planes[i], model.robot.lines[i].name
+        raise InputError(f"angle = {angle}: a finite number is expected, rad")
+    row, name = model.packed.lines[i], model.robot.lines[i].name
     limit, _ended_by = max_excess(model, at, i)
 
     def beyond(excess: float) -> float:
@@ -366,27 +360,27 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     last = int(np.argmin(np.append(np.diff(found) > 0.0, False)))
     if not found[0] <= 0.0 <= found[last]:
         bounds = f"{found[0] + angle:.4f} to {found[last] + angle:.4f} rad"
-        raise InputError(f"angle = {angle:g} rad: {bounds} is wanted, what line {name!r} has for an excess from 0 on")
+        raise InputError(f"angle = {angle:g} rad: {bounds} is expected, the range of line {name!r} for an excess >= 0")
     over = max(1, int(np.argmax(found >= 0.0)))
     return float(brentq(beyond, excess[over - 1], excess[over], xtol=1e-13, rtol=1e-13))
 
 
-def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> tuple[int, Array, float]:
-    """Place of a line with a shape, the planes (m, 4) at *pose* and its taut length, m. Raises `InputError`."""
+def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> tuple[int, Array, Array, float]:
+    """Index of a line with a shape, *pose* as (1, n), its plane (4,) there, its taut length, m. Raises `InputError`."""
     i = line_index(model, line)
     row, name = model.packed.lines[i], model.robot.lines[i].name
     if model.lines.weight[i] == 0.0:
         raise InputError(
             f"cable = {model.fidelity.cable.value}: a slack line without weight has no shape; use catenary"
         )
-    _, planes = one_pose(model, pose)
-    y = blank_states()
-    if planes[i, 2] <= UNDER or not straight(row, planes[i, 2], planes[i, 3], TAUT, y):
+    at, planes = one_pose(model, pose)
+    plane, y = planes[i], blank_states()
+    if plane[2] <= UNDER or not straight(row, plane[2], plane[3], TAUT, y):
         raise InputError(
             f"pose: line {name!r} has no plane or no tangent there: under its exit point, or in its sheave"
         )
     _check_distance(model, i, distance, 0.5 * float(LineStates(y).free_length))
-    return i, planes, float(whole_length(row, y))
+    return i, at, plane, float(whole_length(row, y))
 
 
 def _hung_angle(row: Array, plane: Array, taut: float, distance: float, excess: float) -> float:
@@ -405,10 +399,11 @@ def let_out(
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
 ) -> Equilibrium:
-    """Where the platform hangs while one *line* is let out *by* (k,) m more than *lengths* (m,), m: a batch of k.
+    """Solve the forward problem while one *line* is let out *by* (k,) m more than its length in *lengths* (m,), m.
 
-    The others keep their lengths. The rows are a path: the first is found without a guess, each other from the one
-    before. Raises `InputError` as `forward` does and where *by* is empty, `AnswerError` where the first has no answer.
+    The others keep their lengths. The k rows of the batch are a path: the first is found without a guess, each other
+    from the one before. Raises `InputError` as `forward` does and if *by* is empty, `AnswerError` if the first has no
+    answer.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     i = line_index(model, line)
@@ -416,7 +411,7 @@ def let_out(
     more, _ = as_rows(np.atleast_1d(np.asarray(by))[:, None], 1, "let out by", "m")
     if not single or len(more) == 0:
         what = "let out by: at least one number" if single else "lengths: one row"
-        raise InputError(f"{what} is wanted; got {len(more) if single else len(paid)}")
+        raise InputError(f"{what} is expected; got {len(more) if single else len(paid)}")
     rows = np.repeat(paid, len(more), axis=0)
     rows[:, i] += more[:, 0]
     begin = solve_forward(model, rows[0]).checked()

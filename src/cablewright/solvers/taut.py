@@ -1,4 +1,4 @@
-"""All lines of a point platform drawn straight: what a control loop asks of them at each step."""
+"""All lines of a point platform as straight tangents, for each step of a control loop."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from cablewright.solvers.one_line import TAUT
 
 
 class Taut(NamedTuple):
-    """All lines drawn straight at one place of B: (m, ...)."""
+    """The straight lines to one position of the platform point B."""
 
-    angles: Array  # (m,) rad: gamma_taut
+    angles: Array  # (m,) rad, free angle of the taut line: gamma_taut
     free: Array  # (m,) m from the sheave to B
     lengths: Array  # (m,) m from the winch to B
-    toward: Array  # (m, 3) unit: how a line's length grows as B moves
-    planes: Array  # (m, 4) as kernels take them
+    toward: Array  # (m, 3) unit vectors: gradients of the lengths with respect to B
+    planes: Array  # (m, 4) of the lines, see `kernels.wrench.place`
 
 
 def taut_at(model: Model, position: Array) -> Taut:
-    """Draw all lines straight to *position* (3,), m. NaN for a line that has no tangent there."""
+    """Return the straight lines to *position* (3,), m; NaN for a line without a tangent there."""
     m = model.m
     found, planes, toward = np.empty((m, taut.FOUND)), np.empty((m, 4)), np.empty((m, 3))
     place = np.array(position, dtype=np.float64)

@@ -1,14 +1,13 @@
-"""Tension distribution: which tensions of straight, massless lines balance a load at a pose, and with what margin.
+"""Tension distribution: tensions of straight, massless lines that balance a load at a pose, with a margin.
 
-The family answers for poses alone: no lengths, no sag, no stretch. It is what workspaces are made of. Lines over
-sheaves leave along the tangent that the model's sheaves give them; `inverse` has the full physics.
+These functions take poses alone: lengths, sag and stretch have no influence. Workspaces are computed with them. Lines
+over sheaves leave along the tangent that the model's sheaves give them; `inverse` has the full physics.
 """
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,10 +18,11 @@ from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
-from cablewright.models.statics import Model
+from cablewright.models.rows import Rows
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows, of_rows, run, to_rows
+from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, run
 
 Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
 METHODS = {
@@ -31,23 +31,23 @@ METHODS = {
     "least-norm": distribution.LEAST,
     "exact": distribution.WIDEST,
 }
-ACCURACY = 1e-12  # of the objective's own size: where the search for a general one stops
+ACCURACY = 1e-12  # of the objective's own size: tolerance of the search for a general one
 SEARCH_STEPS = 300
 
 
 class Objective(Protocol):
-    """A convex function of the tensions (m,), N, that a distribution is to make least."""
+    """A convex function of the tensions (m,), N, to be minimised."""
 
     def value(self, tensions: Array) -> float:
-        """The function itself."""
+        """Return its value."""
 
     def gradient(self, tensions: Array) -> Array:
-        """Its derivatives (m,)."""
+        """Return its gradient (m,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """1/2 t'Ht + g't. *hessian* H is (m, m), positive semidefinite, or (m,), the positive diagonal: compiled.
+    """1/2 t'Ht + g't. *hessian* H is (m, m), positive semidefinite, or (m,), a positive diagonal, which is compiled.
 
     *linear* is g (m,), zero if None.
     """
@@ -56,20 +56,20 @@ class Quadratic:
     linear: Array | None = None
 
     def value(self, tensions: Array) -> float:
-        """Half the product, and the linear part."""
+        """Return 1/2 t'Ht + g't."""
         linear = 0.0 if self.linear is None else float(self.linear @ tensions)
         return 0.5 * float(tensions @ self._times(tensions)) + linear
 
     def gradient(self, tensions: Array) -> Array:
-        """H t + g."""
+        """Return H t + g."""
         return self._times(tensions) + (0.0 if self.linear is None else self.linear)
 
     def checked(self, m: int) -> Quadratic:
-        """The same in arrays for *m* lines. Raises `InputError` where it does not fit or is not convex."""
+        """Return the same in arrays for *m* lines. Raises `InputError` if it does not fit or is not convex."""
         H = _finite(self.hessian, "hessian")
         g = np.zeros(m) if self.linear is None else _finite(self.linear, "linear")
         if H.shape not in ((m,), (m, m)) or g.shape != (m,):
-            raise InputError(f"objective: hessian ({m},) or ({m}, {m}) and linear ({m},) are wanted for {m} lines")
+            raise InputError(f"objective: hessian ({m},) or ({m}, {m}) and linear ({m},) are expected for {m} lines")
         if H.ndim == 1 and not (H > 0.0).all():
             raise InputError(f"objective: a diagonal hessian must be positive; got {H.min():g}")
         if H.ndim == 2:
@@ -83,42 +83,29 @@ class Quadratic:
         return np.asarray(self.hessian * tensions if self.hessian.ndim == 1 else self.hessian @ tensions)
 
 
-class _AtPoses(Result):
-    """A row, or a batch of rows; `ROWS` names the arrays."""
+class _AtPoses(Result, Rows):
+    """The result at one pose, or at each of a batch."""
 
-    ROWS: ClassVar[tuple[str, ...]]
+    SINGLE: ClassVar = ("margin", 0)
 
-    poses: Array
-    margin: Array
     code: NDArray[np.int64]
 
     @property
     def feasible(self) -> Mask:
-        """Where the answer is yes. The closed forms may say no where there are tensions within the limits."""
+        """Whether the code is 0. The closed forms may be infeasible where there are tensions within the limits."""
         return np.asarray(self.code == 0)
-
-    def __len__(self) -> int:
-        """The number of rows."""
-        return len(self.margin)
-
-    def __getitem__(self, index: Any) -> Self:
-        """One row, or some as a batch."""
-        taken = copy(self)
-        taken.__dict__.update({name: np.asarray(getattr(self, name)[index]) for name in self.ROWS})
-        return taken
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Distribution(_AtPoses):
-    """Tensions at poses by one method: a row of each, or a batch of rows.
+    """Tensions at one pose, or at each of a batch, by one method.
 
-    `margin` (N) is how far within their limits the tensions are, least of all lines; negative is how far the worst is
-    outside; -inf where no tensions of any size balance the load, or a line has no direction: `code` tells which. Of
-    ``exact`` it is the largest that any tensions have. Of ``wrench-closure`` tensions and margin are shares of the
-    mean tension. Tensions are NaN where there are none; so is the margin where a solve failed.
+    `margin` (N) is the smallest distance of the tensions from their limits, negative where the worst is outside; -inf
+    where no tensions of any size balance the load, or a line has no direction: `code` distinguishes these. For
+    ``exact`` it is the largest possible. For ``wrench-closure`` tensions and margin are shares of the mean tension.
+    Tensions are NaN where there are none; so is the margin where a solve failed.
     """
 
-    ROWS: ClassVar = ("poses", "tensions", "margin", "code")
     FIGURES: ClassVar = (
         Figure("method", "", "How the tensions are chosen."),
         Figure("feasible", "", "Whether they are within their limits, as the method finds them."),
@@ -136,14 +123,13 @@ class Distribution(_AtPoses):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Capacity(_AtPoses):
-    """How far the wrenches asked for are from the boundary of those that the lines can make within their limits.
+    """Distance of the required wrenches from the boundary of those that the lines can balance within their limits.
 
-    `margin` (N, moments divided by `length`, m) is the least distance from the planes of that set's facets, negative
-    outside. Where `rank` is under the pose's freedoms the set is flat: the margin is that within its plane, and a
-    wrench out of the plane is as far outside as it is from the plane. -inf where a line has no direction.
+    `margin` (N, moments divided by `length`, m) is the smallest distance from the facets of that set, negative outside.
+    Where `rank` is less than the pose's freedoms the set is flat: the margin is that within its plane, or the negative
+    distance of a wrench from the plane. -inf where a line has no direction.
     """
 
-    ROWS: ClassVar = ("poses", "margin", "rank", "code")
     FIGURES: ClassVar = (
         Figure("length", "m", "The arm on which a moment counts as a force."),
         Figure("feasible", "", "Whether every wrench asked for can be balanced."),
@@ -170,18 +156,18 @@ def tension_distribution(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
 ) -> Distribution:
-    """Tensions at *poses*, (n,) or (N, n) in m and rad, by *method*.
+    """Compute tensions at *poses*, (n,) or (N, n) in m and rad, by *method*.
 
-    ``closed-form`` is Jung 2020, Eq. 8: the tensions nearest to the middle of the limits, feasible if they happen to
-    be within. ``improved-closed-form`` fixes at its limit the line that is furthest outside and repeats. ``least-norm``
-    is the least sum of squares within the limits. ``exact`` is the distribution furthest from the limits: its margin is
-    the largest s for which tensions from min + s to max - s exist, negative by how much limits would have to give. Or
-    an objective to make least within the limits: a `Quadratic`, compiled where its hessian is diagonal, or anything
-    convex with a value and a gradient, pose by pose and slowly.
+    ``closed-form`` is Jung 2020, Eq. 8: the tensions nearest to the middle of the limits, feasible if they happen to be
+    within. ``improved-closed-form`` sets the line furthest outside to its limit and repeats. ``least-norm`` minimises
+    the sum of squares within the limits. ``exact`` maximises the distance from the limits: its margin is the largest s
+    for which tensions from min + s to max - s exist, negative where the limits would have to be relaxed. An objective
+    is minimised within the limits: a `Quadratic`, compiled if its hessian is diagonal, or any convex `Objective`, which
+    is slow.
 
-    *wrench* (n,) or (N, n), N and N m, world, acts besides the weight in place of the platform's own; *retraction* is
-    the platform's retraction length, m. Raises `InputError` for a method that there is not, numbers of the wrong count
-    or not finite, or cables with weight: cables are rigid when nothing else is said.
+    *wrench* (n,) or (N, n), N and N m, world, acts besides the weight and replaces the platform's own; *retraction* is
+    the platform's retraction length, m. Raises `InputError` for an unknown method, numbers of the wrong count or not
+    finite, or cables with weight. The default of *cable* is ``rigid``.
 
     Examples
     --------
@@ -202,10 +188,12 @@ def tension_distribution(
         if isinstance(method, Quadratic):
             method = method.checked(model.m)
         if not isinstance(method, Quadratic) or method.hessian.ndim == 2:
-            return _result(name, given, *_searched(packed, given, method), single)
+            found = Distribution(name, given, *_searched(packed, given, method))
+            return found[0] if single else found
         assert method.linear is not None
         curvature, bias = method.hessian, -method.linear
-    return _result(name, given, *_swept(packed, given, chosen, curvature, bias), single)
+    found = Distribution(name, given, *_swept(packed, given, chosen, curvature, bias))
+    return found[0] if single else found
 
 
 def wrench_closure(
@@ -216,16 +204,19 @@ def wrench_closure(
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
 ) -> Distribution:
-    """Whether lines without an upper limit can balance any wrench at *poses*: full rank and a positive null vector.
+    """Test wrench closure at *poses*: lines without an upper tension limit can balance any wrench.
 
-    Tensions are the null vector of mean 1 whose least entry is largest, and that entry is the margin: at most 1,
-    feasible if positive; -inf where the rank is not full or no null vector pulls more than it pushes.
+    This requires a structure matrix of full rank with a positive null vector.
+
+    Tensions are the null vector of mean 1 whose smallest entry is largest, and that entry is the margin: at most 1,
+    feasible if positive; -inf where the rank is not full or no null vector has a positive sum.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), None, retraction)
     swept = _swept(packed, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
-    return _result("wrench-closure", given, *swept, single)
+    found = Distribution("wrench-closure", given, *swept)
+    return found[0] if single else found
 
 
 def capacity(
@@ -240,14 +231,14 @@ def capacity(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
 ) -> Capacity:
-    """Capacity margin at *poses*: what *wrench*, or the worst wrench of a *box*, is from what the lines can make.
+    """Compute the capacity margin at *poses* of a *wrench*, or of the worst wrench of a *box*.
 
-    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `tension_distribution`. A
-    moment counts as the force that makes it on an arm of *length* (m). Time grows as the number of choices of n - 1
-    of the m lines. Raises `InputError`.
+    *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `tension_distribution`. Moments
+    are divided by *length* (m) to compare them with forces. The time grows with the number of choices of n - 1 of the m
+    lines. Raises `InputError`.
     """
     if not 0.0 < length < float("inf"):
-        raise InputError(f"length {length:g} m: a positive number is wanted, the arm on which a moment counts as force")
+        raise InputError(f"length {length:g} m: a positive number is expected, by which moments are divided")
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     half = np.zeros(model.n)
@@ -257,28 +248,40 @@ def capacity(
         low, high = (as_rows(side, model.n, "box", "N and N m")[0][0] for side in box)
         if (low > high).any():
             worst = int(np.argmax(low - high))
-            raise InputError(f"box: lowest <= highest is wanted; number {worst + 1} is {low[worst]:g}, {high[worst]:g}")
+            pair = f"number {worst + 1} is {low[worst]:g}, {high[worst]:g}"
+            raise InputError(f"box: lowest <= highest is expected; {pair}")
         wrench, half = 0.5 * (low + high), 0.5 * (high - low)
     packed = _packed(model, len(given), wrench, retraction)
     rows = len(given)
     margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
     arrays = (packed, given, half, float(length), margins, ranks, codes)
     run(capacity_margin.capacity_rows, capacity_margin.capacity_sweep, rows, *arrays)
-    at: Any = 0 if single else slice(None)
-    return Capacity(
-        float(length), given[at], np.asarray(margins[at]), np.asarray(ranks[at]), np.asarray(codes[at], np.int64)
-    )
+    found = Capacity(float(length), given, margins, ranks, codes)
+    return found[0] if single else found
 
 
 def structures(
     model: Model, poses: ArrayLike, *, wrench: ArrayLike | None = None, retraction: ArrayLike | None = None
 ) -> tuple[Array, Array]:
-    """Structure matrices A (N, n, m) and wrenches w (N, n) at *poses* (N, n), of A t + w = 0; NaN without directions.
+    """Return structure matrices A (N, n, m) and wrenches w (N, n) of A t + w = 0 at *poses* (N, n); NaN if undefined.
 
-    Column i is the wrench of line i about the platform's origin, per newton of its tension.
+    Column i is the wrench of line i about the platform's origin, per newton of its tension; NaN without a direction.
     """
     given, _ = as_poses(model, poses, "pose")
     return _structures(_packed(model, len(given), wrench, retraction), given)
+
+
+def self_stresses(equilibrium: Equilibrium) -> Array:
+    """Orthonormal directions (max(m - n, 0), m) of tensions that balance each other, at a single *equilibrium*.
+
+    For straight lines from exit point to platform point; along these directions the pose hardly changes.
+    """
+    n, m, points = equilibrium.model.n, equilibrium.model.m, equilibrium.platform_points
+    chords = points - equilibrium.lines.exit_point
+    units = chords / np.linalg.norm(chords, axis=1)[:, None]
+    if n == 6:
+        units = np.concatenate([units, np.cross(points - equilibrium.pose[:3], units)], axis=1)
+    return np.ascontiguousarray(np.linalg.svd(units.T)[2][n:]) if m > n else np.zeros((0, m))
 
 
 def _structures(packed: Packed, poses: Array) -> tuple[Array, Array]:
@@ -289,15 +292,14 @@ def _structures(packed: Packed, poses: Array) -> tuple[Array, Array]:
 
 
 def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: ArrayLike | None) -> Packed:
-    """The arrays of the model, with a row of lines or of the platform for each pose where they differ."""
+    """The arrays of the model, with a row of lines or of the platform for each pose where these differ."""
     if model.fidelity.cable is CableLaw.CATENARY:
-        raise InputError("cable = catenary: tension distributions are of straight lines; use rigid or elastic")
-    packed = model.rows(retraction=of_rows(retraction, rows, "retraction", "m"))
+        raise InputError("cable = catenary: tension distributions require straight lines; use rigid or elastic")
+    packed = model.rows(retraction=given_numbers(retraction, rows, "retraction", "m"))
     if wrench is None:
         return packed
-    given, single = as_rows(wrench, model.n, "wrench", "N and N m")
-    given = to_rows(given, 1 if single else rows, "wrench")
-    platform = PlatformNumbers(np.repeat(packed.platform[:1], len(given), axis=0))
+    given = given_rows(wrench, rows, model.n, "wrench", "N and N m")
+    platform = PlatformNumbers(np.repeat(packed.platform[:1], rows, axis=0))
     platform.wrench[:, : model.n] = given
     return Packed(packed.freedoms, packed.lines, platform.array)
 
@@ -311,7 +313,7 @@ def _swept(packed: Packed, poses: Array, method: int, curvature: Array, bias: Ar
 
 
 def _searched(packed: Packed, poses: Array, objective: Objective) -> Found:
-    """Least of a general objective, from the tensions furthest from the limits, in the null space of each pose."""
+    """Minimise a general objective in the null space of each pose, from the tensions furthest from the limits."""
     m = packed.lines.shape[1]
     tensions, margins, codes = _swept(packed, poses, distribution.WIDEST, np.ones(m), np.zeros(m))
     limits = np.broadcast_to(LineNumbers(packed.lines).tension_limits, (len(poses), m, 2))
@@ -327,7 +329,7 @@ def _searched(packed: Packed, poses: Array, objective: Objective) -> Found:
 
 
 def _search(objective: Objective, A: Array, start: Array, low: Array, high: Array) -> Array | None:
-    """Least of the objective over tensions within limits that act as *start* does; None if the search fails."""
+    """Minimise over tensions within limits with the wrench of *start*; None if the search fails."""
     from scipy.linalg import null_space
     from scipy.optimize import minimize
 
@@ -347,11 +349,6 @@ def _search(objective: Objective, A: Array, start: Array, low: Array, high: Arra
         options={"ftol": ACCURACY, "maxiter": SEARCH_STEPS},
     )
     return np.clip(start + size * basis @ found.x, low, high) if found.success else None
-
-
-def _result(name: str, poses: Array, tensions: Array, margins: Array, codes: Any, single: bool) -> Distribution:
-    at: Any = 0 if single else slice(None)
-    return Distribution(name, poses[at], tensions[at], np.asarray(margins[at]), np.asarray(codes[at], np.int64))
 
 
 def _finite(values: ArrayLike, what: str) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.bracket.loads import Loads, joints, loads_at
-from cablewright.analyses.bracket.stress import Comparison, bracket_at, bracket_of, plate_peaks
+from cablewright.analyses.bracket.stress import BracketMesh, Comparison, bracket_at, bracket_of
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
@@ -98,7 +98,7 @@ def highest(
 
     def stresses(rows: NDArray[np.int64], times: int, near: tuple[Loads, Loads] | None = None) -> Array:
         each = zip(loads(rows), near or (None, None), strict=True)
-        found = np.stack([plate_peaks(own, held, times, some).max(axis=(0, 2)) for held, some in each])
+        found = np.stack([BracketMesh(own, times).peaks(held, some).max(axis=(0, 2)) for held, some in each])
         return np.where(np.isfinite(found).all(axis=0), found, -np.inf)
 
     some: tuple[Loads, Loads] | None = loads(np.unique(np.linspace(0, len(places) - 1, _SAMPLES).astype(np.int64)))
@@ -247,7 +247,7 @@ def sensitivity(
                 cases.append((f"{part} {key}".strip(), factor, varied))
     for done, (name, factor, varied) in enumerate(cases):
         report("varying sizes", done, len(cases))
-        jointed, blocked = (float(plate_peaks(varied, loads, 1).max()) for loads in both)
+        jointed, blocked = (float(BracketMesh(varied, 1).peaks(loads).max()) for loads in both)
         found.append(Varied(name, factor, jointed, blocked))
     report("varying sizes", len(cases), len(cases))
     return tuple(found)

@@ -115,7 +115,7 @@ def test_a_no_is_one_object_and_exit_1(cli, tmp_path: Path, arguments: tuple[str
         (("--at", "0,0,0", "--modulus-range", "1"), "two factors are wanted"),
         (("--at", "0,0,0", "--modulus-range", "1,2", "--uncertainty", "x.toml"), "give one of them"),
         (("--at", "0,0,0", "--uncertainty", "nowhere.toml"), "nowhere.toml: no such file"),
-        (("--at", "0,0"), "3 numbers are wanted"),
+        (("--at", "0,0"), "3 numbers are expected"),
         (("--at", "0,0,0", "--method", "vertex"), "did you mean 'vertices'?"),
         (("--at", "0,0,0", "--compensation", "ful"), "did you mean 'full'?"),
         (("--at", "0,0,0", "--step", "1"), "--step does not go with --at"),

@@ -16,8 +16,8 @@ LENGTHS = ("--lengths", "28,28,28,28")
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["inverse", HOUSE, "--at", "1,2"], "3 numbers are wanted"),
-        (["inverse", HOUSE, "--at", "1,2,3,4,5,6"], "3 numbers are wanted"),
+        (["inverse", HOUSE, "--at", "1,2"], "3 numbers are expected"),
+        (["inverse", HOUSE, "--at", "1,2,3,4,5,6"], "3 numbers are expected"),
         (["inverse", HOUSE, "--at", "1,2,nan"], "none can be left free"),
         (["inverse", HOUSE, "--at", "1,inf,3"], "finite; got inf"),
         (["inverse", HOUSE, "--at", "1,-inf,3"], "finite; got -inf"),
@@ -27,8 +27,8 @@ LENGTHS = ("--lengths", "28,28,28,28")
         (["inverse", HOUSE, "--at", "1,,3"], "--at = '1,,3'"),
         (["inverse", HOUSE, "--at", "1;2;3"], "numbers with commas"),
         (["inverse", HOUSE, "--at", "1\n2"], "numbers with commas"),
-        (["forward", HOUSE, "--lengths", "28,28,28"], "4 numbers are wanted"),
-        (["forward", HOUSE, "--lengths", "28,28,28,28,28"], "4 numbers are wanted"),
+        (["forward", HOUSE, "--lengths", "28,28,28"], "4 numbers are expected"),
+        (["forward", HOUSE, "--lengths", "28,28,28,28,28"], "4 numbers are expected"),
         (["forward", HOUSE, "--lengths", "28,28,28,nan"], "finite"),
         (["forward", HOUSE, "--lengths", "28,28,28,inf"], "finite"),
         (["forward", HOUSE, "--lengths", "28,28,28,-28"], "over zero; got -28 m"),

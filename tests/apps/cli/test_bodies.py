@@ -27,7 +27,7 @@ def test_a_position_alone_is_unrotated(cli) -> None:
 def test_a_long_rotation_vector_is_shortened_and_said(cli, caplog) -> None:
     answer = cli("inverse", "cogiro", "--at", "0,0,2,0,0,6.3", "--json")
     assert answer.json["pose"][5] == pytest.approx(6.3 - 2 * math.pi)
-    assert "6.3 rad is over pi" in caplog.text
+    assert "6.3 rad exceeds pi" in caplog.text
 
 
 def test_gravity_decides_what_is_free(cli) -> None:
@@ -42,7 +42,7 @@ def test_gravity_decides_what_is_free(cli) -> None:
         ((*GRAB, "1.1,0.1,-0.2,0,0,0"), "4 lines hold 4 of the 6 freedoms; 6 are given"),
         ((*GRAB, "1.1,0.1,-0.2,free,free,free"), "3 are given"),
         (("inverse", "cogiro", "--at", "0,0,2,free,0,0"), "8 lines hold all 6 freedoms: none can be left free"),
-        (("inverse", "cogiro", "--at", "0,0,2,0"), "6 numbers are wanted"),
+        (("inverse", "cogiro", "--at", "0,0,2,0"), "6 numbers are expected"),
         (("inverse", "cogiro", "--at", "0,0,2", "--load", "full"), "unknown load 'full'"),
         (("inverse", "cogiro", "--at", "0,0,2", "--wrench", "1,2"), "--wrench = '1,2'"),
         (("inverse", "cogiro", "--at", "0,0,2", "--wrench", "free,0,0"), "--wrench = 'free,0,0'"),

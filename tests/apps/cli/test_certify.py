@@ -167,10 +167,10 @@ def test_without_the_option_there_is_no_box(cli) -> None:
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        (("0",), "over 0 is wanted"),
-        (("-1e-3",), "over 0 is wanted"),
+        (("0",), "over 0 is expected"),
+        (("-1e-3",), "over 0 is expected"),
         (("30",), "as large as the length of line"),
-        (("1e-3,1e-3",), "one number is wanted, or 4"),
+        (("1e-3,1e-3",), "one number is expected, or 4"),
         (("wide",), "--length-error = 'wide'"),
         (("1e-3", "--budget", "0"), "budget = 0"),
     ],

@@ -25,7 +25,7 @@ def test_the_text(cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--lengths", "33,33"), "4 numbers are wanted"),
+        (("--lengths", "33,33"), "4 numbers are expected"),
         (("--lengths", "33,33,33,33", "--box", "0,0,1,1,1,1"), "X0 < X1"),
         (("--lengths", "33,33,33,33", "--starts", "0"), "starts = 0"),
         (("--lengths", "33,33,33,33", "--retraction", "1"), "has no retraction"),
@@ -60,7 +60,7 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     assert ended.code == 1
     assert "the same command goes on" in ended.err
     assert file.exists()
-    assert "complete: the search leaves no place" in cli(*asked).out
+    assert "complete: the search excludes any other" in cli(*asked).out
 
 
 @pytest.mark.parametrize(

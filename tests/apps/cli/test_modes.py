@@ -222,7 +222,7 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
         (["--boundary", "--tensions", "many"], "'many' is not one of"),
         (["--boundary", "--orientations", "0,0,4"], "at most pi (180 degrees)"),
         (["--boundary", "--retraction", "1.5", "--retraction-law", "0,1.5"], "give one of them"),
-        (["--at", "1,2"], "6 numbers are wanted"),
+        (["--at", "1,2"], "6 numbers are expected"),
         (["--at", "here"], "numbers with commas"),
         ([*AT, "--cable", "rope"], "'rope' is not one of"),
         ([*AT, "--sheave", "swivel"], "has only a sheave of kind eyelet"),

@@ -11,7 +11,6 @@ import pytest
 from matplotlib.image import imread
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.nozzle_error import nozzle_errors
 from cablewright.analyses.accuracy.region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.analyses.sheave_ratio import SheaveRule
@@ -29,6 +28,7 @@ from cablewright.studies.accuracy import (
     accuracy,
 )
 from cablewright.studies.places import Places
+from cases import nozzle_errors
 
 EVIL = "</script><script>alert(1)</script>\"'&<b> $\\frac{1}$ $x_"
 

@@ -46,7 +46,7 @@ def test_a_violation_in_words(small):
     [
         (HIGH, ["100 N outside", "5.1 kN", "at most 5 kN"]),
         (SWING, ["5.7° left", "34.4°", "-40.1° to 40.1°"]),
-        (FRAME, ["platform", "0 m left", "0 m to 15 m", "leaves the space"]),
+        (FRAME, ["platform", "0 m left", "0 m to 15 m", "leaves the frame"]),
         (LOST, ["no solution", "the solver did not converge"]),
         (UNKNOWN, ["3 Bq left", "no limit"]),
     ],

@@ -1,1 +1,1 @@
-"""How far off the nozzle is while numbers of the robot are uncertain."""
+"""Errors of the nozzle under uncertain parameters of the robot."""

@@ -1,4 +1,4 @@
-"""What a controller's model leaves out: the lengths that it commands, and where they take the machine as it is."""
+"""Commanded lengths by the model of a controller, and the poses that these lengths reach on the full model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cablewright.solvers.inverse import solve_inverse
 
 @dataclass(frozen=True)
 class Compensation:
-    """A model that a controller takes its lengths from. `words` follow what it is said of: "error without ..."."""
+    """The model that a controller computes its lengths with. `words` complete a phrase such as "error without ..."."""
 
     name: str
     fidelity: Fidelity
@@ -27,7 +27,7 @@ class Compensation:
 
     @classmethod
     def of(cls, name: str) -> Compensation:
-        """The one of that name. Raises `UnknownName`."""
+        """Return the compensation of that name. Raises `UnknownName`."""
         if name not in COMPENSATIONS:
             raise UnknownName("compensation", name, COMPENSATIONS)
         return COMPENSATIONS[name]
@@ -35,10 +35,11 @@ class Compensation:
     def lengths(
         self, held: Equilibrium, poses: Array, *, retraction: Array | None = None, home: Equilibrium | None = None
     ) -> Array:
-        """Lengths (N, m), m, that it commands for *poses* (N, n), which the full model has *held*.
+        """Return the lengths (N, m), m, commanded for *poses* (N, n), which the full model has solved as *held*.
 
-        *retraction* (N,) m is the platform's. Where *home*, of the full model, the machine was zeroed: there the
-        lengths are true. Raises `AnswerError` where its own model cannot be at home.
+        *retraction* (N,), m, is the platform's retraction length. *home*, an equilibrium of the full model, is where
+        the machine was zeroed: the commanded lengths are exact there. Raises `AnswerError` where the model of this
+        compensation has no answer at home.
         """
         full = held.model
         if self.fidelity == full.fidelity:
@@ -57,29 +58,29 @@ COMPENSATIONS: Final = {
         Compensation("full", Fidelity(), "with full compensation"),
     )
 }
-"""By name. Without compensation the lengths are those of rigid cables."""
+"""The compensations by name; ``none`` computes lengths with rigid cables."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """Where N rows of lengths take the machine; of rows that lead nowhere the pose is NaN and the code says why."""
+    """The poses that N rows of lengths reach; NaN where there is no equilibrium."""
 
-    codes: NDArray[np.int64]  # (N,)
+    codes: NDArray[np.int64]  # (N,) of `Status`
     poses: Array  # (N, n)
-    equilibria: Equilibrium  # of the rows whose code is 0
+    equilibria: Equilibrium  # the rows whose code is 0
 
     @classmethod
     def of(
         cls, full: Model, lengths: Array, near: Array, *, retraction: Array | None = None, path: bool = False
     ) -> Self:
-        """What the *full* model says of *lengths* (N, m), m, which may be NaN, *near* poses (N, n).
+        """Solve the *full* model for *lengths* (N, m), m (NaN is allowed), starting *near* poses (N, n).
 
-        *path* says that neighbouring rows are neighbours on a path.
+        *path* states that consecutive rows are neighbours on a path.
         """
         codes, poses = np.full(len(lengths), int(Code.NOT_FINITE)), np.full(near.shape, np.nan)
         some = (lengths > 0.0).all(axis=1)  # false for NaN
-        drawn = None if retraction is None else retraction[some]
-        solved = solve_forward(full, lengths[some], guess=near[some], path=path, retraction=drawn)
+        retracted = None if retraction is None else retraction[some]
+        solved = solve_forward(full, lengths[some], guess=near[some], path=path, retraction=retracted)
         codes[some] = solved.code
         poses[codes == 0] = solved.pose[solved.ok]
         return cls(codes, poses, solved[solved.ok])

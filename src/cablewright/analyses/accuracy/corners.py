@@ -1,4 +1,4 @@
-"""Corners of a box of uncertain numbers: all of them, or those that can be extreme."""
+"""Corners of the box of uncertain parameters: all of them, or those that can be extreme."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ import numpy as np
 
 from cablewright.arrays import Array
 
-ALL_VERTICES = 12  # numbers up to which all vertices of their box are looked at
-JITTER = 1e-9  # of a generator: tells apart what would be parallel
+ALL_VERTICES = 12  # largest number of parameters for which all corners are evaluated
+JITTER = 1e-9  # relative perturbation that makes parallel generators distinct
 
 
 def vertex_count(k: int) -> int:
-    """How many corners of a box of *k* numbers are looked at."""
+    """Number of corners that are evaluated for *k* parameters."""
     return 2**k if k <= ALL_VERTICES else 4 * k * (k - 1)
 
 
 def signs_of_box(k: int) -> Array:
-    """Signs (2^k, k) of a box's corners: the last number changes first."""
+    """Signs (2^k, k) of all corners of the box; the last parameter changes first."""
     return np.asarray(1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)[::-1]) & 1))
 
 
 def extreme_signs(effects: Array) -> Array:
-    """Signs (4 k (k - 1), k) of the corners that are vertices of the box's image under *effects* (3, k), a zonotope.
+    """Signs (4 k (k - 1), k) of the corners that map to vertices of a zonotope, the image of the box under *effects*.
 
-    Any largest value of a convex function, as a distance is, is at one of them. Each vertex is a corner of a face, and
-    each face is spanned by two of the generators: the others' signs are those of their products with its normal.
+    *effects* (3, k): displacement per parameter. A convex function, such as a distance, is largest at such a corner.
+    Each vertex belongs to a face spanned by two of the generators; the signs of the others are those of their products
+    with the normal of that face.
     """
     k = effects.shape[1]
     size = np.maximum(np.linalg.norm(effects, axis=0), 1e-300)

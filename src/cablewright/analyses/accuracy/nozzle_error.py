@@ -1,4 +1,4 @@
-"""How far off the nozzle is: with the lengths that a controller's model gives, on the machine as it may be.
+"""The nozzle's error: the lengths that a controller's model commands, evaluated on the full model.
 
 Paty 2021, section 2.3: the error when cables are taken as rigid, and the uncertainty that their moduli leave.
 """
@@ -22,23 +22,23 @@ from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, modulus_ranges
-from cablewright.solvers.arguments import as_poses, of_rows
+from cablewright.solvers.arguments import as_poses, given_numbers
 from cablewright.solvers.inverse import solve_inverse
 
 METHODS: dict[str, Method] = {each.name: each for each in (Vertices(), FirstOrder(), MonteCarlo())}
 
 
 def _most(values: Array) -> float:
-    """The largest of all that are not NaN; NaN where there is none."""
+    """The largest of *values* that is not NaN; NaN if there is none."""
     return float("nan") if np.isnan(values).all() else float(np.nanmax(values))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Accuracy(Result):
-    """How far off the nozzle is at N poses, over k uncertain numbers. SI; rows without an answer are NaN.
+    """Errors of the nozzle at N poses under k uncertain parameters; SI, NaN in rows without an answer.
 
-    `codes` tells for each pose whether the full model can hold it within the tension limits, and whether the lengths
-    that the compensation gives lead anywhere. It has N as its length.
+    A code other than 0 states that the full model cannot hold the pose within the tension limits, or that the commanded
+    lengths have no equilibrium. `len()` is N.
     """
 
     FIGURES: ClassVar = (
@@ -50,10 +50,10 @@ class Accuracy(Result):
         Figure("refused", "1", "Places without one, by status.", "_refused"),
         Figure("nominal_error", "m", "Largest error if all numbers are nominal.", lambda at: _most(at.nominal_error)),
         Figure("max_error", "m", "Largest error.", lambda at: _most(at.spread.max_error)),
-        Figure("max_error_at", "m", "Where the nozzle is wanted there.", "_worst_place"),
+        Figure("max_error_at", "m", "Where the nozzle is expected there.", "_worst_place"),
         Figure("max_error_values", "", "Values of the uncertain numbers there.", "_worst_values"),
         Figure("smallest_max_error", "m", "Largest error of the best place.", lambda at: -_most(-at.spread.max_error)),
-        Figure("smallest_max_error_at", "m", "Where the nozzle is wanted there.", "_best_place"),
+        Figure("smallest_max_error_at", "m", "Where the nozzle is expected there.", "_best_place"),
         Figure("difference", "m", "Largest error less the nominal one, at most.", lambda at: _most(at.difference)),
         Figure("max_deviation", "m", "Longest way from the nominal place.", lambda at: _most(at.spread.max_deviation)),
         Figure("lowest_error", "m", "Lowest x, y and z of the error.", lambda at: _ends(np.fmin, at.spread.low)),
@@ -70,20 +70,20 @@ class Accuracy(Result):
     robot: Robot
     ranges: tuple[Range, ...]
     compensation: str
-    method: str  # the name of the one that found the spread
+    method: str  # name of the method that found the spread
     wanted: Array  # (N, n) poses
     commanded: Array  # (N, m) lengths
     codes: NDArray[np.int64]  # (N,)
-    nominal: Array  # (N, n) where the machine goes if all numbers are nominal
-    problem: SpreadProblem  # of the poses that have an answer
+    nominal: Array  # (N, n) poses reached if all parameters are nominal
+    problem: SpreadProblem  # the poses with an answer
     spread: Spread
 
     def __len__(self) -> int:
-        """N."""
+        """Number of poses."""
         return len(self.codes)
 
     def __getitem__(self, index: int | slice) -> Accuracy:
-        """One of its places, as one row, or some."""
+        """Return some of its poses; a single index gives one row."""
         every = np.arange(len(self))
         rows = every[index] if isinstance(index, slice) else every[[index]]
         spread = Spread(**{name: values[rows] for name, values in self.spread.__dict__.items()})
@@ -93,32 +93,32 @@ class Accuracy(Result):
 
     @property
     def labels(self) -> list[str]:
-        """(k) what is uncertain."""
+        """(k) labels of the uncertain parameters."""
         return [each.parameter.label for each in self.ranges]
 
     @property
     def ok(self) -> Mask:
-        """(N,) which poses have an answer."""
+        """(N,) whether a pose has an answer."""
         return np.asarray(self.codes == 0)
 
     @property
     def wanted_nozzle(self) -> Array:
-        """(N, 3) where the nozzle is wanted, m."""
+        """(N, 3) commanded position of the nozzle, m."""
         return Model(self.robot).nozzle(self.wanted)
 
     @property
     def nominal_offset(self) -> Array:
-        """(N, 3) error of the nozzle if all numbers are nominal, m: Paty's delta p_n."""
+        """(N, 3) error of the nozzle if all parameters are nominal, m: Paty's delta p_n."""
         return Model(self.robot).nozzle(self.nominal) - self.wanted_nozzle
 
     @property
     def nominal_error(self) -> Array:
-        """(N,) its size, m."""
+        """(N,) length of `nominal_offset`, m."""
         return np.asarray(np.linalg.norm(self.nominal_offset, axis=1))
 
     @property
     def nominal_turn(self) -> Array:
-        """(N,) angle of the platform from the wanted rotation, rad; 0 for a point."""
+        """(N,) angle of the platform from the commanded rotation, rad; 0 for a point platform."""
         if self.robot.n == 3:
             return np.where(self.ok, 0.0, np.nan)
         return angle_between(self.wanted[:, 3:], self.nominal[:, 3:])
@@ -130,7 +130,7 @@ class Accuracy(Result):
 
     @property
     def worst_offset(self) -> Array:
-        """(N, 3) error of the nozzle where it is largest, m: Paty's delta p_max."""
+        """(N, 3) the largest error of the nozzle as a vector, m: Paty's delta p_max."""
         return self.spread.worst - self.wanted_nozzle
 
     def _refused(self) -> dict[str, int]:
@@ -154,17 +154,17 @@ class Accuracy(Result):
 
 
 def _at(rows: Array, values: Array) -> Array | None:
-    """The row where *values* (N,) are largest; None where all are NaN."""
+    """The row with the largest of *values* (N,); None where all are NaN."""
     return None if np.isnan(values).all() else np.asarray(rows[int(np.nanargmax(values))])
 
 
 def _ends(choose: np.ufunc, rows: Array) -> Array:
-    """The lowest, or highest, of each column that are not NaN."""
+    """The smallest or largest (by *choose*) of each column, without NaN."""
     return np.asarray(choose.reduce(rows, axis=0, initial=np.nan))
 
 
 class AccuracyOptions(TypedDict, total=False):
-    """What `accuracy` takes by name."""
+    """Keyword arguments of `accuracy`."""
 
     compensation: str
     method: Method | str
@@ -176,22 +176,22 @@ class AccuracyOptions(TypedDict, total=False):
 
 
 class HeldPoses(NamedTuple):
-    """N poses that are wanted, and what the full model makes of them."""
+    """N commanded poses and their equilibria on the full model."""
 
-    wanted: Array  # (N, n) as given; NaN where gravity decides
+    wanted: Array  # (N, n) as given; NaN for freedoms that gravity decides
     retraction: Array | None  # (N,) m
     equilibria: Equilibrium
 
 
 @dataclass(frozen=True, eq=False)
 class AccuracyQuestion:
-    """What is asked of a robot's accuracy, wherever it is asked. It is checked when it is made; see `nozzle_errors`."""
+    """The settings of an accuracy analysis, independent of poses; `of` checks them."""
 
     model: Model  # the full one
     ranges: tuple[Range, ...]
     compensation: Compensation
     method: Method
-    home: Equilibrium | None  # of the full model, where the machine was zeroed
+    home: Equilibrium | None  # of the full model, where the machine was zeroed; None: commanded lengths are not offset
     progress: Progress
 
     @classmethod
@@ -205,32 +205,33 @@ class AccuracyQuestion:
         home: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> Self:
-        """The question that the arguments of `nozzle_errors` ask. Raises `InputError` for what cannot be used."""
+        """Return the settings for the arguments of `accuracy`. Raises `InputError` for invalid ones."""
         model = Model.full(robot, tension_limits=tension_limits)
         known = tuple(modulus_ranges(model.robot) if ranges is None else ranges)
         if not known:
-            raise InputError("ranges: none are given; at least one number has to be uncertain")
-        if isinstance(method, str) and method not in METHODS:
-            raise UnknownName("method", method, METHODS)
-        known_method = METHODS[method] if isinstance(method, str) else method
+            raise InputError("ranges: none are given; at least one parameter has to be uncertain")
+        if isinstance(method, str):
+            if method not in METHODS:
+                raise UnknownName("method", method, METHODS)
+            method = METHODS[method]
         law = Compensation.of(compensation)
         zeroed = None if home is None else solve_inverse(model, as_poses(model, home, "home")[0][0])
         if zeroed is not None and not zeroed.ok:
             raise InputError(f"home: {zeroed.sentence()}")
-        return cls(model, known, law, known_method, zeroed, progress or silent)
+        return cls(model, known, law, method, zeroed, progress or silent)
 
     def hold(self, poses: ArrayLike, retraction: ArrayLike | None = None) -> HeldPoses:
-        """Solve the inverse problem of *poses*, (n,) or (N, n), under the full model."""
+        """Solve the inverse problem at *poses*, (n,) or (N, n), on the full model; *retraction*, m, one or (N,)."""
         wanted, _ = as_poses(self.model, poses, "pose", free=True)
-        drawn = of_rows(retraction, len(wanted), "retraction", "m")
-        return HeldPoses(wanted, drawn, solve_inverse(self.model, wanted, path=True, retraction=drawn))
+        retracted = given_numbers(retraction, len(wanted), "retraction", "m")
+        return HeldPoses(wanted, retracted, solve_inverse(self.model, wanted, path=True, retraction=retracted))
 
     def answer(self, there: HeldPoses) -> Accuracy:
-        """How far off the machine is at some poses. Raises `AnswerError` where none of them has an answer."""
+        """Return the errors at these poses. Raises `AnswerError` where none of them has an answer."""
         held, some = there.equilibria, there.equilibria.ok
-        drawn = None if there.retraction is None else there.retraction[some]
+        retracted = None if there.retraction is None else there.retraction[some]
         lengths = np.full_like(held.lengths, np.nan)
-        lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=drawn, home=self.home)
+        lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=retracted, home=self.home)
         reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
         codes = np.where(some, reached.codes, held.code)
         ok = codes == 0
@@ -251,32 +252,8 @@ class AccuracyQuestion:
         )
 
 
-def nozzle_errors(
-    robot: Robot | Model,
-    poses: ArrayLike,
-    ranges: Sequence[Range] | None = None,
-    *,
-    compensation: str = "none",
-    method: Method | str = "vertices",
-    tension_limits: tuple[float, float] | None = None,
-    retraction: ArrayLike | None = None,
-    home: ArrayLike | None = None,
-    progress: Progress | None = None,
-) -> Accuracy:
-    """How far off *robot* is at *poses*, (n,) or (N, n) m and rad, while numbers are uncertain by *ranges*.
-
-    Without ranges every line's modulus lies between 0.7 and 1.3 of its nominal value. *compensation* names the model
-    that gives the commanded lengths (see `COMPENSATIONS`); *method* finds the spread, `Vertices` when left out.
-    *home* is a pose at which the machine was zeroed: there the commanded lengths are true. Poses that the tension
-    limits (N, in place of the lines' own) do not allow have no answer. Raises `InputError` for what cannot be used,
-    `AnswerError` where no pose has an answer.
-    """
-    asked = AccuracyQuestion.of(robot, ranges, compensation, method, tension_limits, home, progress)
-    return asked.answer(asked.hold(poses, retraction))
-
-
 def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
-    """Why none of the poses has an answer: the commonest reason, by the first pose that has it."""
+    """The most frequent reason why the poses have no answer, with the sentence of the first such pose."""
     commonest = int(np.bincount(codes).argmax())
     first = int(np.argmax(codes == commonest))
     why = held[first].sentence() if held.code[first] else f"with these lengths, {Status.of(commonest).value}"
@@ -284,7 +261,7 @@ def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
 
 
 def _scattered(spread: Spread, ok: Mask) -> Spread:
-    """The spread of the places that are *ok*, as rows among all; the others are NaN."""
+    """*spread* of the poses that are *ok* (N,), as rows among all; the others are NaN."""
     values = {}
     for name, known in spread.__dict__.items():
         wide = np.full((len(ok), *known.shape[1:]), 0 if known.dtype == np.int64 else np.nan, dtype=known.dtype)

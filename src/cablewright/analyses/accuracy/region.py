@@ -1,9 +1,9 @@
-"""The region where the nozzle may be at one place: its hull, its shadows, and whether corners bound it."""
+"""The region that the nozzle can reach at one pose: its convex hull, its projections, and whether corners bound it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,48 +12,51 @@ from cablewright.analyses.accuracy.spread import SpreadProblem, sampled, settled
 from cablewright.arrays import Array
 from cablewright.solvers.parameters import nozzle_response
 
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
+
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-FLAT = 1e-9  # smallest extent of a body with a volume, as a share of its largest
-CLIMBERS = 16  # samples from which the error is climbed
-CLIMBS = 30
-FIRST_STEP = 0.125  # of the box whose sides are 2
-BEATEN = 1e-9  # m: by how much an inner point has to beat the corners to be told apart from rounding
+FLAT = 1e-9  # ratio of the smallest to the largest extent below which points count as flat
+CLIMBERS = 16  # samples from which a gradient ascent of the error starts
+CLIMBS = 30  # steps of each ascent
+FIRST_STEP = 0.125  # step of the ascent, in a box of ranges scaled to sides of 2
+BEATEN = 1e-9  # m; an inner point that exceeds the corners by less is taken for rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """The convex hull of points in space, m."""
+    """The convex hull of points (S, 3), m."""
 
-    volume: float  # m^3; 0 where all points are in one plane
-    triangles: NDArray[np.int64]  # (F, 3) of the points; none where they are in one plane
-    projections: dict[str, Array]  # corner points (P, 2) of its shadows on the planes xy, xz and yz, in order
+    volume: float  # m^3; 0 where all points are coplanar
+    triangles: NDArray[np.int64]  # (F, 3) indices of points; F = 0 where they are coplanar
+    projections: dict[str, Array]  # by "xy", "xz", "yz": the corners (P, 2) of the hull's outline, anticlockwise
 
 
 @dataclass(frozen=True)
 class Interior:
-    """Whether any inner point of the box of ranges is worse than all of its corners."""
+    """Whether any inner point of the box of ranges has a larger error than all its corners."""
 
     samples: int  # random inner points
-    climbs: int  # of them, from how many the error was climbed along its gradient
+    climbs: int  # random points from which the error was increased along its gradient
     max_error: float  # m, largest error of any inner point
-    max_deviation: float  # m, largest offset from the nominal point
-    corner_is_worst: bool  # neither beats the corners'
+    max_deviation: float  # m, largest distance of any inner point from the nominal position
+    corner_is_worst: bool  # no inner point exceeds the corners in either
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """Where the nozzle may be at one place. k uncertain numbers, S sets of values."""
+    """The positions that the nozzle can have at one pose, for S sets of values of k uncertain parameters."""
 
-    wanted: Array  # (3,) m
-    nominal: Array  # (3,) m
+    wanted: Array  # (3,) m, commanded position of the nozzle
+    nominal: Array  # (3,) m, position if all parameters are nominal
     points: Array  # (S, 3) m
     values: Array  # (S, k)
     hull: Hull
-    interior: Interior | None  # None where it was not looked at
+    interior: Interior | None  # None where no inner points were tried
 
 
 def region(problem: SpreadProblem, values: Array, *, inner: int = 0, seed: int = 0) -> Region:
-    """The region of the *values* (S, k) of a problem of one place; *inner* random points are tried against it."""
+    """The region for *values* (S, k) of a problem of one pose, compared with *inner* random inner points."""
     points, _, ok = sampled(problem, values)
     kept = points[0][ok[0]]
     wanted = problem.nominal.model.nozzle(problem.wanted)[0]
@@ -63,48 +66,38 @@ def region(problem: SpreadProblem, values: Array, *, inner: int = 0, seed: int =
 
 def hull_of(points: Array) -> Hull:
     """The convex hull of *points* (S, 3), m."""
+    shadows = {name: _shadow(points[:, axes]) for name, axes in PLANES.items()}
+    hull, scale = _scaled_hull(points)
+    if hull is None:
+        return Hull(0.0, np.empty((0, 3), dtype=np.int64), shadows)
+    return Hull(float(hull.volume) * scale**3, hull.simplices.astype(np.int64), shadows)
+
+
+def _scaled_hull(points: Array) -> tuple[ConvexHull | None, float]:
+    """The hull of *points* (S, d) about their mean, divided by the scale returned with it, m; None where it is flat."""
     from scipy.spatial import ConvexHull
 
-    shadows = {name: shadow(points[:, axes]) for name, axes in PLANES.items()}
-    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if len(points) < 4 or extent[2] <= FLAT * extent[0]:
-        return Hull(0.0, np.empty((0, 3), dtype=np.int64), shadows)
-    found = ConvexHull((points - points.mean(axis=0)) / extent[0])
-    return Hull(float(found.volume) * float(extent[0]) ** 3, found.simplices.astype(np.int64), shadows)
+    centred = points - points.mean(axis=0)
+    extent = np.linalg.svd(centred, compute_uv=False)
+    if len(points) <= points.shape[1] or extent[-1] <= FLAT * extent[0]:
+        return None, 1.0
+    return ConvexHull(centred / extent[0]), float(extent[0])
 
 
-def shadow(points: Array) -> Array:
-    """Corners (P, 2) of the convex hull of *points* (S, 2), anticlockwise (Andrew's monotone chain)."""
-    order = sorted(map(tuple, points))
-    ends = [_chain(order), _chain(order[::-1])]
-    return np.array(ends[0][:-1] + ends[1][:-1] if len(order) > 1 else order).reshape(-1, 2)
-
-
-def _chain(order: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
-    """The half of the hull that lies to the right of the way through sorted points."""
-    kept: list[tuple[float, ...]] = []
-    for x, y in order:
-        while len(kept) > 1 and _turn(kept[-2], kept[-1], (x, y)) <= 0.0:
-            kept.pop()
-        kept.append((x, y))
-    return kept
-
-
-def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def area(outline: Array) -> float:
-    """Area (m^2) within an outline (P, 2)."""
-    closed = [*outline, outline[0]]
-    return 0.5 * float(abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in pairwise(closed))))
+def _shadow(points: Array) -> Array:
+    """Corners (P, 2) of the convex hull of *points* (S, 2), anticlockwise; the ends where all are on one line."""
+    hull, _ = _scaled_hull(points)
+    if hull is None:
+        ends = np.unique(points, axis=0)
+        return ends[:: max(1, len(ends) - 1)]
+    return np.asarray(points[hull.vertices])
 
 
 def interior(problem: SpreadProblem, corners: Array, samples: int, seed: int) -> Interior:
-    """Try to beat the *corners* (S, 3), the nozzle at the corners of the box: random points, then climbs from the best.
+    """Search the box of ranges for points worse than its *corners* (S, 3): random *samples*, then gradient ascent.
 
-    The problem is of one place. A climb goes up the gradient of the error, or of the offset from the nominal point,
-    in the box whose sides are 2, held inside it.
+    The problem has one pose; *corners* are the nozzle positions at the corners of the box. Each ascent increases the
+    error, or the distance from the nominal position, and is clipped to the box.
     """
     rng = np.random.default_rng(seed)
     scaled = rng.uniform(-1.0, 1.0, (samples, len(problem.ranges)))
@@ -120,7 +113,7 @@ def interior(problem: SpreadProblem, corners: Array, samples: int, seed: int) ->
 
 
 def _climbed(problem: SpreadProblem, scaled: Array, goal: Array) -> float:
-    """Largest distance (m) from *goal* that climbs from *scaled* points (C, k) reach; steps that lose are halved."""
+    """Largest distance (m) from *goal* (3,) found by ascents from *scaled* points (C, k); failed steps are halved."""
     steps = np.full(len(scaled), FIRST_STEP)
     here, trial = scaled, scaled
     reached = np.full(len(scaled), -1.0)

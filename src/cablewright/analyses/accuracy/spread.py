@@ -1,13 +1,14 @@
-"""Where uncertain numbers can take the nozzle: three methods, one signature.
+"""How far uncertain parameters move the nozzle, by one of three methods with the same signature.
 
-`Vertices` solves the corners of the box of ranges, `FirstOrder` reads the one linearisation, `MonteCarlo` draws
-samples. Each takes a `SpreadProblem` and returns a `Spread`; whatever else has that signature will do as well.
+`Vertices` solves the corners of the box of ranges, `FirstOrder` evaluates the linearisation, `MonteCarlo` solves random
+samples. Each takes a `SpreadProblem` and returns a `Spread`; any other callable with that signature works as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from statistics import NormalDist
 from typing import Protocol
 
@@ -26,18 +27,18 @@ from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.parameters import at_nozzle, departures, response
 
-SOLVES = 32_768  # forward problems solved between two reports: bounds memory, and the wait for an interrupt
-LIKELY = 0.95  # share of samples that stay within the likely error
-TRIED = 8  # corners that first order solves to tell how far it is off, beside the farthest
-QUANTILES = (np.arange(1001) + 0.5) / 1001.0  # of one number's distribution
+SOLVES = 32_768  # forward problems between two progress reports: bounds memory and the time until an interrupt acts
+LIKELY = 0.95  # share of samples within the likely error
+TRIED = 8  # corners that `FirstOrder` solves besides the farthest, to measure its nonlinearity
+QUANTILES = (np.arange(1001) + 0.5) / 1001.0  # at which one parameter's distribution is evaluated
 
 
 @dataclass(frozen=True, eq=False)
 class SpreadProblem:
-    """N places with what is uncertain there.
+    """N poses and k uncertain parameters.
 
-    `commanded` (N, m) are the lengths that the machine believes it pays out, m; `nominal` is where they take the
-    platform if all numbers are nominal: a batch of N rows, all solved. `wanted` (N, n) are the poses meant.
+    `commanded` (N, m): the commanded lengths, m. `nominal`: the equilibria that these reach if all parameters are
+    nominal, a batch of N solved rows. `wanted` (N, n): the poses that were commanded, m and rad.
     """
 
     nominal: Equilibrium
@@ -47,77 +48,71 @@ class SpreadProblem:
     progress: Progress = silent
 
     def rows(self, index: slice | NDArray[np.int64]) -> SpreadProblem:
-        """Some of its places."""
+        """Return the problem of some of its poses."""
         return SpreadProblem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
 
-    @property
-    def nominal_values(self) -> Array:
-        """(k,) in each number's unit."""
-        return np.array([each.nominal for each in self.ranges])
-
     def departures(self, values: Array) -> Array:
-        """How far values (..., k) are from nominal, in what first order is linear in; see `departures`."""
-        return departures([each.parameter for each in self.ranges], self.nominal_values, values)
+        """Return how far values (..., k) are from nominal, in the variables of `solvers.parameters.departures`."""
+        nominal = np.array([each.nominal for each in self.ranges])
+        return departures([each.parameter for each in self.ranges], nominal, values)
 
     @property
     def middle(self) -> Array:
-        """(k,) the middles of the ranges."""
+        """(k,) the middles of the ranges, SI."""
         return np.array([each.middle for each in self.ranges])
 
     @property
     def half_widths(self) -> Array:
-        """(k,) half the widths of the ranges."""
+        """(k,) half the widths of the ranges, SI."""
         return np.array([each.half_width for each in self.ranges])
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What a method found at N places, k uncertain numbers; m and rad. Points are the nozzle's, in the world.
+    """The nozzle's positions at N poses under k uncertain parameters, m and rad, in the world frame.
 
-    Offsets are from where the nominal numbers take the nozzle, errors from where it is wanted.
+    A deviation is measured from the nozzle position that nominal parameters give, an error from the commanded one.
     """
 
     max_error: Array  # (N,) the largest error found
-    worst: Array  # (N, 3) the nozzle there
-    worst_values: Array  # (N, k) the uncertain numbers there
-    max_deviation: Array  # (N,) the largest offset
-    low: Array  # (N, 3) smallest error by axis, signed
-    high: Array  # (N, 3) largest error by axis, signed
-    max_turn: Array  # (N,) largest angle from the wanted rotation; 0 for a point
-    deviation: Array  # (N, 3) standard deviation by axis
-    likely_error: Array  # (N,) the error that 95 % of samples stay within; NaN where nothing is sampled
-    effects: Array  # (N, 3, k) offset by each number alone, half its range, first order
-    nonlinearity: Array  # (N,) how far first order is off, as a share of the spread
-    unsolved: NDArray[np.int64]  # (N,) how many of the places' solves have no answer; they are left out
+    worst: Array  # (N, 3) nozzle position at that error
+    worst_values: Array  # (N, k) values of the parameters at that error
+    max_deviation: Array  # (N,) the largest deviation
+    low: Array  # (N, 3) smallest signed error along each axis
+    high: Array  # (N, 3) largest signed error along each axis
+    max_turn: Array  # (N,) largest angle from the commanded rotation; 0 for a point platform
+    deviation: Array  # (N, 3) standard deviation along each axis
+    likely_error: Array  # (N,) error that 95 % of the samples stay within; NaN without samples
+    effects: Array  # (N, 3, k) displacement by half the range of each parameter alone, to first order
+    nonlinearity: Array  # (N,) error of the first order, as a share of the largest deviation
+    unsolved: NDArray[np.int64]  # (N,) number of sets of values without an equilibrium, which are left out
 
 
 class Method(Protocol):
-    """How a spread is found."""
+    """A method that computes a `Spread`."""
 
     @property
     def name(self) -> str:
-        """What it is called on the command line and in reports."""
+        """Its name on the command line and in reports."""
         ...
 
     def __call__(self, problem: SpreadProblem) -> Spread:
-        """The spread at each place of *problem*."""
+        """Return the spread at each pose of *problem*."""
         ...
 
 
 @dataclass(frozen=True)
 class Vertices:
-    """The corners of the box: all of them up to 12 numbers, beyond that those which first order cannot rule out."""
+    """Solve the corners of the box of ranges: all up to 12 parameters, else those that first order cannot rule out."""
 
     name = "vertices"
 
     def __call__(self, problem: SpreadProblem) -> Spread:
-        """The spread over the corners."""
-        count = vertex_count(len(problem.ranges))
-        return _by_blocks(problem, count, self._block)
+        """Return the spread over the corners."""
+        return _by_blocks(problem, vertex_count(len(problem.ranges)), self._block)
 
     @staticmethod
-    def _block(problem: SpreadProblem) -> Spread:
-        linear = _Linear.of(problem)
+    def _block(problem: SpreadProblem, linear: _Linear) -> Spread:
         signs = _corners(linear)
         values = problem.middle + signs * problem.half_widths
         points, turns, ok = sampled(problem, values)
@@ -127,28 +122,26 @@ class Vertices:
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """The one linearisation: cheap, and exact for small ranges. A few corners are solved to tell how far it is off."""
+    """Evaluate the corners with the linearisation: cheap, exact for small ranges. A few are solved to check it."""
 
     name = "first-order"
 
     def __call__(self, problem: SpreadProblem) -> Spread:
-        """The spread over the corners, as first order has them."""
-        count = vertex_count(len(problem.ranges))
-        return _by_blocks(problem, count, self._block)
+        """Return the spread over the corners, to first order."""
+        return _by_blocks(problem, vertex_count(len(problem.ranges)), self._block)
 
     @staticmethod
-    def _block(problem: SpreadProblem) -> Spread:
-        linear = _Linear.of(problem)
+    def _block(problem: SpreadProblem, linear: _Linear) -> Spread:
         signs = _corners(linear)
         offsets = linear.offsets(signs)
-        count = offsets.shape[1]
-        rows = np.arange(len(offsets))[:, None]
+        poses, count = offsets.shape[:2]
+        rows = np.arange(poses)[:, None]
         farthest = np.linalg.norm(offsets, axis=2).argmax(axis=1)
-        tried = np.column_stack([farthest, *(np.full(len(rows), k) for k in range(0, count, -(-count // TRIED)))])
-        values = problem.middle + signs * problem.half_widths
-        solved, _, ok = sampled(problem, values[rows, tried] if values.ndim == 3 else values[tried])
+        tried = np.column_stack([farthest, np.tile(np.arange(0, count, -(-count // TRIED)), (poses, 1))])
+        values = _per_pose(problem.middle + signs * problem.half_widths, poses)
+        solved, _, ok = sampled(problem, values[rows, tried])
         nonlinearity = _nonlinearity(solved - linear.start[:, None], offsets[rows, tried], ok)
-        every = np.ones(offsets.shape[:2], dtype=bool)
+        every = np.ones((poses, count), dtype=bool)
         points = linear.start[:, None] + offsets
         found = _gathered(problem, linear, values, points, linear.turns(problem, signs), every, nonlinearity)
         return replace(found, unsolved=(~ok).sum(axis=1))
@@ -156,27 +149,26 @@ class FirstOrder:
 
 @dataclass(frozen=True)
 class MonteCarlo:
-    """Random samples: uniform in a range, normal where a standard deviation is given; the same at each place."""
+    """Solve random samples: uniform in a range, normal where it has a standard deviation; the same at each pose."""
 
     name = "monte-carlo"
     samples: int = 100_000
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse too few samples to tell a standard deviation."""
+        """Refuse a number of samples or a seed out of range."""
         if not 100 <= self.samples <= 10_000_000:
             raise InputError(f"samples = {self.samples}: from 100 to 10 000 000 are allowed")
         if self.seed < 0:
-            raise InputError(f"seed = {self.seed}: at least 0 is wanted")
+            raise InputError(f"seed = {self.seed}: at least 0 is expected")
 
     def __call__(self, problem: SpreadProblem) -> Spread:
-        """The spread of the samples."""
+        """Return the spread of the samples."""
         drawn = _drawn(problem.ranges, self.samples, self.seed)
-        return _by_blocks(problem, self.samples, lambda rows: self._block(rows, drawn))
+        return _by_blocks(problem, self.samples, partial(self._block, drawn=drawn))
 
     @staticmethod
-    def _block(problem: SpreadProblem, drawn: Array) -> Spread:
-        linear = _Linear.of(problem)
+    def _block(problem: SpreadProblem, linear: _Linear, drawn: Array) -> Spread:
         points, turns, ok = sampled(problem, drawn)
         deviation = _deviation(points, ok)
         errors = np.sort(np.where(ok, np.linalg.norm(points - linear.wanted[:, None], axis=2), np.inf), axis=1)
@@ -189,40 +181,41 @@ class MonteCarlo:
         return replace(found, deviation=deviation, likely_error=errors[np.arange(len(errors)), likely])
 
 
-def sampled(problem: SpreadProblem, values: Array) -> tuple[Array, Array, Mask]:
-    """The nozzle (N, S, 3), its turn from what is wanted (N, S) and whether there is an answer, for *values*.
+def _per_pose(values: Array, poses: int) -> Array:
+    """*values* (S, k), the same at each pose, or (N, S, k), as (N, S, k) without a copy."""
+    return np.broadcast_to(values, (poses, *values.shape[-2:]))
 
-    *values*: (S, k), the same at each place, or (N, S, k). In blocks, however many there are.
+
+def sampled(problem: SpreadProblem, values: Array) -> tuple[Array, Array, Mask]:
+    """Solve the N poses of *problem* for S sets of *values*, (S, k) or (N, S, k), in blocks of bounded memory.
+
+    Returns nozzle positions (N, S, 3), m, angles (N, S) from the wanted rotation, rad, and which were solved (N, S).
     """
-    model, places = problem.nominal.model, len(problem.commanded)
-    count = values.shape[-2]
-    points, turns = np.empty((places, count, 3)), np.zeros((places, count))
-    ok = np.empty((places, count), dtype=bool)
-    for row, first in _pieces(places, count):
-        each = slice(first, first + SOLVES)
-        own = (
-            values[row, each]
-            if values.ndim == 3
-            else np.broadcast_to(values[each], (len(points[row]), *values[each].shape))
-        )
+    model, count = problem.nominal.model, values.shape[-2]
+    values = _per_pose(values, len(problem.commanded))
+    points, turns = np.empty((*values.shape[:2], 3)), np.zeros(values.shape[:2])
+    ok = np.empty(turns.shape, dtype=bool)
+    for row, each in _pieces(len(values), count):
+        own = values[row, each]
         found = settled(problem.rows(row), own)
-        shape = own.shape[:2]
-        points[row, each] = model.nozzle(found.pose).reshape(*shape, 3)
-        ok[row, each] = found.ok.reshape(shape)
+        points[row, each] = found.nozzle.reshape(*own.shape[:2], 3)
+        ok[row, each] = found.ok.reshape(own.shape[:2])
         if model.n == 6:
-            wanted = np.repeat(problem.wanted[row, 3:], shape[1], axis=0)
-            turns[row, each] = angle_between(wanted, found.pose[:, 3:]).reshape(shape)
+            wanted = np.repeat(problem.wanted[row, 3:], own.shape[1], axis=0)
+            turns[row, each] = angle_between(wanted, found.pose[:, 3:]).reshape(own.shape[:2])
     return points, turns, ok
 
 
-def _pieces(places: int, count: int) -> list[tuple[slice, int]]:
-    """Blocks of places and first samples with at most SOLVES problems each."""
+def _pieces(poses: int, count: int) -> Iterator[tuple[slice, slice]]:
+    """Blocks of poses and samples with at most SOLVES problems each."""
     rows = max(1, SOLVES // count)
-    return [(slice(row, row + rows), first) for row in range(0, places, rows) for first in range(0, count, SOLVES)]
+    for row in range(0, poses, rows):
+        for first in range(0, count, SOLVES):
+            yield slice(row, row + rows), slice(first, first + SOLVES)
 
 
 def settled(problem: SpreadProblem, values: Array) -> Equilibrium:
-    """The equilibria (N * S) of *values* (N, S, k), row by row."""
+    """The equilibria (N * S) for *values* (N, S, k), pose by pose, from the nominal ones."""
     places, each, k = values.shape
     base = problem.nominal
     packed = base.packed
@@ -236,25 +229,23 @@ def settled(problem: SpreadProblem, values: Array) -> Equilibrium:
 
 @dataclass(frozen=True, eq=False)
 class _Linear:
-    """First order at N places: the nozzle where all is nominal, and its motion per half range."""
+    """First order at N poses: the nozzle where all parameters are nominal, and its motion with each parameter."""
 
-    start: Array  # (N, 3)
-    wanted: Array  # (N, 3)
-    per_unit: Array  # (N, 3, k)
-    shifted: Array  # (N, 3) the offset midway between the ends of the ranges
-    effects: Array  # (N, 3, k)
-    rotation: Array  # (N, 3, k) of the platform, per half range
-    rotation_shifted: Array  # (N, 3)
+    start: Array  # (N, 3) m, nominal position
+    wanted: Array  # (N, 3) m, commanded position
+    per_unit: Array  # (N, 3, k) motion of the nozzle per unit of each parameter's departure
+    shifted: Array  # (N, 3) displacement at the middle between the ends of the ranges
+    effects: Array  # (N, 3, k) displacement by half of each range
+    rotation: Array  # (N, 3, k) rotation of the platform by half of each range, rad
+    rotation_shifted: Array  # (N, 3) rotation at the middle between the ends, rad
 
     @classmethod
     def of(cls, problem: SpreadProblem) -> _Linear:
-        """At the problem's places."""
+        """Linearise at the problem's nominal equilibria."""
         nominal = problem.nominal
         motion = response(nominal, [each.parameter for each in problem.ranges])
         translation, rotation = at_nozzle(nominal, motion), motion[:, 3:]
-        low, high = (
-            problem.departures(np.array(ends)) for ends in zip(*((r.low, r.high) for r in problem.ranges), strict=True)
-        )
+        low, high = problem.departures(np.array([[each.low, each.high] for each in problem.ranges]).T)
         shift, half = 0.5 * (low + high), 0.5 * (high - low)
         return cls(
             start=nominal.nozzle,
@@ -267,11 +258,11 @@ class _Linear:
         )
 
     def offsets(self, signs: Array) -> Array:
-        """Offsets (N, S, 3) of the corners *signs*, (S, k) or (N, S, k)."""
+        """Deviations (N, S, 3) at the corners *signs*, (S, k) or (N, S, k)."""
         return self.shifted[:, None] + signs @ np.swapaxes(self.effects, 1, 2)
 
     def turns(self, problem: SpreadProblem, signs: Array) -> Array:
-        """Angles (N, S) of the corners from the wanted rotation, for small ones."""
+        """Angles (N, S) from the commanded rotation at the corners *signs*; valid for small angles."""
         if problem.nominal.model.n == 3:
             return np.zeros((len(self.start), signs.shape[-2]))
         turned = self.rotation_shifted[:, None] + signs @ np.swapaxes(self.rotation, 1, 2)
@@ -280,7 +271,7 @@ class _Linear:
 
 
 def corner_values(problem: SpreadProblem) -> Array:
-    """Values (S, k) of the corners of the box that `Vertices` looks at, of a problem of one place."""
+    """Values (S, k) at the corners of the box that `Vertices` solves, for a problem of one pose."""
     signs = _corners(_Linear.of(problem))
     if signs.ndim == 3:
         signs = np.unique(signs[0], axis=0)
@@ -288,29 +279,26 @@ def corner_values(problem: SpreadProblem) -> Array:
 
 
 def _corners(linear: _Linear) -> Array:
-    """Signs of the corners to look at: (S, k) for all, or (N, S, k) where first order has chosen."""
+    """Signs of the corners to evaluate: (S, k) for all, or (N, S, k) where first order has selected some."""
     k = linear.effects.shape[2]
     return signs_of_box(k) if k <= ALL_VERTICES else np.stack([extreme_signs(one) for one in linear.effects])
 
 
 def _sigmas(problem: SpreadProblem) -> Array:
-    """Standard deviations (k,) of the numbers' departures."""
+    """Standard deviations (k,) of the parameters' departures."""
     columns = []
     for each in problem.ranges:
         if each.deviation is None:
             columns.append(each.low + QUANTILES * (each.high - each.low))
         else:
             normal = NormalDist(each.nominal, each.deviation)
-            below, above = (
-                normal.cdf(each.min_value),
-                normal.cdf(each.max_value),
-            )  # drawn again where there is no such number
+            below, above = normal.cdf(each.min_value), normal.cdf(each.max_value)  # impossible values are drawn again
             columns.append(np.array([normal.inv_cdf(below + u * (above - below)) for u in QUANTILES]))
     return np.asarray(problem.departures(np.column_stack(columns)).std(axis=0))
 
 
 def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
-    """Samples (S, k); a normal one that no machine can have, such as a negative radius, is drawn again."""
+    """Samples (S, k); a normal one that is physically impossible, such as a negative radius, is drawn again."""
     rng = np.random.default_rng(seed)
     drawn = np.empty((samples, len(ranges)))
     for column, each in zip(drawn.T, ranges, strict=True):
@@ -330,16 +318,16 @@ def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
     return drawn
 
 
-def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProblem], Spread]) -> Spread:
-    """All places, as many at once as SOLVES allows."""
-    places, rows = len(problem.commanded), max(1, SOLVES // count)
+def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProblem, _Linear], Spread]) -> Spread:
+    """All poses by *block*, as many at once as SOLVES allows with *count* solves each."""
+    poses, rows = len(problem.commanded), max(1, SOLVES // count)
     found = []
-    for first in range(0, max(1, places), rows):
-        problem.progress("solving", first, places)
-        found.append(block(problem.rows(slice(first, first + rows))))
-    problem.progress("solving", places, places)
-    names = Spread.__dataclass_fields__
-    return Spread(**{name: np.concatenate([getattr(one, name) for one in found]) for name in names})
+    for first in range(0, max(1, poses), rows):
+        problem.progress("solving", first, poses)
+        part = problem.rows(slice(first, first + rows))
+        found.append(block(part, _Linear.of(part)))
+    problem.progress("solving", poses, poses)
+    return Spread(*(np.concatenate([getattr(one, each.name) for one in found]) for each in fields(Spread)))
 
 
 def _gathered(
@@ -351,7 +339,7 @@ def _gathered(
     ok: Mask,
     nonlinearity: Array,
 ) -> Spread:
-    """The spread of nozzles *points* (N, S, 3); where *ok* is false they count for nothing."""
+    """The spread of nozzle positions *points* (N, S, 3), of which those that are not *ok* (N, S) are left out."""
     errors = points - linear.wanted[:, None]
     size = np.linalg.norm(errors, axis=2)
     worst = np.where(ok, size, -1.0).argmax(axis=1)
@@ -360,7 +348,7 @@ def _gathered(
     return Spread(
         max_error=_largest(size, ok),
         worst=np.where(known, points[rows, worst], np.nan),
-        worst_values=np.where(known, values[rows, worst] if values.ndim == 3 else values[worst], np.nan),
+        worst_values=np.where(known, _per_pose(values, len(worst))[rows, worst], np.nan),
         max_deviation=_largest(np.linalg.norm(points - linear.start[:, None], axis=2), ok),
         low=-_largest(-errors, ok),
         high=_largest(errors, ok),
@@ -374,22 +362,20 @@ def _gathered(
 
 
 def _nonlinearity(offsets: Array, expected: Array, ok: Mask) -> Array:
-    """How far the *expected* offsets (N, S, 3) are from those found, as a share of the largest."""
+    """Largest distance of *expected* from found *offsets* (N, S, 3), as a share of the largest offset."""
     largest = _largest(np.linalg.norm(offsets, axis=2), ok)
     return _largest(np.linalg.norm(offsets - expected, axis=2), ok) / np.maximum(largest, 1e-300)
 
 
 def _largest(values: Array, ok: Mask) -> Array:
-    """Largest (N, ...) of values (N, S, ...) along S where *ok* (N, S); NaN where there is none."""
+    """Largest (N, ...) of values (N, S, ...) along S where *ok* (N, S); NaN where none is."""
     wide = ok.reshape(*ok.shape, *(1,) * (values.ndim - 2))
-    largest = np.where(wide, values, -np.inf).max(axis=1)
+    largest = np.max(values, axis=1, where=wide, initial=-np.inf)
     return np.where(np.isfinite(largest), largest, np.nan)
 
 
 def _deviation(points: Array, ok: Mask) -> Array:
-    """Standard deviation (N, 3) of points (N, S, 3) where *ok*; NaN where there is none."""
-    count = ok.sum(axis=1)[:, None]
-    number = np.where(count > 0, count, np.nan)
-    mean = np.where(ok[..., None], points, 0.0).sum(axis=1) / number
-    away = np.where(ok[..., None], points - mean[:, None], 0.0)
-    return np.asarray(np.sqrt((away * away).sum(axis=1) / number))
+    """Standard deviation (N, 3) of points (N, S, 3) where *ok* (N, S); NaN where none is."""
+    some = np.asarray(ok.any(axis=1))[:, None]
+    counted = np.asarray(ok | ~some)[..., None]  # all points where none is ok: no division by zero
+    return np.where(some, np.std(points, axis=1, where=counted), np.nan)

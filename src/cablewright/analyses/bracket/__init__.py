@@ -1,1 +1,1 @@
-"""Stress in the brackets of the sheaves by finite elements."""
+"""Stress in the brackets of the sheaves, by finite elements."""

@@ -1,6 +1,6 @@
-"""Linear elasticity of one solid on second-order hexahedra: displacement, stress, reactions, and how far off they are.
+"""Linear elasticity of one solid on second-order hexahedra: displacements, stresses, reactions and their error.
 
-scikit-fem gives the basis, the quadrature and the numbering; element matrices are products of its gradients.
+scikit-fem provides the basis, the quadrature and the numbering; element matrices are products of its gradients.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 from skfem import Basis
 from skfem.element import ElementHex2, ElementHexS2
+from skfem.models.elasticity import lame_parameters
 
 from cablewright.analyses.bracket.hexahedra import HexMesh, Index, levels
 from cablewright.analyses.bracket.nested_dissection import dissected
@@ -23,19 +24,20 @@ from cablewright.robot.bracket import Material
 
 Traction = Callable[[Array, Array], Array]
 
-_CHUNK = 512  # elements whose matrices are in memory at once
-_THREADS = 2  # each holds the factor of its part
-_SAME = 1e-9  # m: what is one place
-_NOTHING = 1e-14  # of the largest load: rounding of parts that are not there
+_CHUNK = 512  # elements assembled at a time; bounds memory
+_THREADS = 2  # each holds the factorisation of its part
+_SAME = 1e-9  # m; positions closer than this coincide
+_NOTHING = 1e-14  # of the largest load: smaller parts are rounding
 _VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 @dataclass(frozen=True, eq=False)
 class Elastic:
-    """A solid of one material, held where *fixed* nodes are: those take no displacement.
+    """A solid of one material, clamped at its *fixed* nodes.
 
-    *mirrors*: (axis, place) of planes about which the solid and what holds it are symmetric. Loads need not be: each is
-    split into parts that are even or odd about each plane, and a part needs a quarter of two mirrors' unknowns.
+    *mirrors*: (axis, position) of planes about which the solid and its supports are symmetric. Loads need not be: they
+    are split into parts that are even or odd about each plane, and with two planes a part has a quarter of the
+    unknowns.
 
     Displacements and loads are (3 N, k): x, y, z of node 0, of node 1 and so on, for each of k cases, m and N. Stresses
     are (6, ..., k): xx, yy, zz, yz, xz, xy, Pa.
@@ -47,9 +49,9 @@ class Elastic:
     mirrors: tuple[tuple[int, float], ...] = ()
 
     def stiffness(self, cells: Index, shares: Array) -> sp.csc_matrix:
-        """(3 N, 3 N), N/m, of *shares* of some elements, before anything is held."""
+        """Return the stiffness (3 N, 3 N), N/m, of *cells*, weighted by *shares*, without supports."""
         basis = self.solid.basis
-        lam, mu = _lame(self.material)
+        lam, mu = lame_parameters(self.material.young_modulus, self.material.poisson_ratio)
         weights = np.asarray(basis.dx)[cells] * shares[:, None]
         gradients = _gradients(basis, cells)  # (E, Q, 20, 3)
         dofs = (3 * _nodes(basis)[cells][:, :, None] + np.arange(3)).reshape(len(cells), -1)
@@ -67,7 +69,7 @@ class Elastic:
         return sp.csc_matrix(sp.coo_matrix((values.ravel(), (rows.astype(np.int32), columns.astype(np.int32))), shape))
 
     def solve(self, loads: Array) -> Array:
-        """The displacements under *loads*. Two threads: SciPy's elimination uses one, and lets others run."""
+        """Return the displacements under *loads*. Two threads: SciPy's elimination uses one and releases the lock."""
         part = self.stiffness(*self._original())
         parities = list(product((1.0, -1.0), repeat=len(self.mirrors)))
         with ThreadPoolExecutor(max_workers=_THREADS) as threads:
@@ -75,7 +77,7 @@ class Elastic:
             return np.asarray(sum(found, np.zeros_like(loads)))
 
     def _solve_part(self, part: sp.csc_matrix, loads: Array, parities: tuple[float, ...]) -> Array:
-        """What the parts of the *loads* with these parities do."""
+        """The displacements by the parts of *loads* with these parities, one for each mirror."""
         images = self._images(parities)
         moved, pulled = np.zeros_like(loads), images.T @ loads
         some = np.flatnonzero(np.abs(pulled).max(axis=0, initial=0.0) > _NOTHING * np.abs(loads).max())
@@ -87,7 +89,7 @@ class Elastic:
         return moved
 
     def _order(self, images: sp.csr_matrix) -> Index:
-        """The order in which the unknowns of `_images` are eliminated."""
+        """The elimination order of the unknowns of `_images`."""
         by_unknown = images.tocsc()
         nodes = by_unknown.indices[by_unknown.indptr[:-1]] // 3
         places = self.solid.nodes[:, nodes].copy()
@@ -97,7 +99,7 @@ class Elastic:
         return dissected(np.stack([levels(own) for own in places]), corner)
 
     def _original(self) -> tuple[Index, Array]:
-        """The elements that are not behind any mirror, and how much of each: half of one that a mirror halves."""
+        """The elements in front of all mirrors, and the share of each: half of one that a mirror cuts."""
         shares = np.ones(self.solid.cells.shape[1])
         for axis, at in self.mirrors:
             away = self.solid.cells[axis] - at
@@ -106,7 +108,7 @@ class Elastic:
         return cells, shares[cells]
 
     def _images(self, parities: tuple[float, ...]) -> sp.csr_matrix:
-        """(3 N, u) all displacements per free one before the mirrors, if those behind are even (1) or odd (-1)."""
+        """(3 N, u): all displacements per unknown in front of the mirrors, even (1) or odd (-1) about each."""
         places = self.solid.nodes[:, : self.solid.basis.N]
         folded, signs = places.copy(), np.ones((places.shape[1], 3))
         dead = np.zeros((places.shape[1], 3), dtype=bool)
@@ -114,7 +116,7 @@ class Elastic:
         for (axis, at), parity in zip(self.mirrors, parities, strict=True):
             behind, on = places[axis] < at - _SAME, np.abs(places[axis] - at) <= _SAME
             folded[axis, behind] = 2.0 * at - places[axis, behind]
-            own = np.where(np.arange(3) == axis, -parity, parity)  # the component across a mirror turns round
+            own = np.where(np.arange(3) == axis, -parity, parity)  # a mirror reverses the component across it
             signs[behind] *= own
             dead |= on[:, None] & (own < 0.0)
         keys = np.stack([levels(own) for own in folded])
@@ -127,12 +129,13 @@ class Elastic:
         return sp.csr_matrix((signs.ravel()[rows], (rows, columns[rows])), shape=(dead.size, len(used)))
 
     def traction(self, facets: Index, law: Traction) -> Array:
-        """The load (3 N,) of a traction on *facets*, which *law* of places and normals gives, all (F, Q, 3), Pa."""
+        """Return the load (3 N,) on *facets* of a traction *law* of positions and outward normals, (F, Q, 3), Pa."""
+        # skfem.FacetBasis finds the quadrature points by Newton's method, which fails on bent elements.
         basis, load = self.solid.basis, np.zeros((self.solid.basis.N, 3))
         owners = np.asarray(self.solid.mesh.f2t)[0, facets]
         corners = np.asarray(self.solid.mesh.facets)[:, facets]
         own = np.asarray(self.solid.mesh.t)[:, owners]
-        on = (own[:, None, :] == corners[None]).any(axis=1)  # (8, F) which corners of its element a facet has
+        on = (own[:, None, :] == corners[None]).any(axis=1)  # (8, F) whether an element's corner is on the facet
         ends = np.asarray(ElementHexS2.doflocs[:8])
         for axis, end in product(range(3), (0.0, 1.0)):
             group = np.flatnonzero((on == (ends[:, axis] == end)[:, None]).all(axis=0))
@@ -149,7 +152,7 @@ class Elastic:
         return load.ravel()
 
     def weight(self, density_force: Array) -> Array:
-        """The load (3 N,) of a force per volume (3,), N/m^3."""
+        """Return the load (3 N,) of a force per volume (3,), N/m^3."""
         basis = self.solid.basis
         load = np.zeros((basis.N, 3))
         for a, part in enumerate(basis.basis):
@@ -158,20 +161,20 @@ class Elastic:
         return load.ravel()
 
     def wrench(self, forces: Array) -> Array:
-        """Force and moment about the origin, (6, k), of nodal *forces* (3 N, k)."""
+        """Return force and moment about the origin, (6, k), of nodal *forces* (3 N, k)."""
         at = self.solid.places.T[: self.solid.basis.N, :, None]
         each = forces.reshape(-1, 3, forces.shape[-1])
         return np.concatenate([each.sum(axis=0), np.cross(at, each, axis=1).sum(axis=0)])
 
     def reactions(self, loads: Array, moved: Array) -> Array:
-        """The wrench (6, k) by which the fixed nodes hold the solid, N and N m about the origin."""
+        """Return the wrench (6, k) of the supports on the solid, N and N m about the origin."""
         held = np.zeros_like(loads)
         rows = (3 * self.fixed[:, None] + np.arange(3)).ravel()
         held[rows] = (self.inner_forces(moved) - loads)[rows]
         return self.wrench(held)
 
     def inner_forces(self, moved: Array) -> Array:
-        """The loads (3 N, k) that the stresses of these displacements balance."""
+        """Return the nodal loads (3 N, k) in equilibrium with the stresses of these displacements."""
         basis = self.solid.basis
         stress = self.stress_in(basis, moved) * np.asarray(basis.dx)[:, :, None]
         whole = stress[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]]  # (3, 3, E, Q, k)
@@ -181,18 +184,18 @@ class Elastic:
         return found.reshape(moved.shape)
 
     def stress_in(self, basis: Basis, moved: Array) -> Array:
-        """Stresses (6, E, Q, k) at the points of a *basis* of the solid's mesh, as the displacements have them."""
-        lam, mu = _lame(self.material)
+        """Return stresses (6, E, Q, k) at the quadrature points of a *basis*, without recovery."""
+        lam, mu = lame_parameters(self.material.young_modulus, self.material.poisson_ratio)
         at_nodes = moved.reshape(-1, 3, moved.shape[-1])[_nodes(basis)]  # (E, 20, 3, k)
         slopes = np.einsum("eqai,eajk->ijeqk", _gradients(basis), at_nodes, optimize=True)
         trace = lam * np.einsum("iieqk->eqk", slopes)
         return np.stack([mu * (slopes[i, j] + slopes[j, i]) + (trace if i == j else 0.0) for i, j in _VOIGT])
 
     def recovered(self, moved: Array, cells: Index | None = None) -> Array:
-        """Stresses (6, P, k) at the points: those of the 8 Gauss points of each element, continued, and averaged.
+        """Return stresses (6, P, k) at the nodes: extrapolated from the 8 Gauss points of each element, and averaged.
 
-        At those points stresses of second-order elements are most accurate (Zienkiewicz, Zhu 1992). With *cells*, only
-        these elements are averaged, and points of none of them are 0.
+        Stresses of second-order elements are most accurate at those points (Zienkiewicz, Zhu 1992). With *cells*, only
+        these elements are averaged; nodes of none of them are 0.
         """
         best = Basis(self.solid.mesh, ElementHexS2(), intorder=3)
         inner = self.stress_in(best, moved)
@@ -207,7 +210,7 @@ class Elastic:
         return np.asarray((total / shared[:, None, None]).transpose(1, 0, 2))
 
     def energy_error(self, moved: Array, recovered: Array) -> Array:
-        """(k,) Zienkiewicz and Zhu's estimate of the relative error in the energy norm."""
+        """Return (k,) Zienkiewicz and Zhu's estimate of the relative error in the energy norm."""
         basis = self.solid.points
         functions = np.stack([np.asarray(part[0])[0] for part in basis.basis])  # (27, Q): the same in each element
         smooth = np.einsum("aq,ceak->ceqk", functions, recovered[:, _nodes(basis)], optimize=True)
@@ -215,7 +218,7 @@ class Elastic:
         return np.asarray(np.sqrt(self._energy(missed) / self._energy(smooth)))
 
     def _energy(self, stress: Array) -> Array:
-        """(k,) the integral of stress times strain."""
+        """(k,) integral of stress times strain, J."""
         e, nu = self.material.young_modulus, self.material.poisson_ratio
         trace = stress[:3].sum(axis=0)
         squares = (stress[:3] ** 2).sum(axis=0) + 2.0 * (stress[3:] ** 2).sum(axis=0)
@@ -223,24 +226,19 @@ class Elastic:
         return np.asarray(np.einsum("eqk,eq->k", strain, np.asarray(self.solid.basis.dx)))
 
 
-def _lame(material: Material) -> tuple[float, float]:
-    e, nu = material.young_modulus, material.poisson_ratio
-    return e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * e / (1.0 + nu)
-
-
 def _gradients(basis: Basis, cells: Index | None = None) -> Array:
-    """Gradients of the 20 functions of each element, or of some *cells*, at its points: (E, Q, 20, 3)."""
+    """Gradients of the 20 shape functions of each element, or of some *cells*, at its points: (E, Q, 20, 3)."""
     parts = (part[0].grad if cells is None else part[0].grad[:, cells] for part in basis.basis)
     return np.ascontiguousarray(np.stack(list(parts)).transpose(2, 3, 0, 1))
 
 
 def _nodes(basis: Basis) -> Index:
-    """(E, 20) the nodes of each element, or (E, 27) its points."""
+    """(E, 20) nodes of each element, or (E, 27) with the middles of faces and elements."""
     return np.asarray(basis.element_dofs.T, dtype=np.int64)
 
 
 def _on_face(axis: int, end: float) -> tuple[Array, Array, Array]:
-    """Of one face of the reference cube: values (20, Q), slopes along it (2, 20, Q) and weights (Q,) at its points."""
+    """Shape functions on a face of the reference cube: values (20, Q), slopes along it (2, 20, Q), weights (Q,)."""
     points, weights = np.polynomial.legendre.leggauss(3)
     u, v = (each.ravel() for each in np.meshgrid(0.5 + 0.5 * points, 0.5 + 0.5 * points, indexing="ij"))
     along = [k for k in range(3) if k != axis]
@@ -259,7 +257,7 @@ def _trilinear(points: Array) -> Array:
 
 
 def von_mises(stress: Array) -> Array:
-    """Of stresses (6, ...): the equivalent stress (...), Pa."""
+    """Return the equivalent stress (...) of stresses (6, ...), Pa."""
     xx, yy, zz, yz, xz, xy = stress
     spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
     return np.asarray(np.sqrt(0.5 * spread + 3.0 * (yz * yz + xz * xz + xy * xy)))

@@ -1,7 +1,7 @@
-"""Hexahedra for plates, blocks and bores: a grid of boxes, of which some are left out, its square holes made round.
+"""Hexahedral meshes of plates and blocks with bores: a grid of boxes without some, whose square holes are made round.
 
-The mesh is built on a *logical* grid, where everything is a box and a bore is a square hole. What is where is asked of
-the logical grid; the second-order mesh is then moved to its place, the middles of its edges onto the bores too.
+The mesh is built on a *logical* grid, in which each element is a box and a bore a square hole. Regions are selected on
+the logical grid; then the nodes of the second-order mesh are moved, so that the middles of edges lie on the bores too.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from cablewright.arrays import Array, Mask
 
 Index = NDArray[np.int64]
 
-_NEAR = 1e-9  # m: what is one place
-_APART = 0.02  # of the largest element: planes that are nearer nearly coincide
+_NEAR = 1e-9  # m; positions closer than this coincide
+_APART = 0.02  # of the largest element: smallest distance of an optional plane from a required one
 
 
 @dataclass(frozen=True)
 class Bore:
-    """A bore along an *axis* of the grid, about *centre* in the other two coordinates.
+    """A bore along an *axis* of the grid, around *centre* in the other two coordinates.
 
-    Only the square of half side *room* about it is bent; its own square in the logical grid has the half side `half`.
+    Only the square with half side *room* around it is deformed; the logical hole has the half side `half`.
     """
 
     axis: int
@@ -37,7 +37,7 @@ class Bore:
 
     @property
     def half(self) -> float:
-        """Half side of the logical hole, whose corners stay where they are."""
+        """Half side of the logical hole, whose corners are not moved."""
         return self.radius / math.sqrt(2.0)
 
     @property
@@ -46,15 +46,15 @@ class Bore:
         return [k for k in range(3) if k != self.axis]
 
     def marks(self, k: int) -> list[float]:
-        """Where the grid needs planes along the *k*-th coordinate across."""
+        """Return the planes that the grid needs along the *k*-th coordinate across."""
         c = self.centre[k]
         return [c - self.room, c - self.half, c + self.half, c + self.room]
 
     def bend(self, points: Array) -> None:
-        """Move logical *points* (3, N) to their places: what is on the square hole comes to lie on the circle."""
+        """Move logical *points* (3, N) in place: those on the square hole come to lie on the circle."""
         u, v = (points[k] - c for k, c in zip(self.across, self.centre, strict=True))
         swap = np.abs(u) > np.abs(v)
-        along, out = np.where(swap, v, u), np.where(swap, u, v)  # out: the coordinate that is further from the centre
+        along, out = np.where(swap, v, u), np.where(swap, u, v)  # out: the coordinate farther from the centre
         inside = (np.abs(out) < self.room - _NEAR) & (np.abs(out) > self.half - _NEAR)
         side = inside & (np.abs(along) <= self.half + _NEAR)
         a, b, r = self.half, self.room, self.radius
@@ -66,25 +66,15 @@ class Bore:
         points[self.across[1]] = self.centre[1] + np.where(swap, bent_along, bent_out)
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Planes of the logical grid along x, y and z, m, rising."""
-
-    x: Array
-    y: Array
-    z: Array
-
-
 @dataclass(frozen=True, eq=False)
 class HexMesh:
-    """A mesh of hexahedra with 20 nodes, and where its parts are in the logical grid.
+    """A mesh of hexahedra with 20 nodes, and the positions of its parts on the logical grid.
 
-    `basis` has the N corners and middles of edges, which displacements are of. `points` has these first, and then the
-    middles of faces and elements, P in all: at those stress is told too. `grid` is the logical one; `nodes` (3, P),
-    `facets` (3, F) and `cells` (3, E) are places in it, m.
+    `basis` has the N corners and middles of edges, at which displacements are solved. `points` has these first, then
+    the middles of faces and elements, P in all, at which stress is recovered. `nodes` (3, P), `facets` (3, F) and
+    `cells` (3, E) are positions on the logical grid, m.
     """
 
-    grid: Grid
     mesh: MeshHex2
     basis: Basis
     points: Basis
@@ -94,17 +84,17 @@ class HexMesh:
 
     @property
     def places(self) -> Array:
-        """Where the points are, (3, P) m."""
+        """Positions (3, P) of the points, m."""
         return np.asarray(self.points.doflocs)
 
     def boundary(self, chosen: Callable[[Array], Mask]) -> Index:
-        """Boundary facets whose logical middles (3, F) are *chosen*."""
+        """Return the boundary facets whose logical middles (3, F) are *chosen*."""
         own = self.mesh.boundary_facets()
         return np.asarray(own[chosen(self.facets[:, own])])
 
 
 def levels(values: Array) -> Index:
-    """Which of the rising levels each of *values* (n,) is on: what is within rounding of the next is on one."""
+    """Rank (n,) of each of *values* (n,) among the distinct ones; values within rounding count as equal."""
     order = np.argsort(values, kind="stable")
     found = np.empty(len(values), dtype=np.int64)
     found[order] = np.cumsum(np.diff(values[order], prepend=values[order[:1]]) > _NEAR)
@@ -112,10 +102,10 @@ def levels(values: Array) -> Index:
 
 
 def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float] = ()) -> Array:
-    """Rising planes at all *marks* (m), and between them so many that none is further than *size* apart, times *times*.
+    """Rising planes at all *marks* (m), with others between so that none are further than *size* apart, times *times*.
 
-    *finer* are marks too, but for those that nearly coincide with one. Meshes of different *times* have the same marks
-    and are refinements of one, whose planes are evenly between marks.
+    *finer* are optional marks, left out where they nearly coincide with one of *marks*. Between marks planes are evenly
+    spaced, so that meshes with different *times* are refinements of one.
     """
     needed = np.asarray(marks)
     more = [mark for mark in finer if np.abs(needed - mark).min() > _APART * size]
@@ -125,9 +115,9 @@ def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float
     return np.append(np.concatenate(pieces), ends[-1])
 
 
-def build(grid: Grid, kept: Callable[[Array], Mask], bores: Sequence[Bore]) -> HexMesh:
-    """The cells of a grid whose middles (3, E) are *kept*, less the *bores*."""
-    whole = MeshHex.init_tensor(grid.x, grid.y, grid.z)
+def build(planes: Sequence[Array], kept: Callable[[Array], Mask], bores: Sequence[Bore]) -> HexMesh:
+    """Mesh the cells whose middles (3, E) are *kept*, without the *bores*, between *planes* along x, y and z, m."""
+    whole = MeshHex.init_tensor(*planes)
     middles = whole.p[:, whole.t].mean(axis=1)
     stays = kept(middles)
     for bore in bores:
@@ -144,14 +134,14 @@ def build(grid: Grid, kept: Callable[[Array], Mask], bores: Sequence[Bore]) -> H
     _serendipity(moved, np.asarray(points.element_dofs))
     mesh = MeshHex2(moved, logical.t)
     shapes = Basis(mesh, ElementHexS2(), intorder=4)
-    return HexMesh(grid, mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
+    return HexMesh(mesh, shapes, Basis(mesh, ElementHex2(), intorder=4), nodes, facets, cells)
 
 
 def _serendipity(places: Array, members: Index) -> None:
-    """Put the middles of faces and elements where the 20 other nodes have them.
+    """Move the middles of faces and elements (in place) to where the 20 other nodes map them.
 
-    The mesh is then that of elements with 20 nodes (which leave a uniform strain uniform), in the form that scikit-fem
-    has second-order meshes. *members* (27, E): the nodes of each element.
+    scikit-fem stores second-order meshes with 27 nodes; this makes them equal to elements with 20 nodes, which
+    reproduce a uniform strain. *members* (27, E): the nodes of each element.
     """
     element, inner = ElementHexS2(), ElementHex2.doflocs[20:].T
     shares = np.stack([element.lbasis(inner, a)[0] for a in range(20)])  # (20, 7)

@@ -1,8 +1,8 @@
-"""What the lines put on their brackets, from the statics: as built, and with the joint's second rotation blocked.
+"""Loads of the lines on their brackets, from the statics, for two designs.
 
-With the universal joint the lever finds its angle and the head carries no moment about either axis. In the conventional
-design splines hold the lever level: it turns about the vertical axis alone, and the head carries a moment about the
-pin.
+With the universal joint the lever finds its angle, and the head carries no moment about either axis. In the
+conventional design splines hold the lever level: it rotates about the vertical axis only, and the head carries a moment
+about the pin.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -22,18 +23,18 @@ from cablewright.solvers.inverse import solve_inverse
 UNIVERSAL_JOINT, CONVENTIONAL = "universal_joint", "conventional"
 DESIGNS = (UNIVERSAL_JOINT, CONVENTIONAL)
 
-_PASSES = 20  # of the few that a platform needs whose pose gravity completes
-_SETTLED = 1e-9  # m
+_PASSES = 20  # iterations at most where gravity completes the pose; few are needed
+_SETTLED = 1e-9  # m; motion of the exit points at which the iteration ends
 
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """The loads of N poses on the brackets of m lines, of one design.
+    """Loads on the brackets of m lines at N poses, for one design; NaN where a pose has no solution.
 
-    `held`: the equilibrium, a batch. Of each pose and line: `azimuth` of the line's plane and `lever_angle` above the
-    level, rad; `centre`, `leaving` and `entering` (N, m, 3): the sheave's centre and where the free and the dead span
-    touch it, m, world; `free` and `dead`, how those pull there, N, world; `weight` (m,), N, which acts at `mass_centre`
-    (N, m, 3). Everything is NaN where a pose has no solution.
+    `held`: the equilibria, a batch. For each pose and line: `azimuth` of the line's plane and `lever_angle` above the
+    horizontal, rad; `centre`, `leaving` and `entering` (N, m, 3): the sheave's centre and the points where the free and
+    the dead span touch it, m, world; `free` and `dead`: the spans' forces there, N, world; `weight` (m,) of the lever,
+    N, which acts at `mass_centre` (N, m, 3).
     """
 
     design: str
@@ -51,45 +52,46 @@ class Loads:
 
     @property
     def sheave_force(self) -> Array:
-        """(N, m, 3) what both spans put on the sheave, N, world: Paty 2021, Eq. 4."""
+        """(N, m, 3) force of both spans on the sheave, N, world: Paty 2021, Eq. 4."""
         return self.free + self.dead
 
     @property
     def force(self) -> Array:
-        """(N, m, 3) what lever and spans put on the joint, N, world."""
-        down = np.zeros(self.free.shape)
-        down[..., 2] = -self.weight
-        return self.sheave_force + down
+        """(N, m, 3) force of lever and spans on the joint, N, world."""
+        return self.sheave_force + self._lever_weight
 
     @property
     def moment(self) -> Array:
-        """(N, m, 3) about the joint, N m, world."""
-        down = np.zeros(self.free.shape)
-        down[..., 2] = -self.weight
-        return np.cross(self.centre - self.joint, self.sheave_force) + np.cross(self.mass_centre - self.joint, down)
+        """(N, m, 3) moment about the joint, N m, world."""
+        weight_moment = np.cross(self.mass_centre - self.joint, self._lever_weight)
+        return np.cross(self.centre - self.joint, self.sheave_force) + weight_moment
+
+    @property
+    def _lever_weight(self) -> Array:
+        """(m, 3) N, world."""
+        return np.asarray(self.weight[:, None] * [0.0, 0.0, -1.0])
 
     @property
     def pin_moment(self) -> Array:
-        """(N, m) about the pin, where the universal joint carries nothing, N m: positive lifts the sheave."""
+        """(N, m) moment about the pin, 0 with the universal joint, N m; positive lifts the sheave."""
         pin = np.stack([np.sin(self.azimuth), -np.cos(self.azimuth), np.zeros_like(self.azimuth)], axis=-1)
         return np.asarray((self.moment * pin).sum(axis=-1))
 
     @property
     def spindle_moment(self) -> Array:
-        """(N, m) about the vertical axis, N m."""
+        """(N, m) moment about the vertical axis, N m."""
         return self.moment[..., 2]
 
     def on_base(self, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Wrench (N, m, 6) of the head on the base, N and N m, about a place (3,), all in the bracket's frame."""
-        turned = np.stack([_level(each, facings(self.held.model.robot)) for each in (self.force, self.moment)])
-        arm = np.broadcast_to(-np.asarray(about, dtype=np.float64), turned[0].shape)
-        return np.concatenate([turned[0], turned[1] + np.cross(arm, turned[0])], axis=-1)
+        """Return the wrench (N, m, 6) on the base, N and N m, about a point (3,), both in the bracket's frame."""
+        rotations = frames(self.held.model.robot)
+        force, moment = (np.einsum("mij,nmj->nmi", rotations, each) for each in (self.force, self.moment))
+        return np.concatenate([force, moment - np.cross(np.asarray(about, dtype=np.float64), force)], axis=-1)
 
     def on_cheek(self) -> Array:
-        """(N, m, 4) the load of each of two cheeks by `LEVER_CASES`: the axle's force and its own weight, N.
+        """Return the load (N, m, 4) on each of two cheeks by `LEVER_CASES`: the axle's force and its own weight, N.
 
-        What is heavy in lever and sheave is taken to be in the middle of the lever, or in the axle, so that the mass
-        centre is where it is.
+        The mass of lever and sheave is divided between the middle of the lever and the axle so that its centre is kept.
         """
         robot = self.held.model.robot
         levers, arms = (np.array([getattr(j, key) for j in joints(robot)]) for key in ("lever", "lever_mass_centre"))
@@ -103,15 +105,15 @@ class Loads:
         return 0.5 * np.concatenate([axle, own], axis=-1)
 
     def in_plane(self, vectors: Array) -> Array:
-        """World vectors (N, m, 3) as (outward, up) of each line's plane, (N, m, 2)."""
+        """Return world vectors (N, m, 3) as (outward, up) in each line's plane, (N, m, 2)."""
         out = vectors[..., 0] * np.cos(self.azimuth) + vectors[..., 1] * np.sin(self.azimuth)
         return np.stack([out, vectors[..., 2]], axis=-1)
 
 
 def loads_at(model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = None) -> tuple[Loads, Loads]:
-    """The loads at *poses* (N, n) of both designs, as in `DESIGNS`, each with its own tensions.
+    """Return the loads at *poses* (N, n) for both `DESIGNS`, each with its own tensions; *retraction*, m.
 
-    Raises `InputError` for sheaves that are not on universal joints.
+    Raises `InputError` for sheaves without universal joints.
     """
     joints(model.robot)
     built = Model(model.robot, Fidelity(model.fidelity.cable), model.tension_limits)
@@ -121,7 +123,7 @@ def loads_at(model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = N
 
 
 def joints(robot: Robot) -> tuple[UniversalJoint, ...]:
-    """The sheaves of all lines. Raises `InputError` where one is not on a universal joint."""
+    """Return the sheaves of all lines. Raises `InputError` where one is not on a universal joint."""
     for line in robot.lines:
         if not isinstance(line.sheave, UniversalJoint):
             kind = line.sheave.kind
@@ -130,19 +132,23 @@ def joints(robot: Robot) -> tuple[UniversalJoint, ...]:
 
 
 def facings(robot: Robot) -> Array:
-    """(m,) azimuth that each bracket faces, rad: the sheave's `facing`, or the middle of the frame."""
+    """Return the azimuth (m,) that each bracket faces, rad: the sheave's `facing`, or that of the frame's middle."""
+    given = np.array([joint.facing for joint in joints(robot)], dtype=np.float64)  # None becomes NaN
     middle = 0.5 * (np.array(robot.scene.frame_min) + np.array(robot.scene.frame_max))
-    found = []
-    for line, joint in zip(robot.lines, joints(robot), strict=True):
-        away = middle - np.array(line.exit_point)
-        found.append(np.arctan2(away[1], away[0]) if joint.facing is None else joint.facing)
-    return np.array(found)
+    away = middle - np.array([line.exit_point for line in robot.lines])
+    return np.where(np.isnan(given), np.arctan2(away[:, 1], away[:, 0]), given)
+
+
+def frames(robot: Robot) -> Array:
+    """Return the rotations (m, 3, 3) from the world's axes to those of each bracket."""
+    return np.asarray(Rotation.from_euler("z", -facings(robot)[:, None]).as_matrix())
 
 
 def _blocked(model: Model, built: Equilibrium, poses: ArrayLike, retraction: ArrayLike | None) -> Equilibrium:
-    """The equilibrium with level levers: swivels whose axes are so far out that the sheaves are at the levers' ends.
+    """The equilibrium with level levers, modelled as swivels with their axes moved outwards.
 
-    A swivel's centre is one radius from its axis, towards the platform. The dead span hangs plumb from its sheave.
+    A swivel's centre is one radius from its axis, towards the platform; the axes are moved so that the sheaves are at
+    the ends of the levers. The dead span hangs vertically from its sheave.
     """
     out = np.array([joint.lever - joint.radius for joint in joints(model.robot)])
     exits = np.array([line.exit_point for line in model.robot.lines])
@@ -159,7 +165,7 @@ def _blocked(model: Model, built: Equilibrium, poses: ArrayLike, retraction: Arr
 
 
 def _azimuth(held: Equilibrium, exits: Array) -> Array:
-    """(N, m) of the vertical plane from exit point to platform point, rad."""
+    """Azimuth (N, m) of the vertical plane through exit point and platform point, rad."""
     away = held.platform_points[..., :2] - exits[:, :2]
     return np.arctan2(away[..., 1], away[..., 0])
 
@@ -197,10 +203,3 @@ def _loads(design: str, held: Equilibrium) -> Loads:
         world(tensions * np.cos(psi), tensions * np.sin(psi)),
         weights,
     )
-
-
-def _level(vectors: Array, azimuths: Array) -> Array:
-    """World *vectors* (N, m, 3) in frames that are turned by *azimuths* (m,) about z."""
-    c, s = np.cos(azimuths), np.sin(azimuths)
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)

@@ -1,7 +1,7 @@
-"""The order in which unknowns on a grid are eliminated: nested dissection, which keeps the factors of solids small.
+"""Nested dissection of unknowns on a grid: an elimination order with little fill-in (George 1973).
 
-A plane of the grid parts the unknowns into two that do not speak to each other; the plane's own come last. So again on
-both sides (George 1973).
+A plane of the grid separates the unknowns into two independent sets, each ordered recursively; the plane's own come
+last.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from cablewright.arrays import Mask
 
 Index = NDArray[np.int64]
 
-_MIN_UNKNOWNS = 200  # unknowns that are not parted any more
-_MAX_SHARE = 0.8  # of the unknowns on one side, at most
+_MIN_UNKNOWNS = 200  # fewer unknowns are not separated further
+_MAX_SHARE = 0.8  # of the unknowns, on one side of a plane
 
 
 def dissected(places: Index, corners: Mask) -> Index:
-    """An order (n,) of unknowns at *places* (3, n) of a grid, counted in whole steps.
+    """Return an elimination order (n,) of unknowns at *places* (3, n), indices on the grid.
 
-    Planes through *corners* of elements part them: no element reaches across.
+    Separating planes pass through *corners* (n,) of elements, as no element extends across them.
     """
     parts: list[Index] = []
     _part(np.arange(places.shape[1]), places, corners, parts)
@@ -28,7 +28,7 @@ def dissected(places: Index, corners: Mask) -> Index:
 
 
 def _part(some: Index, places: Index, corners: Mask, parts: list[Index]) -> None:
-    """Append *some* unknowns in their order."""
+    """Append the order of *some* unknowns to *parts*."""
     found = _best_plane(some, places, corners) if len(some) > _MIN_UNKNOWNS else None
     if found is None:
         parts.append(some)
@@ -41,7 +41,7 @@ def _part(some: Index, places: Index, corners: Mask, parts: list[Index]) -> None
 
 
 def _best_plane(some: Index, places: Index, corners: Mask) -> tuple[int, int] | None:
-    """The axis and place of the plane with the fewest unknowns, rather in the middle; None if there is none."""
+    """Axis and index of the plane with the fewest unknowns, preferably in the middle; None if there is none."""
     best: tuple[float, int, int] | None = None
     for axis in range(3):
         own = places[axis, some]

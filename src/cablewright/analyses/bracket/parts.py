@@ -1,9 +1,9 @@
-"""The parts of a bracket as solids: how they are meshed, held and loaded, and where their stress is judged.
+"""The parts of a bracket as solids: mesh, supports, loads, and the regions where stress is evaluated.
 
-A part takes a few unit load cases and answers any load by their sum. Stress is judged plate by plate: at each place of
-a plate the stress through its thickness is reduced to its membrane and bending parts (linearised), because the peak
-beside a sharp inner edge, a clamped edge or a contact has no limit under refinement while these have. Within half a
-thickness of such edges nothing is judged.
+A part is solved for a few unit load cases; any load is their sum. Stress is evaluated plate by plate: at each position
+of a plate, the stress through the thickness is linearised, that is reduced to its membrane and bending parts. Next to a
+sharp inner edge, a clamped edge or a contact the peak stress diverges under refinement, the linearised stress does not.
+Nothing is evaluated within half a thickness of such edges.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from cablewright.analyses.bracket.elasticity import Elastic, von_mises
-from cablewright.analyses.bracket.hexahedra import Bore, Grid, HexMesh, Index, build, levels, ticks
+from cablewright.analyses.bracket.hexahedra import Bore, HexMesh, Index, build, levels, ticks
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.robot.bracket import Bracket
 
 BASE_CASES = ("fx", "fy", "fz", "mx", "my")
-"""What the joint may put on the base: force and moment in the joint, N and N m. The spindle turns freely about z."""
+"""Loads of the joint on the base: force and moment at the joint, N and N m. The spindle rotates freely about z."""
 
 LEVER_CASES = ("along", "across", "weight along", "weight across")
-"""What a cheek takes: force of the axle along the lever and across it, and its own weight along these, N."""
+"""Loads of a cheek: force of the axle along the lever and across it, and its own weight along these, N."""
 
-_COARSEST = 12  # elements along the longest side, at least
-_AT_ONCE = 200_000  # stresses in memory at once
-_SLACK = 1e-9  # m
+_COARSEST = 12  # smallest number of elements along the longest side
+_AT_ONCE = 200_000  # stresses evaluated at a time; bounds memory
+_SLACK = 1e-9  # m; tolerance of comparisons between positions
 
 
 @dataclass(frozen=True, eq=False)
 class Plate:
-    """Where one plate of a part is judged: columns of nodes (C, L) through its thickness (m), and its elements there.
+    """Where stress is evaluated on a plate: columns of nodes (C, L) through its thickness (m), and the cells there.
 
-    Stress is recovered from those elements alone, so that what is not judged has no part in it.
+    Stress is recovered from these cells alone, so that its singularities elsewhere have no influence.
     """
 
     name: str
@@ -44,11 +44,11 @@ class Plate:
     thickness: float
 
     def linearised(self, stress: Array) -> Array:
-        """Membrane plus and minus bending part of *stress* (6, P, k) at both faces: (6, C, 2, k)."""
+        """Return the membrane minus and plus the bending part of *stress* (6, P, k), at both faces: (6, C, 2, k)."""
         layers = self.columns.shape[1]
         weights = np.ones(layers)
         weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
-        weights /= weights.sum()  # Simpson's: exact for the quadratic stress times the place
+        weights /= weights.sum()  # Simpson's rule: exact for a quadratic stress, also times the position
         place = np.linspace(-1.0, 1.0, layers)
         inside = stress[:, self.columns]
         membrane = np.einsum("l,sclk->sck", weights, inside)
@@ -58,7 +58,7 @@ class Plate:
 
 @dataclass(frozen=True, eq=False)
 class BracketPart:
-    """A solid with unit load *cases* (3 N, k) and the plates of it that are judged."""
+    """A solid with unit load *cases* (3 N, k), and its plates where stress is evaluated."""
 
     name: str
     elastic: Elastic
@@ -77,7 +77,7 @@ class BracketPart:
 
     @cached_property
     def compliance(self) -> Array:
-        """(k, k) displacement of each case's point of attack, in the sense of work, per case."""
+        """(k, k) work of each case on the displacement by another: the displacement at its point of application."""
         return np.asarray(self.cases.T @ self.moved)
 
     @cached_property
@@ -87,9 +87,9 @@ class BracketPart:
         return tuple(plate.linearised(stress) for plate, stress in zip(self.plates, found, strict=True))
 
     def peaks(self, loads: Array, only: tuple[Index, ...] | None = None) -> Array:
-        """Largest linearised von Mises stress, Pa, of each plate under *loads* (M, k): (plates, M).
+        """Return the largest linearised von Mises stress, Pa, of each plate under *loads* (M, k): (plates, M).
 
-        *only*: the places of each plate that are looked at, as `hot` has them.
+        *only*: the positions of each plate that are evaluated, from `hot`.
         """
         found = np.empty((len(self.plates), len(loads)))
         for k, (own, faces) in enumerate(zip(found, self.faces, strict=True)):
@@ -102,12 +102,12 @@ class BracketPart:
         return found
 
     def hot(self, loads: Array) -> tuple[Index, ...]:
-        """The places of each plate where the stress is largest under any of *loads* (M, k)."""
+        """Return the positions on each plate where the stress is largest under any of *loads* (M, k)."""
         flats = (faces.reshape(6, -1, faces.shape[-1]) for faces in self.faces)
         return tuple(np.unique([int(von_mises(flat @ load).argmax()) for load in loads]) for flat in flats)
 
     def peak_place(self, plate: int, load: Array) -> Array:
-        """Where the plate's largest linearised stress is under one load (k,): (3,) m, in the part's frame."""
+        """Return the position (3,) of the plate's largest linearised stress under one load (k,), m, part's frame."""
         over = von_mises(self.faces[plate] @ load)
         column, face = np.unravel_index(int(over.argmax()), over.shape)
         node = self.plates[plate].columns[column, -1 if face else 0]
@@ -115,7 +115,7 @@ class BracketPart:
 
 
 def base_solid(bracket: Bracket, times: int) -> HexMesh:
-    """The baseplate, uprights and block, in the bracket's frame."""
+    """Return the mesh of baseplate, uprights and block, in the bracket's frame."""
     plate, uprights, bearing = bracket.baseplate, bracket.uprights, bracket.bearing
     inner, t, rise = 0.5 * uprights.gap, uprights.thickness, bracket.rise
     edge = 0.5 * plate.thickness
@@ -129,7 +129,7 @@ def base_solid(bracket: Bracket, times: int) -> HexMesh:
     finer_y = _both([inner - 2.0 * edge, inner + 0.5 * t, inner + t + 2.0 * edge], 0.5 * plate.width)
     finer_z = _both([tall - t, tall - 0.5 * t, tall - 0.25 * t, tall + 2.0 * edge], 0.5 * plate.height)
     size = max(2.0 * plate.thickness, max(plate.height, plate.width, bracket.standoff + inner) / _COARSEST)
-    grid = Grid(
+    planes = (
         ticks([*x, *bore.marks(0)], size, times, finer_x),
         ticks([*_both(y, 0.5 * plate.width), *bore.marks(1)], size, times, finer_y),
         ticks([rise + each for each in _both(z, 0.5 * plate.height)], size, times, [rise + each for each in finer_z]),
@@ -140,15 +140,15 @@ def base_solid(bracket: Bracket, times: int) -> HexMesh:
         hollow = (p[0] < -inner) & (np.abs(p[1]) < inner)  # between the uprights, behind the block
         return np.asarray((p[0] < -bracket.standoff) | (arm & ~hollow))
 
-    return build(grid, kept, [bore])
+    return build(planes, kept, [bore])
 
 
 @lru_cache(maxsize=8)
 def base(bracket: Bracket, times: int) -> BracketPart:
-    """The base, bolted to the pillar and loaded through its two bearings and the thrust face above the block.
+    """Return the base, bolted to the pillar and loaded by its two bearings and the thrust face on top of the block.
 
-    A bearing presses by the cosine over its whole ring: more on one half, less on the other of a ring pressed in. The
-    thrust is spread evenly over the block's upper face.
+    The pressure of a bearing varies as the cosine around its whole ring, as for a ring pressed in. The thrust is
+    uniform over the block's upper face.
     """
     solid = base_solid(bracket, times)
     fixed = np.flatnonzero(_clamped(bracket, solid.nodes[:, : solid.basis.N]))
@@ -169,15 +169,15 @@ def base(bracket: Bracket, times: int) -> BracketPart:
         lambda p: (p[2] > rise + tall - _SLACK) & (np.maximum(np.abs(p[0]), np.abs(p[1])) < inner) & (p[0] > -inner)
     )
     pushes = [_push(elastic, facets, axis) for facets in rings for axis in (0, 1)]
-    thrust = _spread(elastic, top, 2)
+    thrust = elastic.traction(top, lambda places, _: np.broadcast_to([0.0, 0.0, 1.0], places.shape))
     heights = rise + tall - 0.5 * width, rise - tall + 0.5 * width
     shares = _bearing_shares(*heights)
-    cases = np.column_stack([*pushes, thrust]) @ shares
+    cases = np.column_stack([*pushes, thrust / thrust.sum()]) @ shares
     return BracketPart("base", elastic, cases, (_baseplate(bracket, solid), _uprights(bracket, solid)))
 
 
 def _bearing_shares(upper: float, lower: float) -> Array:
-    """(5, 5) what the bearings, their middles at these heights, and the thrust face take of each of `BASE_CASES`.
+    """(5, 5) shares of the bearings, whose middles are at these heights, and the thrust face in `BASE_CASES`.
 
     Rows: upper x, upper y, lower x, lower y, thrust.
     """
@@ -193,7 +193,7 @@ def _bearing_shares(upper: float, lower: float) -> Array:
 
 
 def _baseplate(bracket: Bracket, solid: HexMesh) -> Plate:
-    """The baseplate but for the uprights' feet, the clamped squares, and half a thickness about both."""
+    """The baseplate without the uprights' feet and the clamped squares, and half a thickness around both."""
     plate, uprights = bracket.baseplate, bracket.uprights
     edge, front = 0.5 * plate.thickness, -bracket.standoff
     middle, half = 0.5 * (uprights.gap + uprights.thickness), 0.5 * plate.clamped + edge
@@ -209,7 +209,7 @@ def _baseplate(bracket: Bracket, solid: HexMesh) -> Plate:
 
 
 def _uprights(bracket: Bracket, solid: HexMesh) -> Plate:
-    """Both uprights between baseplate and block, but for half a thickness at either end."""
+    """Both uprights between baseplate and block, without half a thickness at either end."""
     t, inner = bracket.uprights.thickness, 0.5 * bracket.uprights.gap
 
     def judged(p: Array, slack: float) -> Mask:
@@ -221,9 +221,9 @@ def _uprights(bracket: Bracket, solid: HexMesh) -> Plate:
 
 @lru_cache(maxsize=16)
 def cheek(bracket: Bracket, lever: float, times: int) -> BracketPart:
-    """One cheek of a lever of that length (m), held by its pin and loaded by its axle and its own weight.
+    """Return one cheek of a lever of this length (m), held by its pin and loaded by its axle and its own weight.
 
-    Its frame: origin in the pin's axis, x along the lever to the axle, y along the pin, z across.
+    Its frame: origin on the pin's axis, x along the lever to the axle, y along the pin, z across.
     """
     sizes = bracket.lever
     t, half = sizes.thickness, 0.5 * sizes.width
@@ -234,12 +234,12 @@ def cheek(bracket: Bracket, lever: float, times: int) -> BracketPart:
     if bores[0].room + bores[1].room >= lever:
         raise InputError(f"bracket.lever: its pin and axle leave no room between them on a lever of {lever:g} m")
     size = max(2.0 * t, (lever + sizes.width) / _COARSEST)
-    grid = Grid(
+    planes = (
         ticks([-half, lever + half, *bores[0].marks(0), *bores[1].marks(0)], size, 2 * times),
         ticks([-0.5 * t, 0.5 * t], size, times),
         ticks([-half, half, *bores[0].marks(1), *bores[1].marks(1)], size, 2 * times),
     )
-    solid = build(grid, lambda p: np.ones(p.shape[1], dtype=bool), bores)
+    solid = build(planes, lambda p: np.ones(p.shape[1], dtype=bool), bores)
 
     def near(p: Array, bore: Bore) -> Array:
         return np.asarray(np.maximum(np.abs(p[0] - bore.centre[0]), np.abs(p[2])))
@@ -258,19 +258,13 @@ def cheek(bracket: Bracket, lever: float, times: int) -> BracketPart:
 
 
 def _push(elastic: Elastic, facets: Index, axis: int) -> Array:
-    """The load (3 N,) by which a bore of these facets is pushed by 1 N along an axis: pressure as the cosine."""
+    """The load (3 N,) of 1 N along an axis on a bore's facets, as pressure that varies as the cosine."""
     load = elastic.traction(facets, lambda _, n: n * n[..., axis : axis + 1])
     return np.asarray(load / load.reshape(-1, 3)[:, axis].sum())
 
 
-def _spread(elastic: Elastic, facets: Index, axis: int) -> Array:
-    """The load (3 N,) of 1 N along an axis, spread evenly over facets."""
-    load = elastic.traction(facets, lambda places, _: np.broadcast_to(np.eye(3)[axis], places.shape))
-    return np.asarray(load / load.sum())
-
-
 def _clamped(bracket: Bracket, nodes: Array) -> Mask:
-    """Which nodes (3, N) the bolts hold: squares on the baseplate's back."""
+    """Whether the bolts hold nodes (3, N): squares on the baseplate's back."""
     plate = bracket.baseplate
     away = [
         np.abs(np.abs(nodes[k] - centre) - 0.5 * spacing) < 0.5 * plate.clamped + _SLACK
@@ -281,18 +275,18 @@ def _clamped(bracket: Bracket, nodes: Array) -> Mask:
 
 
 def _pad(spacing: float, clamped: float, edge: float) -> list[float]:
-    """Where a clamped square begins and ends, from the middle, with *edge* around it."""
+    """Marks at the ends of a clamped square and at *edge* around it, m from the middle of the plate."""
     half = 0.5 * clamped
     return [0.5 * spacing + away for away in (-half - edge, -half, half, half + edge)]
 
 
 def _both(marks: list[float], limit: float) -> list[float]:
-    """Marks on both sides of the middle, as far as the plate goes."""
+    """*marks* on both sides of the middle, up to *limit*."""
     return [side * mark for mark in marks if 0.0 <= mark <= limit + _SLACK for side in (-1.0, 1.0)]
 
 
 def _plate(name: str, solid: HexMesh, judged: Callable[[Array, float], Mask], axis: int, thickness: float) -> Plate:
-    """A plate where places (3, P) are *judged*, edges included by the slack; *axis* goes through its thickness."""
+    """A plate where positions (3, P) are *judged*, edges included by the slack; *axis* is across its thickness."""
     chosen = np.flatnonzero(judged(solid.nodes, _SLACK))
     keys = np.stack([levels(places) for places in solid.nodes[:, chosen]])
     across = [k for k in range(3) if k != axis]

@@ -1,8 +1,8 @@
-"""Stress in the brackets of a robot at a pose: as built, on universal joints, and with the second rotation blocked.
+"""Stress in the brackets of a robot at a pose, for both designs: with the universal joint, and with levers held level.
 
-Loads come from the statics, stresses from two meshes, one twice as fine as the other: their difference, which is what
-Richardson's extrapolation of first order makes of it, is the estimate of the error. That is careful. What is judged,
-and where, is told in `bracket_parts`.
+Loads come from the statics, stresses from two meshes, one with half the element size of the other. The difference is
+the error estimate, as in Richardson's extrapolation of first order, which is conservative. `parts` states where stress
+is evaluated.
 """
 
 from __future__ import annotations
@@ -14,32 +14,31 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from skfem.models.elasticity import lame_parameters
 
 from cablewright.analyses.bracket.elasticity import von_mises
-from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, joints, loads_at
+from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, frames, joints, loads_at
 from cablewright.analyses.bracket.parts import BracketPart, base, cheek
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Bracket, Robot
-from cablewright.robot.bracket import Axle
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
 
 PLATES = ("baseplate", "uprights", "lever")
-"""What is judged by finite elements, in the order of the rows of peaks."""
+"""The plates evaluated by finite elements, in the order of the rows of peaks."""
 
-TIMES = 2
-"""How often the elements of the coarsest mesh are divided along each side, unless told."""
+TIMES = 2  # default number of divisions of the coarsest elements along each side
 
-_TIMES = (1, 2)  # 3 would take more than 10 GB
+_TIMES = (1, 2)  # 3 would take more than 10 GB of memory
 
 
 @dataclass(frozen=True)
 class BracketMesh:
-    """All parts of a bracket meshed alike: the base, and a cheek for each length of lever (m)."""
+    """All parts of a bracket at one refinement: the base, and a cheek for each length of lever (m)."""
 
     bracket: Bracket
     times: int
@@ -50,13 +49,14 @@ class BracketMesh:
         return base(self.bracket, self.times)
 
     def cheek(self, lever: float) -> BracketPart:
-        """A cheek of a lever."""
+        """Return a cheek of a lever of this length, m."""
         return cheek(self.bracket, lever, self.times)
 
     def peaks(self, loads: Loads, near: Loads | None = None) -> Array:
-        """(3, N, m) the largest linearised von Mises stress of each of `PLATES` at each pose and line, Pa.
+        """Return the largest linearised von Mises stress, Pa, of each of `PLATES` at each pose and line: (3, N, m).
 
-        With *near*, only where it is largest for any of those loads: faster, and a lower bound.
+        NaN where there is no load. With *near*, only the positions where stress is largest under any of those loads are
+        evaluated: faster, and a lower bound.
         """
         found = np.full((len(PLATES), *loads.lever_angle.shape), np.nan)
         good, bases, cheeks = np.isfinite(loads.lever_angle), loads.on_base()[..., :5], loads.on_cheek()
@@ -72,7 +72,7 @@ class BracketMesh:
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest stress of one part: Pa, on the fine mesh and on the coarse; where, m, in the part's frame."""
+    """The largest stress of one part, Pa, on the fine and the coarse mesh, and its position, m, in the part's frame."""
 
     part: str
     stress: float
@@ -83,14 +83,13 @@ class Peak:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """One design at one pose: loads of all lines, stresses of the highest loaded one.
+    """One design at one pose: loads of all lines, stresses of the highest loaded bracket.
 
-    `line`: its index. `sheave_motions` (m, 3): how far each line's sheave gives way, m, world, as far as the line feels
-    it: with the universal joint the lever does not take part in turns that the joint leaves free.
+    `sheave_motions` (m, 3): displacement of each line's sheave, m, world. With the universal joint the lever does not
+    follow rotations that the joint leaves free.
     """
 
-    bracket: Bracket
-    times: int
+    mesh: BracketMesh
     loads: Loads
     plates: Array  # (3, m) Pa
     coarse: Array  # (3, m) Pa
@@ -98,7 +97,7 @@ class Design:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """The design's figures as JSON has them: SI."""
+        """The design's figures as in JSON, SI."""
         loads, i = self.loads, self.line
         robot = loads.held.model.robot
         return {
@@ -131,13 +130,13 @@ class Design:
 
     @property
     def line(self) -> int:
-        """The line whose bracket is stressed most."""
+        """Index of the line with the highest stress in its bracket."""
         return int(self.plates.max(axis=0).argmax())
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
-        """Of the highest loaded line, by `PLATES`."""
-        i, fine = self.line, BracketMesh(self.bracket, self.times)
+        """The peaks of the highest loaded line, by `PLATES`."""
+        i, fine = self.line, self.mesh
         lever = joints(self.loads.held.model.robot)[i].lever
         found = []
         for k, name in enumerate(PLATES):
@@ -151,7 +150,7 @@ class Design:
 
     @property
     def worst(self) -> Peak:
-        """The part that is stressed most."""
+        """The part with the highest stress."""
         return max(self.peaks, key=lambda peak: peak.stress)
 
     @property
@@ -161,102 +160,98 @@ class Design:
 
     @property
     def error_estimate(self) -> float:
-        """Of the largest stress, relative: see `Peak`."""
+        """Relative error of the largest stress, see `Peak`."""
         return self.worst.error
 
     @property
     def axle_stress(self) -> float:
-        """The largest bending stress of the axle as a beam between the cheeks' middles, Pa."""
+        """The largest bending stress of the axle, a beam between the middles of the cheeks, uniformly loaded, Pa."""
+        lever, width = self.mesh.bracket.lever, self.mesh.bracket.axle.sheave_width
         force = float(np.linalg.norm(self.loads.sheave_force[0, self.line]))
-        return force * _axle_stress(self.bracket)
+        return force * (2.0 * (lever.gap + lever.thickness) - width) / 8.0 * 32.0 / (np.pi * lever.axle**3)
 
     @property
     def safety(self) -> float:
         """The smallest ratio of a part's yield strength to its stress."""
-        own, axle = self.bracket.material.yield_strength, self.bracket.axle.material.yield_strength
+        own, axle = self.mesh.bracket.material.yield_strength, self.mesh.bracket.axle.material.yield_strength
         return min(own / self.max_von_mises, axle / self.axle_stress)
 
     @property
     def on_base(self) -> Array:
-        """(5,) the load of the highest loaded base, by `BASE_CASES`."""
+        """(5,) load of the highest loaded base, by `BASE_CASES`."""
         return np.asarray(self.loads.on_base()[0, self.line, :5])
 
     @property
     def on_cheek(self) -> Array:
-        """(4,) the load of each cheek of the highest loaded line, by `LEVER_CASES`."""
+        """(4,) load of each cheek of the highest loaded line, by `LEVER_CASES`."""
         return np.asarray(self.loads.on_cheek()[0, self.line])
 
     @property
     def base_wrench(self) -> Array:
         """(6,) force and moment about the middle of the baseplate's back, bracket's frame, N and N m."""
-        return np.asarray(self.loads.on_base(foot(self.bracket))[0, self.line])
+        return np.asarray(self.loads.on_base(foot(self.mesh.bracket))[0, self.line])
 
     @cached_property
     def fields(self) -> tuple[tuple[BracketPart, Array, Array], ...]:
-        """Base and cheek of the highest loaded line, each with displacements (N, 3), m, and stresses (6, P), Pa.
+        """Base and cheek of the highest loaded line, with displacements (N, 3), m, and stresses (6, P), Pa.
 
-        Each in its part's frame, with the displacements of the part alone.
+        Both in the part's own frame; displacements are those of the part alone.
         """
-        fine = BracketMesh(self.bracket, self.times)
         lever = joints(self.loads.held.model.robot)[self.line].lever
-        found = []
-        for part, load in ((fine.base, self.on_base), (fine.cheek(lever), self.on_cheek)):
-            found.append((part, (part.moved @ load).reshape(-1, 3), part.stress @ load))
-        return tuple(found)
+        loaded = (self.mesh.base, self.on_base), (self.mesh.cheek(lever), self.on_cheek)
+        return tuple((part, (part.moved @ load).reshape(-1, 3), part.stress @ load) for part, load in loaded)
 
     @property
     def raw_peak(self) -> float:
-        """The largest von Mises stress at any node, singular edges and contacts too, Pa: it grows with the mesh."""
+        """The largest von Mises stress at any node, singular edges included, Pa: it grows with refinement."""
         return max(float(von_mises(stress).max()) for _, _, stress in self.fields)
 
     @property
     def max_displacement(self) -> float:
-        """The largest displacement of any place of the base or the lever, m; the lever is carried along by the base."""
+        """The largest displacement of any point of the base or the lever, which moves with the base, m."""
         (_, base_moved, _), (lever, own, _) = self.fields
         along = self._carried(lever.elastic.solid.places.T[: len(own)]) + own @ self.turn.T
         return float(max(np.linalg.norm(base_moved, axis=1).max(), np.linalg.norm(along, axis=1).max()))
 
     @property
     def level(self) -> Array:
-        """(3, 3) from the world's axes to those of the highest loaded bracket."""
-        facing = facings(self.loads.held.model.robot)[self.line]
-        c, s = np.cos(facing), np.sin(facing)
-        return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        """(3, 3) rotation from the world's axes to those of the highest loaded bracket."""
+        return np.asarray(frames(self.loads.held.model.robot)[self.line])
 
     @property
     def turn(self) -> Array:
-        """(3, 3) from the lever's frame into the bracket's."""
+        """(3, 3) rotation from the lever's frame to the bracket's."""
         swing = self.loads.azimuth[0, self.line] - facings(self.loads.held.model.robot)[self.line]
         return _lever_frame(float(swing), float(self.loads.lever_angle[0, self.line]))
 
     def _carried(self, places: Array) -> Array:
-        """How places (P, 3) of the rigid lever move with the base, bracket's frame."""
-        moved = _head_motion(BracketMesh(self.bracket, self.times), self.on_base, self.turn, self.loads.design)
+        """Displacements (P, 3) of points of the rigid lever with the base, bracket's frame, m."""
+        moved = _head_motion(self.mesh, self.on_base, self.turn, self.loads.design)
         return np.asarray(moved[:3] + np.cross(moved[3:], places @ self.turn.T))
 
     @property
     def energy_error(self) -> float:
         """Zienkiewicz and Zhu's relative error of the whole base in the energy norm, singular edges included."""
-        part, load = BracketMesh(self.bracket, self.times).base, self.on_base[:, None]
+        part, load = self.mesh.base, self.on_base[:, None]
         return float(part.elastic.energy_error(part.moved @ load, part.stress @ load)[0])
 
     @property
     def imbalance(self) -> float:
-        """How far the bolts' reactions miss the loads of the base, relative to them: force, and moment per standoff."""
-        part, load = BracketMesh(self.bracket, self.times).base, self.on_base[:, None]
-        arm = np.repeat([1.0, self.bracket.standoff], 3)[:, None]
+        """Relative difference of the bolts' reactions and the loads on the base: force, and moment per standoff."""
+        part, load = self.mesh.base, self.on_base[:, None]
+        arm = np.repeat([1.0, self.mesh.bracket.standoff], 3)[:, None]
         applied = part.elastic.wrench(part.cases @ load)
         missed = applied + part.elastic.reactions(part.cases @ load, part.moved @ load)
         return float(np.abs(missed / arm).max() / np.abs(applied / arm).max())
 
     @property
     def nodes(self) -> int:
-        """How many nodes the fine meshes of base and cheek have."""
+        """Number of nodes of the fine meshes of base and cheek."""
         return sum(part.elastic.solid.basis.N for part, _, _ in self.fields)
 
     @cached_property
     def platform_motion(self) -> Array:
-        """(n,) how far the platform moves because the brackets give way, lengths held, m and rad: to first order.
+        """(n,) displacement of the platform by the compliance of the brackets, lengths held, m and rad; first order.
 
         NaN where the cables are rigid.
         """
@@ -269,7 +264,7 @@ class Design:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Both designs at a pose, and what the elasticity of the cables alone does to the platform."""
+    """Both designs at a pose, and the displacement of the platform by the elasticity of the cables alone."""
 
     model: Model
     bracket: Bracket
@@ -280,7 +275,7 @@ class Comparison:
 
     @property
     def designs(self) -> tuple[Design, Design]:
-        """The universal joint's and the conventional one."""
+        """The design with universal joints and the conventional one."""
         return self.universal_joint, self.conventional
 
     @property
@@ -290,7 +285,7 @@ class Comparison:
 
     @cached_property
     def cable_motion(self) -> Array:
-        """(n,) how far the platform hangs from the pose when lengths were computed with rigid cables, m and rad.
+        """(n,) displacement of the platform from the pose under lengths computed with rigid cables, m and rad.
 
         NaN where the cables are rigid, or gravity decides a part of the pose.
         """
@@ -307,7 +302,7 @@ class Comparison:
 
 
 def bracket_of(robot: Robot) -> Bracket:
-    """The robot's own bracket. Raises `InputError` if it has none."""
+    """Return the robot's own bracket. Raises `InputError` if it has none."""
     if robot.bracket is None:
         raise InputError(f"robot {robot.name!r} has no table [bracket]: give one, or a file of its own with --bracket")
     return robot.bracket
@@ -317,11 +312,11 @@ def bracket_at(
     model: Model, pose: ArrayLike, *, bracket: Bracket | None = None, times: int = TIMES,
     retraction: float | None = None,
 ) -> Comparison:  # fmt: skip
-    """Stress in both designs of the highest loaded bracket at a *pose* (n,).
+    """Compute the stress in the highest loaded bracket of both designs at a *pose* (n,), m and rad.
 
-    *bracket* takes the place of the robot's own. *times*: how often elements are divided, 1 or 2; of 1 no error is
-    told. Raises `AnswerError` for a pose that cannot be held, `InputError` where
-    something is missing.
+    *bracket* replaces the robot's own. *times*: divisions of the elements, 1 or 2; with 1 there is no error estimate.
+    *retraction*: the platform's retraction length, m. Raises `AnswerError` for a pose that cannot be held, `InputError`
+    for invalid arguments.
     """
     if times not in _TIMES:
         raise InputError(f"times = {times}: one of {', '.join(map(str, _TIMES))} is allowed")
@@ -331,36 +326,28 @@ def bracket_at(
         loads.held[0].checked()
     fine = BracketMesh(own, times)
     jointed, blocked = (
-        Design(own, times, loads, fine.peaks(loads)[:, 0], _coarser(fine, loads), _sheave_motions(fine, loads))
+        Design(fine, loads, fine.peaks(loads)[:, 0], _coarser(fine, loads), _sheave_motions(fine, loads))
         for loads in both
     )
     return Comparison(model, own, np.asarray(jointed.loads.held.pose[0]), retraction, jointed, blocked)
 
 
-def plate_peaks(bracket: Bracket, loads: Loads, times: int = TIMES, near: Loads | None = None) -> Array:
-    """(3, N, m) the largest stress of each of `PLATES` at many poses, Pa; NaN where there is no load.
-
-    With *near*, only the places where it is largest for any of those loads are looked at: a lower bound, and fast.
-    """
-    return BracketMesh(bracket, times).peaks(loads, near)
-
-
 def foot(bracket: Bracket) -> tuple[float, float, float]:
-    """The middle of the baseplate's back in the bracket's frame, m."""
+    """Return the middle of the baseplate's back in the bracket's frame, m."""
     return (-bracket.standoff - bracket.baseplate.thickness, 0.0, bracket.rise)
 
 
 def _coarser(mesh: BracketMesh, loads: Loads) -> Array:
-    """(3, m) the stresses of the next coarser mesh, NaN where there is none."""
+    """(3, m) peaks of the next coarser mesh, Pa; NaN where there is none."""
     if mesh.times == 1:
         return np.full((len(PLATES), loads.held.model.m), np.nan)
     return BracketMesh(mesh.bracket, mesh.times - 1).peaks(loads)[:, 0]
 
 
 def _sheave_motions(mesh: BracketMesh, loads: Loads) -> Array:
-    """(m, 3) see `Design.sheave_motions`."""
+    """`Design.sheave_motions`."""
     robot = loads.held.model.robot
-    faces, axle = facings(robot), _axle_compliance(mesh.bracket)
+    faces, rotations, axle = facings(robot), frames(robot), _axle_compliance(mesh.bracket)
     bases, cheeks = loads.on_base()[0, :, :5], loads.on_cheek()[0]
     moved = np.empty((robot.m, 3))
     for i, joint in enumerate(joints(robot)):
@@ -370,15 +357,14 @@ def _sheave_motions(mesh: BracketMesh, loads: Loads) -> Array:
         own[[0, 2]] = (mesh.cheek(joint.lever).compliance @ cheeks[i])[:2]
         own[[0, 2]] += axle * 2.0 * cheeks[i, :2]
         if loads.design == UNIVERSAL_JOINT:
-            own[2] = 0.0  # a turn about the pin
+            own[2] = 0.0  # a rotation about the pin
         carried = head[:3] + np.cross(head[3:], turn @ np.array([joint.lever, 0.0, 0.0])) + turn @ own
-        c, s = np.cos(faces[i]), np.sin(faces[i])
-        moved[i] = c * carried[0] - s * carried[1], s * carried[0] + c * carried[1], carried[2]
+        moved[i] = carried @ rotations[i]
     return moved
 
 
 def _head_motion(mesh: BracketMesh, load: Array, turn: Array, design: str) -> Array:
-    """(6,) motion of the joint and rotation of what it carries, bracket's frame, m and rad.
+    """(6,) displacement of the joint and rotation of what it carries, bracket's frame, m and rad.
 
     The rotation about the vertical axis is free, and with the universal joint the one about the pin.
     """
@@ -395,15 +381,12 @@ def _lever_frame(swing: float, angle: float) -> Array:
     return np.array([[c * cb, -s, -c * sb], [s * cb, c, -s * sb], [sb, 0.0, cb]])
 
 
-def _axle_stress(bracket: Bracket) -> float:
-    """Bending stress per force on the sheave, Pa/N: a beam between the cheeks' middles, loaded evenly by the sheave."""
-    span, width = bracket.lever.gap + bracket.lever.thickness, bracket.axle.sheave_width
-    return (2.0 * span - width) / 8.0 * 32.0 / (np.pi * bracket.lever.axle**3)
-
-
 def _axle_compliance(bracket: Bracket) -> float:
-    """Deflection per force on the sheave in the sense of work, m/N: bending and shear of that beam."""
-    span, width, axle = bracket.lever.gap + bracket.lever.thickness, bracket.axle.sheave_width, bracket.axle
+    """Deflection of the axle per force on the sheave, in the sense of work, m/N: bending and shear of a beam."""
+    span, width, diameter = bracket.lever.gap + bracket.lever.thickness, bracket.axle.sheave_width, bracket.lever.axle
+    _, shear_modulus = lame_parameters(bracket.axle.material.young_modulus, bracket.axle.material.poisson_ratio)
+    bending = bracket.axle.material.young_modulus * np.pi * diameter**4 / 64.0
+    shearing = 0.9 * shear_modulus * 0.25 * np.pi * diameter**2  # 0.9: Timoshenko's coefficient of a round bar
     points, weights = np.polynomial.legendre.leggauss(4)  # exact for the square of a quadratic
     total = 0.0
     ends = (0.0, 0.5 * (span - width), 0.5 * span)
@@ -411,16 +394,6 @@ def _axle_compliance(bracket: Bracket) -> float:
         x = 0.5 * (a + b) + 0.5 * (b - a) * points
         inside = np.maximum(x - ends[1], 0.0)
         moment, shear = 0.5 * x - 0.5 * inside**2 / width, 0.5 - inside / width
-        flexibility = moment**2 / _bending(bracket, axle) + shear**2 / _shearing(bracket, axle)
+        flexibility = moment**2 / bending + shear**2 / shearing
         total += (b - a) * float(weights @ flexibility)  # both halves of the span
     return total
-
-
-def _bending(bracket: Bracket, axle: Axle) -> float:
-    return axle.material.young_modulus * np.pi * bracket.lever.axle**4 / 64.0
-
-
-def _shearing(bracket: Bracket, axle: Axle) -> float:
-    """Timoshenko's for a round bar."""
-    modulus = 0.5 * axle.material.young_modulus / (1.0 + axle.material.poisson_ratio)
-    return 0.9 * modulus * 0.25 * np.pi * bracket.lever.axle**2

@@ -1,1 +1,1 @@
-"""Where the platform can be: criteria, volumes, surfaces and retraction."""
+"""Workspace of a robot: criteria, volumes, surfaces, boundaries and retraction laws."""

@@ -1,4 +1,4 @@
-"""Which limit ends the static workspace where: the limits on its boundary.
+"""The limits of the hardware that bound the static workspace.
 
 Paty 2021, section 4.1: tension limits, swing and elevation of the sheaves, no collision in them.
 """
@@ -20,13 +20,13 @@ from cablewright.triangle_mesh import TriangleMesh
 
 Point = tuple[float, float, float]
 
-CLOSE = 1e-3  # m: to which the boundary is found
-MOST_NODES = 32  # along one side, of a surface: finer than that no picture shows
+CLOSE = 1e-3  # m; tolerance of the bisection for boundary points
+MAX_NODES = 32  # along one side, in `BoundaryLimits.surface`: a picture shows no finer detail
 
 
 @dataclass(frozen=True)
 class EndingLimit:
-    """A limit that ends the workspace: at how many points, and the lowest and the highest of them, m."""
+    """A limit that bounds the workspace: the number of boundary points where it does, the lowest and the highest, m."""
 
     limit: str
     ends: int
@@ -36,37 +36,38 @@ class EndingLimit:
 
 @dataclass(frozen=True, eq=False)
 class BoundaryLimits:
-    """Points of a static workspace's boundary, where lines of its grid leave it, and the limit that is broken beyond.
+    """Points on the boundary of a static workspace, and the limit that is violated beyond each.
 
-    The last of `limits` is the frame, or the box: nodes inside that are on its sides are points too.
+    Points lie between neighbouring nodes of the grid, one inside and one outside. Nodes that are inside and on a side
+    of the box are points too; their limit is ``frame``, the last of `limits`.
     """
 
     nodes: NodeCount
-    points: Array  # (E, 3) m, to CLOSE
+    points: Array  # (E, 3) m, accurate to CLOSE
     ended_by: NDArray[np.int64]  # (E,) index into `limits`
     limits: tuple[str, ...]
 
     @property
     def by_limit(self) -> tuple[EndingLimit, ...]:
-        """Each limit that ends the workspace anywhere, the most frequent first."""
+        """Each limit that bounds the workspace somewhere, the most frequent first."""
         counts = np.bincount(self.ended_by, minlength=len(self.limits))
         order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
         return tuple(self._ending(limit) for limit in order)
 
     def surface(self) -> TriangleMesh:
-        """The boundary as a closed mesh, m, to look at: of every k-th node where there are many.
+        """Return the boundary as a closed mesh, m, for display: of every k-th node where there are more than MAX_NODES.
 
-        Between two nodes it passes where their distances from the plane through the points around them say.
+        Between two nodes it is interpolated by their distances from the plane through the boundary points next to them.
         """
-        kept = [np.unique(np.append(np.arange(0, n, -(-n // MOST_NODES)), n - 1)) for n in self.nodes.inside.shape]
+        kept = [np.unique(np.append(np.arange(0, n, -(-n // MAX_NODES)), n - 1)) for n in self.nodes.inside.shape]
         axes = [axis[rows] for axis, rows in zip(self.nodes.axes, kept, strict=True)]
         return surface_between(axes, self.nodes.inside[np.ix_(*kept)], self._distances()[np.ix_(*kept)])
 
     def _distances(self) -> Array:
-        """About how far each node is from the boundary, m, (X, Y, Z)."""
+        """Approximate distance of each node from the boundary, m, (X, Y, Z)."""
         inside, low = self.nodes.inside, self.nodes.box.low
         step = (self.nodes.box.high - low) / (np.array(inside.shape) - 1)
-        steepness = np.zeros(inside.shape)  # sum of 1/t^2, t the distances along x, y, z: of a plane, 1/distance^2
+        steepness = np.zeros(inside.shape)  # sum of 1/t^2 over the boundary points at t along x, y, z: 1/distance^2
         for ends in _pairs(self.nodes):
             away = np.linalg.norm(self.points[: len(ends)] - ends, axis=1)
             np.add.at(steepness, tuple(np.rint((ends - low) / step).astype(int).T), 1.0 / np.maximum(away, CLOSE) ** 2)
@@ -80,13 +81,13 @@ class BoundaryLimits:
 
 
 def boundary_limits(nodes: NodeCount) -> BoundaryLimits:
-    """Which limit ends the workspace of *nodes*, counted by the criterion ``static``, and where.
+    """Find the boundary points of the workspace *nodes*, counted by the criterion ``static``, and the limits there.
 
-    Between neighbours of which one is inside the boundary is found by bisection, to CLOSE. What is broken just beyond
-    it ends the workspace, the first of the limits where several are. Raises `InputError` for another criterion.
+    Between neighbours of which one is inside, bisection finds the boundary to CLOSE. The limit is the first, in the
+    order of `limits`, that the point just outside violates. Raises `InputError` for another criterion.
     """
     if nodes.criterion.name != "static":
-        raise InputError(f"criterion {nodes.criterion.name}: only the criterion static tells which limit is broken")
+        raise InputError(f"criterion {nodes.criterion.name}: only the criterion static reports which limit is violated")
     if not nodes.counted:
         return BoundaryLimits(nodes, np.empty((0, 3)), np.empty(0, dtype=np.int64), ())
     inner, outer = _bisected(nodes.criterion, *_pairs(nodes))
@@ -99,7 +100,7 @@ def boundary_limits(nodes: NodeCount) -> BoundaryLimits:
 
 
 def _pairs(nodes: NodeCount) -> tuple[Array, Array]:
-    """Neighbours of which one is inside and the other is not, as points (E, 3) inside and outside, m."""
+    """Pairs of neighbouring nodes of which one is inside: the points (E, 3) inside and those outside, m."""
     places = nodes.box.grid(nodes.inside.shape)
     within, without = [np.empty((0, 3))], [np.empty((0, 3))]
     for axis in range(3):
@@ -111,7 +112,7 @@ def _pairs(nodes: NodeCount) -> tuple[Array, Array]:
 
 
 def _bisected(criterion: Criterion, inner: Array, outer: Array) -> tuple[Array, Array]:
-    """Points (E, 3) inside and outside, at most CLOSE apart, m."""
+    """Points (E, 3) inside and outside, at most CLOSE apart, between *inner* and *outer* ones, m."""
     longest = float(np.linalg.norm(outer - inner, axis=1).max(initial=CLOSE))
     for _ in range(max(1, int(np.ceil(np.log2(longest / CLOSE))))):
         middle = 0.5 * (inner + outer)
@@ -121,7 +122,7 @@ def _bisected(criterion: Criterion, inner: Array, outer: Array) -> tuple[Array, 
 
 
 def _first_broken(criterion: Criterion, places: Array) -> tuple[tuple[str, ...], NDArray[np.int64]]:
-    """Names of the limits, and the first of them that each of *places* (N, 3) breaks under any orientation, (N,)."""
+    """Names of the limits, and the index (N,) of the first that *places* (N, 3) violate under any orientation."""
     names: tuple[str, ...] = ()
     first = []
     for block in np.array_split(places, 1 + len(places) // BLOCK):

@@ -1,4 +1,4 @@
-"""How the platform vibrates along the boundary of its workspace, where its stiffness is often least."""
+"""Natural frequencies of the platform along the boundary of its workspace, where its stiffness is often lowest."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import Any, ClassVar, Unpack, get_args
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes
-from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
+from cablewright.analyses.workspace.criterion import Options, criterion_figures
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.arrays import Array, Mask
 from cablewright.choices import TensionChoice
@@ -21,7 +22,7 @@ from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
 GRID = 21
-GRIDS = (3, 121)  # nodes along a side: rows of modes are in memory at once
+GRIDS = (3, 121)  # allowed nodes along a side: the modes of all boundary nodes are in memory at once
 HOLDING: tuple[str, ...] = get_args(TensionChoice)
 
 
@@ -47,9 +48,9 @@ ALONG = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Boundary(Pictured):
-    """Modes at the outermost nodes of a workspace: with K orientations K rows for each node, one orientation at a time.
+    """Modes at the P boundary nodes of a workspace: N = K P rows for K orientations, orientation by orientation.
 
-    Rows that do not balance are NaN. Frequencies of properties are NaN where no row balances.
+    Rows without an equilibrium are NaN. Properties are NaN, None or empty where no row has one.
     """
 
     FIGURES: ClassVar = (
@@ -66,18 +67,18 @@ class Boundary(Pictured):
     HEADLINES: ClassVar = ("status", "robot", "criterion")
 
     nodes: NodeCount
-    places: Array  # (N / K, 3) m, of the nozzle or the platform's origin, as the criterion has it
+    places: Array  # (P, 3) m, of the nozzle or the platform's origin, as in the criterion
     holding: str
     modes: Modes  # of N rows
 
     @property
     def status(self) -> str:
-        """ok, unheld or empty."""
+        """ok; unheld, if no node has an equilibrium; or empty, if no node is inside."""
         return "ok" if self.worst is not None else "unheld" if len(self.places) else "empty"
 
     @property
     def has_modes(self) -> bool:
-        """Whether any place can be held."""
+        """Whether any node has an equilibrium."""
         return self.status == "ok"
 
     @property
@@ -93,7 +94,7 @@ class Boundary(Pictured):
 
     @cached_property
     def worst_modes(self) -> Modes | None:
-        """The modes at the row with the lowest of all frequencies; None where there are no modes."""
+        """The modes at the row with the lowest frequency; None if there are no modes."""
         return None if self.worst is None else modes(self.modes.equilibrium[self.worst], geometric=self.modes.geometric)
 
     @property
@@ -116,22 +117,22 @@ class Boundary(Pictured):
 
     @property
     def lowest(self) -> Array:
-        """The lowest frequency of each row, (N,) Hz; negative where unstable."""
+        """(N,) lowest frequency of each row, Hz; negative where unstable."""
         return self.modes.lowest
 
     @property
     def known(self) -> Mask:
-        """Which rows balance (N,)."""
+        """(N,) whether a row has an equilibrium."""
         return np.isfinite(self.lowest)
 
     @property
     def beyond(self) -> int:
-        """How many rows balance, but not within the limits of tension or not stably."""
+        """Number of rows with an equilibrium that violates the tension limits or is unstable."""
         return int((self.known & ~self.modes.equilibrium.ok).sum())
 
     @property
     def spread(self) -> tuple[float, float, float]:
-        """The least, the median and the greatest of the lowest frequencies, Hz."""
+        """The minimum, median and maximum of the lowest frequencies, Hz."""
         values = self.lowest[self.known]
         if not len(values):
             return np.nan, np.nan, np.nan
@@ -139,20 +140,20 @@ class Boundary(Pictured):
 
     @property
     def shares(self) -> dict[str, float]:
-        """At which share of the rows a freedom has most of the lowest mode's energy, by `FREEDOMS`; those that have."""
+        """Share of the rows whose lowest mode has most of its energy in a freedom, by `FREEDOMS`, without zeros."""
         named = self.modes.dominant[self.known, 0]
         counts = np.bincount(named, minlength=len(FREEDOMS))
         return {name: float(n) / len(named) for name, n in zip(FREEDOMS, counts, strict=True) if n}
 
     @property
     def dominant(self) -> str | None:
-        """The freedom that the lowest mode has most often; None where there are no modes."""
+        """The most frequent freedom of the lowest mode; None if there are no modes."""
         shares = self.shares
         return max(shares, key=shares.__getitem__, default=None)
 
     @property
     def worst(self) -> int | None:
-        """The row with the lowest of all frequencies; None where there are no modes."""
+        """The row with the lowest frequency; None if there are no modes."""
         return int(np.nanargmin(self.lowest)) if self.known.any() else None
 
 
@@ -166,56 +167,45 @@ def boundary_modes(
     progress: Progress | None = None,
     **options: Unpack[Options],
 ) -> Boundary:
-    """Modes along the boundary of a workspace: at the nodes of a grid that are inside and have a neighbour that is not.
+    """Modes along the boundary of a workspace: at the nodes of a grid that are inside and have a neighbour outside.
 
     The nodes are those of `count_nodes`, *grid* along each side of the box, counted with straight lines unless the
-    *criterion* is ``static``; a node on a side of the box is on the boundary. Modes are those of *robot* with all that
-    its laws have. *holding* chooses the tensions there: ``least``, those of least norm, or ``middle``, those nearest
-    to the middle of the limits (default: ``middle`` for the closed forms, whose own they are; else ``least``).
-    *geometric*: see `modes`. *options*: see `workspace`. Raises `InputError`.
+    *criterion* is ``static``; inside nodes on a side of the box are on the boundary. The modes use all laws of *robot*.
+    *holding* selects the tensions there: ``least`` for least norm, ``middle`` for those nearest to the middle of the
+    limits (default: ``middle`` for the closed forms, as they do so themselves; else ``least``). *geometric*: see
+    `modes`. *options*: see `workspace`. Raises `InputError`.
     """
-    laws: dict[str, Any] = {key: options.pop(key, None) for key in ("cable", "sheave", "tension_limits")}  # type: ignore[misc]
-    model = Model.of(robot, **laws)
+    cable, sheave = options.pop("cable", None), options.pop("sheave", None)
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=options.pop("tension_limits", None))
     if holding is None:
         holding = "middle" if criterion.endswith("closed-form") else "least"
     if holding not in HOLDING:
         raise UnknownName("tensions", holding, HOLDING)
     if model.m < model.n:
         few = f"{model.m} lines leave some of its {model.n} freedoms to gravity"
-        raise InputError(f"robot {model.robot.name!r}: {few}: a grid of places says too little about its poses")
+        raise InputError(f"robot {model.robot.name!r}: {few}: a grid of positions does not determine its poses")
     if not GRIDS[0] <= grid <= GRIDS[1]:
         raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")
-    asked = model if criterion == "static" else straight(model)
-    nodes = count_nodes(asked, criterion, grid=grid, progress=progress, **options)
+    counting = model if criterion == "static" else straight(model)
+    nodes = count_nodes(counting, criterion, grid=grid, progress=progress, **options)
     places = outermost(nodes)
-    held = _modes_at(nodes.criterion, places, replace(model, robot=nodes.criterion.model.robot), geometric, holding)
+    poses, built = nodes.criterion.all_poses(places), replace(model, robot=nodes.criterion.model.robot)
+    preferred = None
+    if holding == "middle":
+        preferred = np.mean([model.tension_limits or line.tension_limits for line in built.robot.lines], axis=1)
+    retraction = nodes.criterion.lengths(poses)
+    held = modes(built, poses, geometric=geometric, retraction=retraction, preferred=preferred)
     return Boundary(nodes, places, holding, held)
 
 
 def straight(model: Model) -> Model:
-    """The model with straight lines, which all criteria but ``static`` ask for."""
+    """Return the model with straight lines, as all criteria but ``static`` require."""
     if model.fidelity.cable is not CableLaw.CATENARY:
         return model
     return replace(model, fidelity=Fidelity(CableLaw.RIGID, model.fidelity.sheave))
 
 
 def outermost(nodes: NodeCount) -> Array:
-    """Places (N, 3), m, of the nodes that are inside and have one of their six neighbours outside, or none there."""
-    beyond = np.pad(nodes.inside, 1)
-    inner = nodes.inside.copy()
-    for axis in range(3):
-        for side in (-1, 1):
-            inner &= np.roll(beyond, side, axis)[1:-1, 1:-1, 1:-1]
+    """Positions (P, 3), m, of the inside nodes that have one of their six neighbours outside or off the grid."""
+    inner: Mask = binary_erosion(nodes.inside)
     return nodes.places[~inner[nodes.inside]]
-
-
-def _modes_at(criterion: Criterion, places: Array, model: Model, geometric: bool, holding: str) -> Modes:
-    poses = criterion.all_poses(places)
-    preferred = _middle(model) if holding == "middle" else None
-    return modes(model, poses, geometric=geometric, retraction=criterion.lengths(poses), preferred=preferred)
-
-
-def _middle(model: Model) -> Array:
-    """The middle (m,) of each line's tension limits, N."""
-    limits = [model.tension_limits or line.tension_limits for line in model.robot.lines]
-    return np.array([0.5 * (low + high) for low, high in limits])

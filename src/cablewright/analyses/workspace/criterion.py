@@ -1,11 +1,11 @@
-"""The criterion of a workspace: which places count, and how the platform is held there."""
+"""The criterion of a workspace: what has to hold at a position, and the pose of the platform there."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sized
 from dataclasses import dataclass, replace
-from typing import TypedDict, get_args
+from typing import TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,14 +27,14 @@ from cablewright.solvers.tension import Capacity, Distribution, capacity, tensio
 CRITERIA: tuple[str, ...] = get_args(CriterionName)
 POINTS: tuple[str, ...] = get_args(PointName)
 CONTINUOUS = ("closed-form", "exact", "capacity", "wrench-closure")
-"""Criteria whose margin is continuous at the boundary. That of the improved closed form is zero far inside."""
+"""Criteria whose margin is continuous at the boundary. That of ``improved-closed-form`` is zero far inside."""
 
-BLOCK = 16384  # poses between two reports, and robots that differ by row in memory at once
-HALF_TURN = math.pi * (1.0 + 1e-9)
+BLOCK = 16384  # poses evaluated between two progress reports; bounds memory
+HALF_TURN = math.pi * (1.0 + 1e-9)  # rad, with room for rounding
 
 
 class Options(TypedDict, total=False):
-    """Keyword arguments of `Criterion.of`, which `count_nodes` and `boundary_modes` pass on."""
+    """Keyword arguments of `Criterion.of`, which `workspace`, `count_nodes` and `boundary_modes` pass on."""
 
     cable: CableLaw | str | None
     sheave: SheaveLaw | str | None
@@ -50,9 +50,9 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class RetractionLaw:
-    """Retraction length slope * z + intercept, m, where z is the height of the nozzle or of the platform's origin, m.
+    """Retraction length slope * z + intercept, m, at the height z (m) of the point `of`: ``nozzle`` or ``origin``.
 
-    The length is clamped to `least` and `most`, m; None: it is not clamped.
+    The length is clamped to `least` and `most`, m; None: not clamped.
     """
 
     slope: float
@@ -62,50 +62,42 @@ class RetractionLaw:
     of: str = "nozzle"
 
     def at(self, heights: ArrayLike) -> Array:
-        """Lengths at *heights*, m."""
+        """Return the lengths at *heights*, m."""
         lengths = self.slope * np.asarray(heights, dtype=np.float64) + self.intercept
         return np.clip(lengths, self.least, self.most)
 
 
 @dataclass(frozen=True, eq=False)
 class Criterion:
-    """What has to hold at a place for it to be in the workspace. `Criterion.of` makes one and checks its arguments."""
+    """What has to hold at a position for it to be in the workspace. `Criterion.of` makes one, its arguments checked."""
 
     model: Model
     name: str  # one of CRITERIA
-    box: SearchBox  # where places are looked for
-    point: str  # what is at the place: the platform's nozzle or its origin
-    orientations: Array  # (K, 3) rotation vectors, rad: the criterion has to hold under each
+    box: SearchBox  # the region that is searched
+    point: str  # whose position it is: the platform's "nozzle" or "origin"
+    orientations: Array  # (K, 3) rotation vectors, rad; the criterion has to hold under each
     retraction: float | RetractionLaw | None  # m
     wrench_box: tuple[Array, Array] | None  # lowest and highest (n,), N and N m, for `capacity`
-    arm: float  # m, on which a moment counts as a force for `capacity`
+    arm: float  # m; `capacity` divides moments by it to compare them with forces
 
     @classmethod
     def of(
         cls,
         robot: Robot | Model,
         name: str = "exact",
-        *,
-        cable: CableLaw | str | None = None,
-        sheave: SheaveLaw | str | None = None,
-        tension_limits: tuple[float, float] | None = None,
-        box: ArrayLike | None = None,
-        point: str = "nozzle",
-        wrench: ArrayLike | None = None,
-        wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
-        arm: float = 1.0,
-        orientations: ArrayLike | None = None,
-        retraction: float | RetractionLaw | None = None,
+        **options: Unpack[Options],
     ) -> Criterion:
-        """The criterion *name*; arguments as for `workspace`. Raises `InputError`."""
+        """Return the criterion *name*; arguments as for `workspace`. Raises `InputError`."""
+        point, wrench, wrench_box = options.get("point", "nozzle"), options.get("wrench"), options.get("wrench_box")
         if name not in CRITERIA:
             raise UnknownName("criterion", name, CRITERIA)
         if point not in POINTS:
             raise UnknownName("point", point, POINTS)
         default = CableLaw.CATENARY if name == "static" else CableLaw.RIGID
-        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
+        cable, sheave, limits = options.get("cable"), options.get("sheave"), options.get("tension_limits")
+        model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=limits, default=default)
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
-            raise InputError(f"cable = catenary: {name} is of straight lines; use rigid or elastic, or static")
+            raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:
             values = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
             moment = values[3:] if model.n == 6 else (0, 0, 0)
@@ -113,39 +105,40 @@ class Criterion:
         wrenches = None
         if wrench_box is not None:
             if name != "capacity":
-                raise InputError(f"a box of wrenches goes with criterion capacity, not with {name}")
+                raise InputError(f"a box of wrenches is for the criterion capacity, not for {name}")
             low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
             wrenches = low, high
-        turns, where = _turns(model, orientations), box_of(model.robot, box)
-        made = cls(model, name, where, point, turns, retraction, wrenches, float(arm))
+        turns, where = _turns(model, options.get("orientations")), box_of(model.robot, options.get("box"))
+        arm = float(options.get("arm", 1.0))
+        made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
         made._check_retraction()
         return made
 
     @property
     def length(self) -> float | None:
-        """The one retraction length, m; None where there is none, or a law."""
+        """The constant retraction length, m; None if there is none or it follows a law."""
         return None if isinstance(self.retraction, RetractionLaw) else self.retraction
 
     @property
     def law(self) -> RetractionLaw | None:
-        """The law of retraction; None where there is none."""
+        """The retraction law; None if there is none."""
         return self.retraction if isinstance(self.retraction, RetractionLaw) else None
 
     @property
     def turns(self) -> Array | None:
-        """The orientations of a body; None of a point."""
+        """The orientations of a rigid body; None for a point platform."""
         return self.orientations if self.model.n == 6 else None
 
     @property
     def continuous(self) -> bool:
-        """Whether the margin goes continuously through zero at the boundary, so that it can be interpolated there."""
+        """Whether the margin is continuous through zero at the boundary, so that it can be interpolated there."""
         return self.name in CONTINUOUS
 
     def margin(self, places: Array, progress: Progress | None = None, stage: str = "places") -> Array:
-        """Signed margins (N,) of *places* (N, 3), m, the least over the orientations: inside where at least 0.
+        """Return signed margins (N,) at *places* (N, 3), m: inside where at least 0; the minimum over the orientations.
 
-        In N of tension; of a wrench for `capacity`; a share of the mean tension for `wrench-closure`; 1 or -1 for
-        `static`. It is -inf where no tensions balance the load, and everywhere if there is no orientation.
+        In N of tension; of wrench for `capacity`; as a share of the mean tension for `wrench-closure`; 1 or -1 for
+        `static`. -inf where no tensions balance the load, and everywhere if there are no orientations.
         """
         found = np.full(len(places), np.inf if len(self.orientations) else -np.inf)
         for first in range(0, len(places), BLOCK):
@@ -157,26 +150,26 @@ class Criterion:
         return found
 
     def poses(self, places: Array, turn: Array) -> Array:
-        """Poses (N, n) that bring the point to *places* (N, 3), turned by a rotation vector (3,), rad."""
+        """Return poses (N, n) that bring the point to *places* (N, 3), m, rotated by the vector *turn* (3,), rad."""
         if self.model.n == 3:
             return places
         poses = np.concatenate([places, np.broadcast_to(turn, places.shape)], axis=1)
         return self.model.at_nozzle(poses) if self.point == "nozzle" else poses
 
     def all_poses(self, places: Array) -> Array:
-        """Poses (K * N, n) at *places* (N, 3), m, one orientation after the other."""
+        """Return poses (K * N, n) at *places* (N, 3), m, orientation by orientation."""
         rows = [self.poses(places, turn) for turn in self.orientations]
         return np.concatenate([np.empty((0, self.model.n)), *rows])
 
     def lengths(self, poses: Array) -> Array | float | None:
-        """Retraction lengths at *poses* (N, n), m."""
+        """Return the retraction lengths at *poses* (N, n), m."""
         law = self.retraction
         if not isinstance(law, RetractionLaw):
             return law
         return law.at(poses[:, 2] if law.of == "origin" else self.model.nozzle(poses)[:, 2])
 
     def broken_limits(self, poses: Array) -> tuple[tuple[str, ...], Mask]:
-        """For `static`: the names of all limits, and which of them each of *poses* (N, n) breaks, (N, L)."""
+        """Return, for `static`, the names of all L limits and which of them *poses* (N, n) violate, (N, L)."""
         return broken_limits(solve_inverse(self.model, poses, retraction=self.lengths(poses)))
 
     def _margins(self, poses: Array) -> Array:
@@ -195,7 +188,7 @@ class Criterion:
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
 
     def _check_retraction(self) -> None:
-        """Refuse lengths that the platform does not have. Raises `InputError`."""
+        """Refuse retraction lengths outside the platform's range. Raises `InputError`."""
         law, robot = self.retraction, self.model.robot
         if law is None:
             return
@@ -205,53 +198,53 @@ class Criterion:
         if law.of not in POINTS:
             raise UnknownName("point", law.of, POINTS)
         if not (math.isfinite(law.slope) and math.isfinite(law.intercept)):
-            raise InputError(f"retraction law {law.slope:g} z + {law.intercept:g} m: finite numbers are wanted")
+            raise InputError(f"retraction law {law.slope:g} z + {law.intercept:g} m: finite numbers are expected")
         if (law.least is None) != (law.most is None):
-            raise InputError("retraction law: both clamps are wanted, or none")
+            raise InputError("retraction law: both clamps or none are expected")
         if law.least is not None and law.most is not None:
             if not law.least < law.most:
-                raise InputError(f"retraction law: clamps {law.least:g} to {law.most:g} m: least < most is wanted")
+                raise InputError(f"retraction law: clamps {law.least:g} to {law.most:g} m: least < most is expected")
             robot.retraction_to(law.least)
             robot.retraction_to(law.most)
             return
         if robot.retraction is None:
-            raise InputError(f"robot {robot.name!r} has no retraction: a law of it has no meaning")
+            raise InputError(f"robot {robot.name!r} has no retraction: it cannot follow a retraction law")
         self._check_unclamped(law)
 
     def _check_unclamped(self, law: RetractionLaw) -> None:
-        """Refuse a law without clamps that leaves the platform's range in the box. Raises `InputError`."""
+        """Refuse a law without clamps that leaves the platform's range within the box. Raises `InputError`."""
         heights = [float(self.box.low[2]), float(self.box.high[2])]
         poses = self.all_poses(np.column_stack([np.zeros((2, 2)), heights]))
         for height, length in zip(heights * len(self.orientations), np.asarray(self.lengths(poses)), strict=True):
             try:
                 self.model.robot.retraction_to(float(length))
             except InputError as reason:
-                told = f"retraction law {law.slope:g} z + {law.intercept:g} m leaves its range at height {height:g} m"
-                raise InputError(f"{told}: {reason}; give it clamps") from None
+                law_text = f"retraction law {law.slope:g} z + {law.intercept:g} m leaves its range"
+                raise InputError(f"{law_text} at height {height:g} m: {reason}; give it clamps") from None
 
 
 def box_of(robot: Robot, ends: ArrayLike | None) -> SearchBox:
-    """The box from *ends* (6,) x0, x1, y0, y1, z0, z1, m; the robot's frame if None. Raises `InputError`."""
+    """Return the box with *ends* (6,) x0, x1, y0, y1, z0, z1, m; None: the robot's frame. Raises `InputError`."""
     if ends is None:
         return SearchBox(np.array(robot.scene.frame_min), np.array(robot.scene.frame_max))
     numbers = np.asarray(ends, dtype=np.float64)
     if numbers.shape != (6,) or not np.isfinite(numbers).all():
-        raise InputError(f"box: 6 finite numbers are wanted, x0,x1,y0,y1,z0,z1 in m; got {numbers.tolist()}")
+        raise InputError(f"box: 6 finite numbers are expected, x0,x1,y0,y1,z0,z1 in m; got {numbers.tolist()}")
     low, high = numbers[::2], numbers[1::2]
     if (low >= high).any():
         axis = int(np.argmax(low >= high))
-        raise InputError(f"box: {'xyz'[axis]} from {low[axis]:g} to {high[axis]:g} m: lowest < highest is wanted")
+        raise InputError(f"box: {'xyz'[axis]} from {low[axis]:g} to {high[axis]:g} m: lowest < highest is expected")
     return SearchBox(low, high)
 
 
 def _turns(model: Model, orientations: ArrayLike | None) -> Array:
-    """Rotation vectors (K, 3), rad. Raises `InputError`."""
+    """The rotation vectors (K, 3), rad, checked. Raises `InputError`."""
     if orientations is None:
         return np.zeros((1, 3))
     none = isinstance(orientations, Sized) and not len(orientations)
     turns, _ = as_rows(np.empty((0, 3)) if none else orientations, 3, "orientations", "rad")
     if model.n == 3:
-        raise InputError(f"orientations: {model.robot.name!r} has a point platform, which has none")
+        raise InputError(f"orientations: {model.robot.name!r} has a point platform, which cannot rotate")
     far = float(np.linalg.norm(turns, axis=1).max(initial=0.0))
     if far > HALF_TURN:
         raise InputError(
@@ -262,7 +255,7 @@ def _turns(model: Model, orientations: ArrayLike | None) -> Array:
 
 
 def criterion_figures(path: str) -> tuple[Figure, ...]:
-    """What JSON has of the criterion that stands at *path* of a result."""
+    """The figures of the criterion at the attribute *path* of a result."""
     return (
         Figure("robot", "", "Name of the robot.", f"{path}.model.robot.name"),
         Figure("criterion", "", "What must hold at a place.", f"{path}.name"),

@@ -1,7 +1,7 @@
-"""Where a function on a lattice changes its sign, as a closed surface: marching tetrahedra.
+"""The zero surface of a function on a lattice as a closed mesh, by marching tetrahedra.
 
-A cell is six tetrahedra along one of its diagonals. Neighbouring cells are mirror images, so that they agree on the
-diagonals of their common faces and a symmetric function has a symmetric surface.
+A cell consists of six tetrahedra along one of its diagonals. Neighbouring cells are mirror images, so that they agree
+on the diagonals of their common faces and a symmetric function has a symmetric surface.
 """
 
 from __future__ import annotations
@@ -18,34 +18,32 @@ from cablewright.triangle_mesh import TriangleMesh
 
 Keys = NDArray[np.int64]
 
-BITS: Final = 18
-"""Bits of one of the three indices of a node in its key."""
+BITS: Final = 18  # bits of a node's key for each of its three indices
 
-PARITY: Final = (1 << 2 * BITS) | (1 << BITS) | 1
-EDGE: Final = 8  # an edge's key is that of its lowest corner times this, and the steps along x, y, z as bits
+EDGE: Final = 8  # an edge's key is that of its lowest corner times this, plus its steps along x, y, z as bits
 
 
 def key_of(index: NDArray[np.int64]) -> Keys:
-    """Keys (...) of nodes with an index (..., 3): keys of twice as fine a lattice are twice as large."""
+    """Return the keys (...) of nodes with *index* (..., 3). A key on a lattice twice as fine is twice as large."""
     return np.asarray((index[..., 0] << 2 * BITS) + (index[..., 1] << BITS) + index[..., 2])
 
 
 def index_of(keys: Keys) -> NDArray[np.int64]:
-    """Indices (..., 3) of nodes."""
+    """Return the indices (..., 3) of nodes."""
     mask = (1 << BITS) - 1
     return np.stack([keys >> 2 * BITS, (keys >> BITS) & mask, keys & mask], axis=-1)
 
 
 _BITS_OF = np.array([[(code >> 2) & 1, (code >> 1) & 1, code & 1] for code in range(8)])  # corners 0 to 7: x, y, z
 CORNERS: Final = key_of(_BITS_OF)
-"""(8,) what a corner's key has more than its cell's, the cell's being that of its lowest corner."""
+"""(8,) difference between a corner's key and its cell's, which is that of its lowest corner."""
 
 FACES: Final = tuple((axis, side, np.flatnonzero(_BITS_OF[:, axis] == side)) for axis in range(3) for side in range(2))
 """Axis, side and corners of each face of a cell."""
 
 
 def _tetrahedra() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Corners (6, 4) of the tetrahedra along the diagonal from 0 to 7, and which way round they are (6,)."""
+    """Corners (6, 4) of the tetrahedra along the diagonal from 0 to 7, and their orientation (6,), 1 or -1."""
     found, ways = [], []
     for order in permutations((4, 2, 1)):
         found.append([0, order[0], order[0] | order[1], 7])
@@ -54,7 +52,7 @@ def _tetrahedra() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _triangles() -> list[list[tuple[tuple[int, int], ...]]]:
-    """For each set of corners inside (bits), the triangles as edges (inside, outside), seen from outside."""
+    """The triangles for each set of inside corners (bits), as edges (inside, outside), anticlockwise from outside."""
     even = [(0, 1, 2, 3), (1, 0, 3, 2), (2, 0, 1, 3), (3, 0, 2, 1)]
     pairs = [(0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 2, 0), (2, 3, 0, 1)]
     table: list[list[tuple[tuple[int, int], ...]]] = [[] for _ in range(16)]
@@ -71,12 +69,12 @@ TABLE = _triangles()
 
 
 def crossings(cells: Keys, inside: Mask) -> tuple[Keys, Keys, Keys, NDArray[np.int64]]:
-    """The surface in *cells* (K,) whose corners are *inside* (K, 8) or not.
+    """Return the surface in *cells* (K,), keys, whose corners are *inside* (K, 8).
 
-    Keys (E,) of the lattice's edges that it crosses, the nodes inside (E,) and outside (E,) at their ends, and
-    triangles (F, 3) of these edges, anticlockwise as seen from outside.
+    Four arrays: the keys (E,) of the crossed lattice edges, the nodes inside (E,) and outside (E,) at their ends, and
+    triangles (F, 3) as indices of these edges, anticlockwise as seen from outside.
     """
-    mirror = ((cells >> 2 * BITS & 1) << 2) | ((cells >> BITS & 1) << 1) | (cells & 1)  # (K,) which axes are turned
+    mirror = ((cells >> 2 * BITS & 1) << 2) | ((cells >> BITS & 1) << 1) | (cells & 1)  # (K,) axes that are mirrored
     flipped = np.array([0, 1, 1, 0, 1, 0, 0, 1], dtype=bool)[mirror]
     edges, within, without = [], [], []
     for corners, way in zip(TETRAHEDRA, WAYS, strict=True):
@@ -108,7 +106,7 @@ def crossings(cells: Keys, inside: Mask) -> tuple[Keys, Keys, Keys, NDArray[np.i
 
 
 def surface_between(axes: Sequence[Array], inside: Mask, distances: Array) -> TriangleMesh:
-    """The closed surface about the nodes of a whole grid that are *inside* (X, Y, Z), at *distances* from it, m.
+    """Return the closed surface around the nodes of a grid that are *inside* (X, Y, Z), at *distances* from it, m.
 
     *axes*: coordinates of the nodes, m. Where nodes on the sides of the grid are inside, the surface lies on the side.
     """

@@ -1,8 +1,8 @@
-"""Volume and surface of where a function is at least zero in a box, by a lattice that is refined along the surface.
+"""Volume and surface of the region of a box where a function is at least zero, on a lattice refined along the surface.
 
-A cell is split where its corners differ in sign. Where a split cell shows that its neighbour is crossed too, that one
-is split as well, so that the surface on the finest lattice is closed. Random places in the cells of the first lattice
-look for parts and holes that its corners miss; the cells where they find some are split too.
+A cell is split where its corners differ in sign. A neighbour of a split cell is split too where the surface continues
+into it, so that the surface on the finest lattice is closed. Random points in the cells of the first lattice look for
+parts and holes that its corners miss; cells where they find some are split too.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from cablewright.arrays import Array, Mask
 from cablewright.triangle_mesh import TriangleMesh
 
 Keys = NDArray[np.int64]
-Margin = Callable[[Array, str], Array]  # (N,) of places (N, 3), m, and the name of this stage: at least 0 inside
+Margin = Callable[[Array, str], Array]  # (N,) at places (N, 3), m, and the name of the stage; at least 0 is inside
 
 FIRST = 16  # cells of the first lattice along the longest side of the box
-FEWEST = 4  # along any side
-FINEST = 8  # halvings of the first lattice
+MIN_CELLS = 4  # along any side
+MAX_LEVEL = 8  # halvings of the first lattice
 MAX_PLACES = 20_000_000
-MAX_PLACES_THIN = 2_000_000  # while the error is over half of the volume: it may have no thickness
-PROBES = (4096, 400_000)  # fewest and most random places
-PROBES_FOR_NOTHING = 50_000  # where the first lattice has found nothing
-UNSEEN = 3.0  # expected number of finds at which nothing is found in one of 20 runs
-CLOSE = 0.1  # of the smaller value at the ends of an edge: so near to zero the rest is interpolated
-SHORT = 1.0 / 16.0  # of an edge: to which the surface is bracketed
-STEPS = 6
-DOUBT = 4e-3  # of a volume after the first change: twice the error of compact bodies on a first lattice split once
-HELD_OFF = 1e-4  # of an edge: no crossing is nearer to a node, so that no two coincide
+MAX_PLACES_THIN = 2_000_000  # while the error exceeds half of the volume: the region may have no thickness
+PROBES = (4096, 400_000)  # smallest and largest number of random points
+PROBES_IF_EMPTY = 50_000  # random points where the first lattice is empty
+UNSEEN = 3.0  # expected number of hits for which there is none in one of 20 runs
+CLOSE = 0.1  # ratio to the smaller value at the ends of an edge below which the crossing is interpolated
+SHORT = 1.0 / 16.0  # of an edge: length of a bracket that is not bisected further
+STEPS = 6  # of bracketing
+MIN_FIRST_ERROR = 4e-3  # of the volume, after the first split: twice the error of compact bodies then
+HELD_OFF = 1e-4  # of an edge: smallest distance of a crossing from a node, so that no two crossings coincide
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,31 +49,31 @@ class SearchBox:
 
     @property
     def volume(self) -> float:
-        """m^3."""
+        """Its volume, m^3."""
         return float(np.prod(self.high - self.low))
 
     def at(self, shares: Array) -> Array:
-        """Places (..., 3) at *shares* (..., 3) of the sides; symmetric in rounding too."""
+        """Return places (..., 3), m, at *shares* (..., 3) of the sides; the rounding is symmetric too."""
         return np.asarray((1.0 - shares) * self.low + shares * self.high)
 
     def axes(self, counts: tuple[int, ...]) -> tuple[Array, Array, Array]:
-        """Coordinates of *counts* (3,) evenly spaced nodes along x, y, z, from side to side, m."""
+        """Return coordinates of *counts* (3,) evenly spaced nodes along x, y, z, sides included, m."""
         x, y, z = (self.at(np.arange(n)[:, None] / (n - 1))[:, axis] for axis, n in enumerate(counts))
         return x, y, z
 
     def grid(self, counts: tuple[int, ...]) -> Array:
-        """Places (X, Y, Z, 3), m, of all these nodes."""
+        """Return the places (X, Y, Z, 3), m, of these nodes."""
         return np.stack(np.meshgrid(*self.axes(counts), indexing="ij"), axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """The surface of what is inside, and how well its volume is known."""
+    """The surface of the inside, and the error of its volume."""
 
     mesh: TriangleMesh
     error: float  # m^3
-    unseen: float  # m^3: of `error`, more than random places would have missed in 19 of 20 runs
-    places: int  # at how many the function was evaluated
+    unseen: float  # m^3, part of `error`: random points find larger missed parts in 19 of 20 runs
+    places: int  # number of evaluations of the function
     cells: tuple[int, int, int]  # of the finest lattice along the sides
     converged: bool  # whether the error is at most the tolerance
 
@@ -83,9 +83,9 @@ def refine(
 ) -> Refined:
     """Refine until the error is at most *tolerance* of the volume, or to *finest* cells along the longest side.
 
-    The error is that of the surface, see `_surface_error`, and what random places (*seed*) may have missed. Refinement
-    ends early, not converged, where a next lattice would take too many places, or would not help: MAX_PLACES,
-    MAX_PLACES_THIN, and an error that random places cannot make smaller.
+    The error is that of the surface, see `_surface_error`, plus what random points (*seed*) may have missed. The
+    refinement stops without convergence at MAX_LEVEL, where the next lattice would take more than MAX_PLACES (or
+    MAX_PLACES_THIN) evaluations, or where the random points alone exceed the tolerance.
     """
     lattice = _Lattice(margin, box, _first(box, finest), seed)
     volumes = [lattice.surface().volume]
@@ -103,21 +103,21 @@ def refine(
             thin = off + unseen > 0.5 * mesh.volume
             too_many = lattice.places + 4 * (lattice.places - before) > (MAX_PLACES_THIN if thin else MAX_PLACES)
             hopeless = len(volumes) > 2 and 10.0 * off < lattice.min_unseen > goal
-            ended = converged or too_many or hopeless or lattice.level >= FINEST
+            ended = converged or too_many or hopeless or lattice.level >= MAX_LEVEL
         if ended:
             return Refined(mesh, off + unseen, unseen, lattice.places, _three(lattice.cells), converged)
 
 
 def _surface_error(volumes: list[float]) -> float:
-    """Error of the last of *volumes*, m^3: its last change or, if larger, a quarter of the one before.
+    """Error of the last of *volumes*, m^3: its last change or, if larger, a quarter of the change before.
 
-    Where the surface is smooth or has edges the change falls fourfold with each lattice: the error is about a third of
-    it. A first change may be small by chance: it counts twice, and as at least `DOUBT`. An error over half of the
-    volume is no less than all of it: there may be none.
+    The change falls fourfold with each lattice, so that the error is about a third of it. A first change may be small
+    by chance: it counts twice, and as at least `MIN_FIRST_ERROR`. An error over half of the volume is set to at least
+    the whole volume: the region may be empty.
     """
     volume = volumes[-1]
     *before, last = np.abs(np.diff(volumes)).tolist()
-    error = float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, DOUBT * volume))
+    error = float(max(last, 0.25 * before[-1]) if before else max(2.0 * last, MIN_FIRST_ERROR * volume))
     return max(error, volume) if error > 0.5 * volume else error
 
 
@@ -127,20 +127,20 @@ def _three(numbers: NDArray[np.int64]) -> tuple[int, int, int]:
 
 
 def _first(box: SearchBox, finest: int | None) -> NDArray[np.int64]:
-    """Cells of the first lattice along the sides: even, so that a symmetric box has its middle on it."""
+    """(3,) cells of the first lattice along the sides; even, so that the middle of the box is a node."""
     along = FIRST
     if finest is not None:
         halvings = max(2, int(np.ceil(np.log2(finest / FIRST))))
-        along = max(FEWEST, 2 * int(np.ceil(0.5 * finest / 2**halvings)))
+        along = max(MIN_CELLS, 2 * int(np.ceil(0.5 * finest / 2**halvings)))
     sides = box.high - box.low
     counts = np.ceil(along * sides / sides.max() - 1e-9).astype(np.int64)
-    return np.asarray(np.maximum(FEWEST, counts + counts % 2))
+    return np.asarray(np.maximum(MIN_CELLS, counts + counts % 2))
 
 
 class _Lattice:
-    """Cells near the surface and the function at their nodes.
+    """The cells near the surface and the function at their nodes.
 
-    One layer of cells is around the box; their outer nodes count as outside, whatever the function is there.
+    The box is surrounded by one layer of cells, whose outer nodes count as outside.
     """
 
     def __init__(self, margin: Margin, box: SearchBox, first: NDArray[np.int64], seed: int) -> None:
@@ -163,11 +163,11 @@ class _Lattice:
 
     @property
     def crossed(self) -> Keys:
-        """Keys of the cells that the surface crosses."""
+        """Keys of the cells crossed by the surface."""
         return np.asarray(self.all_cells[self.mixed])
 
     def _take(self, cells: Keys) -> None:
-        """Evaluate the function in *cells*, sorted, and in all neighbours into which the surface continues."""
+        """Evaluate the function in *cells* (sorted keys) and in all neighbours into which the surface continues."""
         self.all_cells, self.inside, self.mixed = cells[:0], np.empty((0, 8), dtype=bool), np.empty(0, dtype=bool)
         while len(cells):
             corners = cells[:, None] + CORNERS
@@ -181,7 +181,7 @@ class _Lattice:
             cells = self._beyond(np.flatnonzero(new & self.mixed))
 
     def _beyond(self, rows: NDArray[np.int64]) -> Keys:
-        """Neighbours of cells behind a face that the surface crosses, of those that are not known yet."""
+        """Keys of the unknown neighbours of the cells at *rows* across faces that the surface crosses."""
         steps = [1 << 2 * BITS, 1 << BITS, 1]
         found = []
         for axis, side, corners in FACES:
@@ -192,7 +192,7 @@ class _Lattice:
         return keys[~_among(keys, self.all_cells)]
 
     def _evaluate(self, keys: Keys) -> None:
-        """Find the values of the nodes with the sorted *keys* that are not known yet."""
+        """Evaluate the nodes with sorted *keys* that are not known yet."""
         new = keys[~_among(keys, self.nodes)]
         shares, within = self._shares(new)
         values = np.full(len(new), -np.inf)
@@ -202,7 +202,7 @@ class _Lattice:
         self.values = np.concatenate([self.values, values])[order]
 
     def _shares(self, keys: Keys) -> tuple[Array, Mask]:
-        """Where nodes are in the box, (N, 3) shares of its sides, and which are in it."""
+        """Positions (N, 3) of nodes as shares of the box's sides, and whether they are in the box (N,)."""
         index = index_of(keys) - (1 << self.level)
         within = np.all((index >= 0) & (index <= self.cells), axis=1)
         return index / self.cells, within
@@ -213,7 +213,7 @@ class _Lattice:
         return np.where(np.isnan(values), -np.inf, values)
 
     def split(self) -> None:
-        """Halve the cells where the surface is, or where a random place contradicts the corners of its cell."""
+        """Halve the cells that the surface crosses, or where a random point contradicts the corners of its cell."""
         self._track()
         parents = np.union1d(self.crossed, self._probe_cells(self.tracked))
         keep = np.unique(self.crossed[:, None] + CORNERS)
@@ -223,48 +223,48 @@ class _Lattice:
         self._take(np.sort((2 * parents[:, None] + CORNERS).ravel()))
 
     def place_probes(self, goal: float | None) -> None:
-        """Evaluate random places, as many in each cell: enough for an error of *goal* (m^3), a few if None."""
+        """Evaluate random points, equally many in each cell: enough for an error of *goal* (m^3), few if None."""
         cells = int(np.prod(self.first))
         wanted = 8.0 * cells
         if goal is not None:
-            wanted = 4.0 * UNSEEN * self.box.volume / goal if goal else PROBES_FOR_NOTHING
+            wanted = 4.0 * UNSEEN * self.box.volume / goal if goal else PROBES_IF_EMPTY
         each = int(np.ceil(np.clip(wanted, *PROBES) / cells))
         index = np.stack(np.meshgrid(*(np.arange(n) for n in self.first), indexing="ij"), axis=-1).reshape(-1, 3)
         jitter = np.random.default_rng(self.seed).random((each, cells, 3))
         self.probes = ((index + jitter) / self.first).reshape(-1, 3)
-        self.probe_signs = self._margin(self.box.at(self.probes), "random places") >= 0.0
+        self.probe_signs = self._margin(self.box.at(self.probes), "random points") >= 0.0
         self.tracked = np.arange(len(self.probes))
 
     @property
     def min_unseen(self) -> float:
-        """What `unseen` cannot fall below, however fine the lattice, m^3."""
+        """Lower bound of `unseen` on any lattice, m^3."""
         return UNSEEN / len(self.probes) * self.box.volume
 
     def _probe_cells(self, rows: NDArray[np.int64]) -> Keys:
         return key_of(np.floor(self.probes[rows] * self.cells).astype(np.int64) + (1 << self.level))
 
     def _track(self) -> None:
-        """Keep the random places that are in crossed cells, or contradict all corners of their cell."""
+        """Keep the random points that are in crossed cells, or contradict all corners of their cell."""
         cells = self._probe_cells(self.tracked)
         at = np.minimum(np.searchsorted(self.all_cells, cells), len(self.all_cells) - 1)
         contradicted = self.inside[at, 0] != self.probe_signs[self.tracked]
         self.tracked = self.tracked[self.mixed[at] | contradicted]
 
     def unseen(self) -> float:
-        """Volume, m^3, of parts and holes that were not found: it is larger in one of 20 runs at most."""
+        """Upper bound, in 19 of 20 runs, of the volume of parts and holes that were missed, m^3."""
         cells = self._probe_cells(self.tracked)
         at = np.searchsorted(self.all_cells, cells)
         against = int((~self.mixed[at] & (self.inside[at, 0] != self.probe_signs[self.tracked])).sum())
         return self.min_unseen * (1.0 + (against + 2.0 * float(np.sqrt(against))) / UNSEEN)
 
     def surface(self) -> TriangleMesh:
-        """The closed surface on this lattice."""
+        """Return the closed surface on this lattice."""
         keys, within, without, triangles = crossings(self.crossed, self.inside[self.mixed])
         shares, _ = self._shares(within)
         beyond, in_box = self._shares(without)
         share = self._cross(shares, beyond, in_box, within, without)
         ends = shares + share[:, None] * (beyond - shares)
-        names = np.where(in_box, keys, 8 * within)  # at the box's side the surface goes through the nodes on it
+        names = np.where(in_box, keys, 8 * within)  # at a side of the box the surface passes through its nodes
         _, first, numbers = np.unique(names, return_index=True, return_inverse=True)
         triangles = numbers[triangles]
         a, b, c = triangles.T
@@ -273,7 +273,7 @@ class _Lattice:
         return TriangleMesh(self.box.at(ends[first][used]), numbers.reshape(-1, 3).astype(np.int64))
 
     def _cross(self, inner: Array, outer: Array, in_box: Mask, within: Keys, without: Keys) -> Array:
-        """Where the surface crosses edges: shares (E,) of the way from inside to outside; 0 at a side of the box."""
+        """Crossings of edges by the surface: shares (E,) of the way from inside to outside; 0 at a side of the box."""
         found = np.zeros(len(inner))
         rows = np.flatnonzero(in_box)
         start, way = inner[rows], outer[rows] - inner[rows]
@@ -298,19 +298,19 @@ class _Lattice:
 
 
 def _between(near: Array, far: Array) -> Array:
-    """Where the straight line between two values is 0, as a share; half way if one is endless."""
+    """The zero of the straight line between two values as a share; 0.5 if one is infinite."""
     span = near - far
     usable = np.isfinite(span)
     return np.where(usable, np.where(usable, near, 0.5) / np.where(usable, span, 1.0), 0.5)
 
 
 def _differ(flags: Mask) -> Mask:
-    """Which rows of flags (N, c) are not all the same."""
+    """(N,) whether the flags (N, c) of a row differ."""
     return np.asarray(flags.any(axis=1) & ~flags.all(axis=1))
 
 
 def _among(keys: Keys, known: Keys) -> Mask:
-    """Which of *keys* are among sorted *known* ones."""
+    """Whether each of *keys* is among the sorted *known* ones."""
     if not len(known):
         return np.zeros(len(keys), dtype=bool)
     at = np.minimum(np.searchsorted(known, keys), len(known) - 1)

@@ -1,6 +1,6 @@
-"""How far to retract the end-effector at each height: areas by height and length, the best length, a line through it.
+"""The retraction length of the end-effector by height: slice areas by height and length, the best lengths, a line fit.
 
-Jung 2020, Eqs. 13 to 15: the area of each level slice is made largest over the length l, and a line l(z) is fitted.
+Jung 2020, Eqs. 13 to 15: the area of each level slice is maximised over the length l, and a line l(z) is fitted.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ LAW = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RetractionStudy(Pictured):
-    """Slices of Z heights at L lengths, and the law that follows from them. Heights are those of slices' middles."""
+    """Areas of slices at Z heights and L lengths, and the fitted law. A height is that of the middle of its slice."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok; a robot or a workspace that allows no law is refused.", lambda _found: "ok"),
@@ -67,11 +67,11 @@ class RetractionStudy(Pictured):
     heights: Array  # (Z,) m, of the point whose workspace it is
     areas: Array  # (Z, L) m^2
     volumes: Array  # (L,) m^3 of the workspaces at constant lengths
-    best: Array  # (Z,) m, the length at which a slice is largest; NaN where no length has any
+    best: Array  # (Z,) m, length with the largest slice; NaN where all are empty
     best_areas: Array  # (Z,) m^2
-    fitted: Mask  # (Z,) which slices the law was fitted to
+    fitted: Mask  # (Z,) whether a slice was used in the fit
     law: RetractionLaw
-    held: Workspace  # the workspace with the law in force
+    held: Workspace  # the workspace under the law
 
     @property
     def fitted_law(self) -> dict[str, object]:
@@ -81,17 +81,17 @@ class RetractionStudy(Pictured):
 
     @property
     def slice_height(self) -> float:
-        """How high each slice is, m."""
+        """Thickness of a slice, m."""
         return float(self.heights[1] - self.heights[0])
 
     @property
     def best_volume(self) -> float:
-        """What the best length in each slice would reach, m^3."""
+        """Volume with the best length in each slice, m^3."""
         return float(self.best_areas.sum()) * self.slice_height
 
     @property
     def share(self) -> float:
-        """Volume with the law in force, as a share of `best_volume`."""
+        """Volume under the law as a share of `best_volume`."""
         return self.held.volume / self.best_volume
 
 
@@ -111,13 +111,14 @@ def retraction(
     tolerance: float = 2e-3,
     progress: Progress | None = None,
 ) -> RetractionStudy:
-    """Slices of the workspace of *robot* at *steps* lengths from *min_length* to *max_length*, m, or the robot's own.
+    """Compute slices of the workspace at *steps* lengths, *min_length* to *max_length*, m, and fit a retraction law.
 
-    Between the lengths the area of a slice is taken as a parabola through the best one and its neighbours. The law is
-    the line through the best lengths, least squares over the slices whose best is not at an end of the range; over all
-    that have an area where fewer than two are so. Its clamps are these two, its height that of *point*.
-    *cable*, *sheave* and *tension_limits* are as for `workspace`. Raises `InputError`, and `AnswerError` where fewer
-    than two heights can be reached at all.
+    The lengths default to the robot's own range. The best length of a slice is the peak of the parabola through the
+    largest area and its neighbours. The law is the least-squares line through the best lengths that are not at an end
+    of the range, or through all non-empty slices if fewer than two are. It is clamped to the two lengths, and its
+    height is that of *point*. *heights* is the number of slices; *cable*, *sheave*, *tension_limits*, *box*, *point*
+    and *tolerance* are as for `workspace`. Raises `InputError`, and `AnswerError` where fewer than two slices are not
+    empty.
     """
     default = CableLaw.CATENARY if criterion == "static" else CableLaw.RIGID
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
@@ -127,7 +128,7 @@ def retraction(
     min_length = range_of.least if min_length is None else min_length
     max_length = range_of.most if max_length is None else max_length
     if not min_length < max_length:
-        raise InputError(f"retraction from {min_length:g} to {max_length:g} m: rising lengths are wanted")
+        raise InputError(f"retraction from {min_length:g} to {max_length:g} m: rising lengths are expected")
     for what, value, (low, high) in (("steps", steps, STEPS), ("heights", heights, HEIGHTS)):
         if not low <= value <= high:
             raise InputError(f"{what} = {value}: {low} to {high} are allowed")
@@ -152,7 +153,7 @@ def retraction(
 
 
 def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:
-    """The best length (Z,) of each slice and its area (Z,): the peak of the parabola about the largest."""
+    """The best length (Z,) of each slice and its area (Z,): the peak of the parabola around the largest."""
     rows = np.arange(len(areas))
     at = areas.argmax(axis=1)
     inner = np.clip(at, 1, len(lengths) - 2)
@@ -166,12 +167,12 @@ def _peaks(lengths: Array, areas: Array) -> tuple[Array, Array]:
 
 
 def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -> tuple[RetractionLaw, Mask]:
-    """The line through the best lengths of the slices that have a choice, and which slices those are (Z,)."""
+    """The line through the best lengths inside the range, and the slices (Z,) used in the fit."""
     some = areas > 0.0
     fitted = some & (best > ends[0]) & (best < ends[1])
     if fitted.sum() < 2:
         fitted = some
     if fitted.sum() < 2:
-        raise AnswerError("at most one of the heights can be reached at any length: no law can be fitted")
+        raise AnswerError("at most one of the slices is not empty at any length: no law can be fitted")
     slope, intercept = np.polyfit(heights[fitted], best[fitted], 1)
     return RetractionLaw(float(slope), float(intercept), *ends), fitted

@@ -1,4 +1,4 @@
-"""The workspace of a robot by a criterion: its volume with an error, its surface, its slices, or a plain node count."""
+"""The workspace of a robot under a criterion: volume with an error, surface and slices, or a count of grid nodes."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from typing import ClassVar, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.analyses.workspace.criterion import Criterion, Options, RetractionLaw, criterion_figures
+from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.refinement import SearchBox, refine
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
-from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
 from cablewright.triangle_mesh import TriangleMesh
 
-NODES = (3, 400)  # fewest and most along a side
-GRID = 41  # nodes along a side
-SECTIONS = 21  # heights of which a workspace tells the area
+NODES = (3, 400)  # smallest and largest number along a side
+GRID = 41  # default number of nodes along a side
+SECTIONS = 21  # number of heights at which a workspace reports its area
 MAX_NODES = 20_000_000
 TOLERANCE = 2e-3
 TOLERANCES = (1e-5, 0.5)
-NEAR = 1e-9  # of a box's height: a section this far inside its floor is that on the floor
+NEAR = 1e-9  # of the box's height: a section on the floor is taken this far above it
 
 
 COUNTED = (
@@ -48,7 +47,7 @@ VERDICTS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Workspace(Pictured):
-    """Where a criterion holds in a box, as a closed surface."""
+    """The region of a box where a criterion holds, as a closed surface."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, empty, or not-converged: the error is over the tolerance."),
@@ -67,8 +66,8 @@ class Workspace(Pictured):
     criterion: Criterion
     mesh: TriangleMesh  # m
     volume_error: float  # m^3; see `refine`
-    unseen: float  # m^3: of the error, parts or holes so small that random places may have missed them
-    nodes: int  # how many places were tried
+    unseen: float  # m^3, part of the error: parts or holes so small that random points may have missed them
+    nodes: int  # number of evaluated positions
     cells: tuple[int, int, int]  # of the finest lattice along the sides of the box
     converged: bool  # whether the error is at most the tolerance
 
@@ -84,27 +83,27 @@ class Workspace(Pictured):
 
     @property
     def box(self) -> SearchBox:
-        """Where places were looked for."""
+        """The region that was searched."""
         return self.criterion.box
 
     @property
     def sections(self) -> dict[str, Array]:
-        """Heights (k,), m, from the floor of the box to its top, and the areas (k,), m^2, of the sections there."""
+        """Heights (k,), m, from the bottom of the box to its top, and areas (k,), m^2, of the sections there."""
         heights = np.linspace(self.box.low[2], self.box.high[2], SECTIONS)
         return {"heights": heights, "areas": self.slices(heights)}
 
     @property
     def volume(self) -> float:
-        """Volume that the surface encloses, m^3."""
+        """Volume enclosed by the surface, m^3."""
         return self.mesh.volume
 
     @property
     def fraction(self) -> float:
-        """Share of the box."""
+        """Volume as a share of the box."""
         return self.volume / self.box.volume
 
     def slices(self, heights: ArrayLike) -> Array:
-        """Areas (k,), m^2, of the level sections at *heights* (k,), m."""
+        """Return the areas (k,), m^2, of the level sections at *heights* (k,), m; 0 outside the box."""
         low, high = self.box.low[2], self.box.high[2]
         floor = low + NEAR * (high - low)
         inside = [low <= z <= high for z in np.atleast_1d(heights)]
@@ -114,7 +113,7 @@ class Workspace(Pictured):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NodeCount(Result):
-    """Which nodes of a grid over a box are inside."""
+    """Which nodes of a grid over a box are in the workspace."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or empty."),
@@ -146,7 +145,7 @@ class NodeCount(Result):
 
     @property
     def box(self) -> SearchBox:
-        """Where the nodes are: from side to side of it."""
+        """The region that the grid fills, sides included."""
         return self.criterion.box
 
     @property
@@ -156,42 +155,42 @@ class NodeCount(Result):
 
     @property
     def places(self) -> Array:
-        """The nodes that are inside, (N, 3) m: z changes fastest, then y, then x."""
+        """(N, 3) positions of the nodes that are inside, m: z changes fastest, then y, then x."""
         return self.box.grid(self.inside.shape)[self.inside]
 
     @property
     def nodes(self) -> int:
-        """How many nodes there are."""
+        """Number of nodes."""
         return int(self.inside.size)
 
     @property
     def counted(self) -> int:
-        """How many of them are inside."""
+        """Number of nodes inside."""
         return int(self.inside.sum())
 
     @property
     def fraction(self) -> float:
-        """Share of the nodes that is inside."""
+        """Share of the nodes inside."""
         return self.counted / self.nodes
 
     @property
     def volume(self) -> float:
-        """That share of the box, m^3, as in Jung 2020.
+        """`fraction` of the box, m^3, as in Jung 2020.
 
-        Nodes on the sides of the box stand for as much as others, so that the volume is off by about one cell's width
-        of its surface: 2.97 instead of 3.19 m^3 for his Table 1. `trapezoid_volume` is not.
+        Nodes on the sides of the box count as much as others, which overestimates the volume by about one cell's width
+        of its surface there: 2.97 instead of 3.19 m^3 for his Table 1. `trapezoid_volume` avoids this.
         """
         return self.fraction * self.box.volume
 
     @property
     def trapezoid_volume(self) -> float:
-        """Volume, m^3, in which a node on a side of the box stands for half a cell, on an edge for a quarter."""
+        """Volume, m^3, in which a node on a side of the box counts half, one on an edge a quarter."""
         widths = [np.r_[0.5, np.ones(len(axis) - 2), 0.5] * (axis[1] - axis[0]) for axis in self.axes]
         return float(np.einsum("ijk,i,j,k->", self.inside.astype(np.float64), *widths))
 
     @property
     def volume_error(self) -> float:
-        """Error of `volume`, m^3: half the boundary's cells, and what the count is off by in a box that is full."""
+        """Error of `volume`, m^3: half of the cells at the boundary, plus the overestimate of a box that is full."""
         cells = np.array(self.inside.shape) - 1
         corners = [self.inside[i : i + cells[0], j : j + cells[1], k : k + cells[2]] for i, j, k in np.ndindex(2, 2, 2)]
         crossed = np.any(corners, axis=0) & ~np.all(corners, axis=0)
@@ -199,7 +198,7 @@ class NodeCount(Result):
         return 0.5 * float(crossed.mean()) * self.box.volume + ends * self.volume
 
     def slices(self) -> Array:
-        """Areas (Z,), m^2, of the layers of nodes: the share of a layer's nodes times the floor of the box."""
+        """Return the areas (Z,), m^2, of the layers of nodes: the share of a layer's nodes that are inside."""
         sides = self.box.high - self.box.low
         return np.asarray(self.inside.mean(axis=(0, 1)) * sides[0] * sides[1])
 
@@ -208,39 +207,30 @@ def workspace(
     robot: Robot | Model,
     criterion: str = "exact",
     *,
-    cable: CableLaw | str | None = None,
-    sheave: SheaveLaw | str | None = None,
-    tension_limits: tuple[float, float] | None = None,
     tolerance: float | None = None,
     grid: int | None = None,
-    box: ArrayLike | None = None,
-    point: str = "nozzle",
-    wrench: ArrayLike | None = None,
-    wrench_box: tuple[ArrayLike, ArrayLike] | None = None,
-    arm: float = 1.0,
-    orientations: ArrayLike | None = None,
-    retraction: float | RetractionLaw | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Workspace:
-    """Where in a *box* (x0, x1, y0, y1, z0, z1, m; default: the robot's frame) a *criterion* holds.
+    """Compute the region of a *box* (x0, x1, y0, y1, z0, z1, m; default: the robot's frame) where a *criterion* holds.
 
-    ``closed-form``, ``improved-closed-form`` and ``exact`` are the methods of `distribute`: tensions of straight lines
+    ``closed-form``, ``improved-closed-form`` and ``exact`` are methods of `distribute`: tensions of straight lines
     within their limits balance the weight and the platform's own wrench, or *wrench* (n,), N and N m, in its place.
-    ``capacity``: they balance each wrench of *wrench_box*, the lowest and the highest (n,), moments on an *arm* (m).
-    ``wrench-closure``: tensions without limit balance any wrench. ``static``: the inverse problem has a solution with
-    all that the model's fidelity has, such as sag, and it is within every limit of the hardware at rest.
+    ``capacity``: they balance each wrench of *wrench_box*, the lowest and the highest (n,), moments divided by *arm*
+    (default: 1 m). ``wrench-closure``: tensions without upper limit balance any wrench. ``static``: the inverse problem
+    has a solution under all laws of the model, such as sag, and it is within every limit of the hardware at rest.
 
-    *cable* is by default ``catenary`` for ``static`` and ``rigid`` for all else; *sheave* simplifies the sheaves as
-    built; *tension_limits*, N, replace the lines' own.
-    A place is that of the nozzle or, with *point* ``origin``, of the platform's origin. *orientations* (K, 3) are
-    rotation vectors of at most pi, rad (default: unrotated): a place counts if the criterion holds for each, the
-    total-orientation workspace; nothing counts if there is none. *retraction* is the platform's length, m, or a law.
+    *options* are keyword arguments. *cable* is by default ``catenary`` for ``static``, else ``rigid``; *sheave*
+    simplifies the sheaves as built; *tension_limits*, N, replace the lines' own. A position is that of the *point*
+    ``nozzle`` (default) or ``origin``, the platform's. *orientations* (K, 3) are rotation vectors of at most pi, rad
+    (default: unrotated): the criterion has to hold under each, the total-orientation workspace; without any, the
+    workspace is empty. *retraction* is the platform's retraction length, m, or a `RetractionLaw`.
 
     The surface is refined until the volume's error is at most *tolerance* of the volume (default: 0.002), or to *grid*
-    nodes along the longest side. Where it cannot be reached with some 20 million places, the result has not converged.
-    Parts, holes and walls thinner than a sixteenth of the longest side can be missed; random places (*seed*) look for
-    them, and their share is in the error. Raises `InputError`.
+    nodes along the longest side. The result has not converged if that takes more than some 20 million evaluations.
+    Parts, holes and walls thinner than a sixteenth of the longest side can be missed; random points (*seed*) look for
+    them, and their volume is part of the error. Raises `InputError`.
 
     Examples
     --------
@@ -253,19 +243,17 @@ def workspace(
     if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         raise InputError(f"tolerance {tolerance:g}: {TOLERANCES[0]:g} to {TOLERANCES[1]:g} of the volume is allowed")
     if seed < 0:
-        raise InputError(f"seed {seed}: 0 or more is wanted")
-    options = Options(cable=cable, sheave=sheave, tension_limits=tension_limits, box=box, point=point, wrench=wrench)
-    options |= {"wrench_box": wrench_box, "arm": arm, "orientations": orientations, "retraction": retraction}
-    asked = Criterion.of(robot, criterion, **options)
+        raise InputError(f"seed {seed}: at least 0 is expected")
+    chosen = Criterion.of(robot, criterion, **options)
 
     def margin(places: Array, stage: str) -> Array:
-        """What can be interpolated: the margin where it is continuous, else its sign."""
-        margins = asked.margin(places, progress, stage)
-        return margins if asked.continuous else np.where(margins >= 0.0, 1.0, -1.0)
+        """The margin, or its sign where it is not continuous and cannot be interpolated."""
+        margins = chosen.margin(places, progress, stage)
+        return margins if chosen.continuous else np.where(margins >= 0.0, 1.0, -1.0)
 
     finest = None if grid is None else _checked_grid(grid) - 1
-    found = refine(margin, asked.box, tolerance=tolerance or TOLERANCE, finest=finest, seed=seed)
-    return Workspace(asked, found.mesh, found.error, found.unseen, found.places, found.cells, found.converged)
+    found = refine(margin, chosen.box, tolerance=tolerance or TOLERANCE, finest=finest, seed=seed)
+    return Workspace(chosen, found.mesh, found.error, found.unseen, found.places, found.cells, found.converged)
 
 
 def count_nodes(
@@ -277,20 +265,20 @@ def count_nodes(
     progress: Progress | None = None,
     **options: Unpack[Options],
 ) -> NodeCount:
-    """Which nodes of a grid are inside: *grid* along each side (default: 41), or at most *step* (m) apart.
+    """Evaluate the criterion at the nodes of a grid: *grid* along each side (default: 41), or at most *step* (m) apart.
 
-    Other arguments are as for `workspace`. Raises `InputError`.
+    *options* and other arguments are as for `workspace`. Raises `InputError`.
     """
     if grid is not None and step is not None:
         raise InputError("grid and step: give one of them")
-    asked = Criterion.of(robot, criterion, **options)
-    counts = (_checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(asked.box, step)
-    inside = asked.margin(asked.box.grid(counts).reshape(-1, 3), progress, "nodes") >= 0.0
-    return NodeCount(asked, inside.reshape(counts))
+    chosen = Criterion.of(robot, criterion, **options)
+    counts = (_checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(chosen.box, step)
+    inside = chosen.margin(chosen.box.grid(counts).reshape(-1, 3), progress, "nodes") >= 0.0
+    return NodeCount(chosen, inside.reshape(counts))
 
 
 def _counts(box: SearchBox, step: float) -> tuple[int, int, int]:
-    """How many nodes along x, y, z are at most *step* apart, m. Raises `InputError`."""
+    """(3,) numbers of nodes along x, y, z, at most *step* (m) apart. Raises `InputError`."""
     shortest = float((box.high - box.low).min())
     if not 0.0 < step <= shortest:
         raise InputError(f"step {step:g} m: more than 0 and at most {shortest:g} m, a side of the box, is allowed")

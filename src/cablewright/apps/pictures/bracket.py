@@ -68,7 +68,7 @@ def _design(drawn: Figure, where: SubplotSpec, design: Design, name: str, colour
 
 def _faces(design: Design) -> tuple[Array, Array]:
     """Outer faces (F, 4, 3) of base and both cheeks, m, bracket's frame, and the stress (F,) of each, Pa."""
-    bracket = design.bracket
+    bracket = design.mesh.bracket
     aside = 0.5 * (bracket.lever.gap + bracket.lever.thickness)
     corners, values = [], []
     for part, _, stress in design.fields:
@@ -99,7 +99,7 @@ def _sheave(design: Design) -> Array:
     robot = design.loads.held.model.robot
     sheave: Any = robot.lines[design.line].sheave
     angle = np.linspace(0.0, 2.0 * np.pi, _AROUND + 1)
-    half = 0.5 * design.bracket.axle.sheave_width
+    half = 0.5 * design.mesh.bracket.axle.sheave_width
     rims = []
     for side in (-half, half):
         x, z = sheave.lever + sheave.radius * np.cos(angle), sheave.radius * np.sin(angle)

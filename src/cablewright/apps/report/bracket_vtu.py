@@ -58,7 +58,7 @@ def vtu(found: Comparison) -> bytes:
 
 def _pieces(design: Design, number: int) -> list[tuple[Array, NDArray[np.int64], Array, Array, int]]:
     """Of base and cheek: places (N, 3), elements (E, 20), displacements, stresses (N, 6) and the design's number."""
-    bracket, pieces = design.bracket, []
+    bracket, pieces = design.mesh.bracket, []
     beside = np.array([0.0, _APART * number * bracket.baseplate.width, 0.0])
     cheek = 0.5 * (bracket.lever.gap + bracket.lever.thickness)
     for part, moved, stress in design.fields:
