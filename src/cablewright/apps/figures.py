@@ -14,12 +14,13 @@ NONE = "-"
 
 
 class Sheet(NamedTuple):
-    """A table of figures: heads, rows of texts, and which columns are numbers."""
+    """A table of figures: heads, rows of texts, which columns are numbers, and whether the first rows are the best."""
 
     title: str
     head: tuple[str, ...]
     rows: list[tuple[str, ...]]
     numeric: tuple[bool, ...]
+    ranked: bool = False
 
 
 def summary(result: Result) -> list[tuple[str, str]]:
@@ -27,19 +28,29 @@ def summary(result: Result) -> list[tuple[str, str]]:
     return [(each.label, text(each, each.of(result))) for each in result.figures if _is_plain(each)]
 
 
+def pairs(figures: Iterable[Figure], *of: object) -> list[tuple[str, ...]]:
+    """The label of each figure, and its value for each of *of*."""
+    return [(each.label, *(text(each, each.of(one)) for one in of)) for each in figures]
+
+
 def sheets(result: Result) -> Iterator[Sheet]:
     """The tables of a result: the figures along its lines, or whatever else they run along, and those with parts."""
+    return (sheet for sheet in _tables(result.figures, result) if sheet.rows)
+
+
+def _tables(figures: Iterable[Figure], of: object) -> Iterator[Sheet]:
+    shown = [each for each in figures if not each.detail]
     seen = set()
-    for each in result.figures:
-        if each.detail or _is_plain(each):
-            continue
-        value = each.of(result)
+    for each in shown:
         if each.along and each.along not in seen:
             seen.add(each.along)
-            beside = [one for one in result.figures if one.along == each.along and not one.detail]
-            yield columns("", [(one, one.of(result)) for one in beside])
-        elif each.parts and value is not None:
-            yield _of_parts(each, value)
+            beside = [one for one in shown if one.along == each.along]
+            if each.parts:
+                yield _by_name(each.along, each.parts, {one.label: one.of(of) for one in beside})
+            else:
+                yield columns("", [(one, one.of(of)) for one in beside])
+        elif each.parts and not each.along and (value := each.of(of)) is not None:
+            yield from _of_parts(each, value)
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
@@ -63,7 +74,9 @@ def table(title: str, figures: Iterable[Figure], rows: Iterable[object]) -> Shee
 
 
 def text(figure: Figure, value: Any) -> str:
-    """A value of a figure as people read it, with its unit."""
+    """A value of a figure as people read it, with its unit; of parts each with its label."""
+    if figure.parts and value is not None and not isinstance(value, tuple | list):
+        return ", ".join(f"{label} {each}" for label, each in pairs(figure.parts, value))
     value = plain(value)
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {text(figure, each)}" for key, each in value.items()) or NONE
@@ -82,18 +95,52 @@ def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
     return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
 
 
-def _of_parts(figure: Figure, value: Any) -> Sheet:
-    """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
+def _of_parts(figure: Figure, value: Any) -> Iterator[Sheet]:
+    """The tables of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head.
+
+    Of one thing, parts that have parts themselves are rows of a table; several such things by name are compared.
+    """
     shown = [part for part in figure.parts if not part.detail]
+    nested = [part for part in shown if part.parts]
     if isinstance(value, tuple | list):
-        return table(figure.label, shown, value)
+        yield table(figure.label, shown, value)._replace(ranked=figure.ranked)
+        return
     if isinstance(value, Mapping) and not any(part.key in value for part in figure.parts):
-        names = (Figure("name", "", "", name=" "), list(value))
-        return columns(figure.label, [names, *((part, [part.of(row) for row in value.values()]) for part in shown)])
-    values = [(part, plain(part.of(value))) for part in shown]
-    if isinstance(value, Mapping) and all(isinstance(each, list) for _, each in values):
-        return columns(figure.label, values)
-    return Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
+        yield from _compared(shown, value) if nested else [_by_name(figure.label, shown, value)]
+        return
+    values = [(part, plain(part.of(value))) for part in shown if not part.parts]
+    if isinstance(value, Mapping) and not nested and all(isinstance(each, list) for _, each in values):
+        yield columns(figure.label, values)
+    elif values:
+        yield Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
+    rows = {part.label: part.of(value) for part in nested if not isinstance(part.of(value), tuple | list)}
+    if rows:
+        yield _by_name("" if values else figure.label, nested[0].parts, rows)
+    for part in nested:
+        if part.label not in rows:
+            yield from _of_parts(part, part.of(value))
+
+
+def _by_name(title: str, parts: Iterable[Figure], rows: Mapping[str, Any]) -> Sheet:
+    """A table with the name of each row in its first column; empty where no row has a value."""
+    names = (Figure("name", "", "", name=" "), list(rows))
+    shown = [(part, [part.of(row) for row in rows.values()]) for part in parts if not part.detail]
+    found = columns(title, [names, *shown])
+    return found if len(found.head) > 1 else found._replace(rows=[])
+
+
+def _compared(figures: Sequence[Figure], named: Mapping[str, object]) -> Iterator[Sheet]:
+    """Several things by name: a column of values for each, then their tables, with the name before each row."""
+    values = pairs(filter(_is_plain, figures), *named.values())
+    yield Sheet("", (" ", *named), values, (False, *(True for _ in named)))
+    alike: dict[tuple[str, tuple[str, ...]], list[tuple[str, Sheet]]] = {}
+    for name, of in named.items():
+        for each in _tables(figures, of):
+            alike.setdefault((each.title, each.head), []).append((name, each))
+    for (title, head), made in alike.items():
+        longest = max(len(each.rows) for _, each in made)
+        rows = [(name, *each.rows[k]) for k in range(longest) for name, each in made if k < len(each.rows)]
+        yield Sheet(title, (" ", *head) if head else (), rows, (False, *made[0][1].numeric))
 
 
 def _is_plain(figure: Figure) -> bool:

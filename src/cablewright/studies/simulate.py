@@ -11,18 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
+from cablewright.choices import PlantName
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.machine.log.log import LogHead, write_log
 from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
-from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.studies.drive import Drive, DriveSettings, drive, path_length, random_loop
 
-_ELSE = "merlet2023"  # the machine of a robot that has none of its own
+_DEFAULT = "merlet2023"  # the machine of a robot that has none of its own
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,25 +31,27 @@ class Simulation(Pictured):
     """What happened to a simulated machine: `simulate`."""
 
     FIGURES: ClassVar = (
-        Figure("status", "", "ok.", lambda _: "ok"),
+        Figure("status", "", "ok: what cannot be simulated is an error.", lambda _: "ok"),
         Figure("robot", "", "Name of the robot.", "head.robot.name"),
         Figure("machine", "", "Name of the machine's settings.", "head.settings.name"),
-        Figure("plant", "", "dynamic or quasi-static.", "head.plant"),
-        Figure("seed", "", "What decided on the robot as built, the loop and all noise.", "head.seed"),
-        Figure("period", "s", "Time of one step.", "head.period"),
-        Figure("steps", "", "Number of steps.", "drive.steps"),
-        Figure("duration", "s", "Time on the machine's clock.", "drive.duration"),
-        Figure("distance", "m", "Length of the path of B.", "drive.distance"),
-        Figure("powder", "kg", "Powder left in the drum.", "drive.powder"),
-        Figure("refills", "", "How often the drum was refilled.", "drive.refills"),
-        Figure("lines", "", "Names of the lines.", "drive.lines"),
-        Figure("slack_share", "1", "Share of the time in which each line was slack by over 5 mm.", "drive.slack_share"),
+        Figure("plant", "", "Motion of the machine: dynamic, or quasi-static.", "head.plant"),
+        Figure("seed", "1", "Seed of the robot as built, the path and all noise.", "head.seed"),
+        Figure("period", "s", "Duration of one step.", "head.period", detail=True),
+        Figure("steps", "1", "Number of steps.", "drive.steps"),
+        Figure("duration", "s", "Time on the machine's clock at the end.", "drive.duration", shown="s"),
+        Figure("distance", "m", "Length of the path of the platform point B.", "drive.distance", shown="m"),
+        Figure("powder", "kg", "Mass of the powder left in the drum.", "drive.powder", "powder left"),
+        Figure("refills", "1", "Number of refills of the drum.", "drive.refills"),
         Figure("max_tension", "N", "Largest tension at a sheave.", "drive.max_tension"),
         Figure("max_tilt", "rad", "Largest angle of the drum's axis from the vertical.", "drive.max_tilt"),
-        Figure("yaw", "rad", "Smallest and largest yaw of the drum.", "drive.yaw"),
-        Figure("readings", "", "Number of readings that arrived, by source.", lambda of: _sorted(of.drive.readings)),
-        Figure("notices", "", "Number of steps with each notice.", lambda of: _sorted(of.drive.notices)),
-        Figure("real_time_ratio", "1", "Simulated over computing time.", "drive.real_time_ratio"),
+        Figure("yaw", "rad", "Smallest and largest yaw of the drum.", "drive.yaw", "min and max yaw"),
+        Figure("readings", "1", "Number of readings that arrived, by source.", lambda of: _sorted(of.drive.readings)),
+        Figure("notices", "1", "Number of steps with each notice of the machine, by notice.",
+               lambda of: _sorted(of.drive.notices), "steps with a notice"),
+        Figure("real_time_ratio", "1", "Simulated time over computing time.", "drive.real_time_ratio", digits=2),
+        Figure("lines", "", "Names of the lines.", "drive.lines", "line", along="line"),
+        Figure("slack_share", "1", "Share of the time in which each line was slack by over 5 mm.", "drive.slack_share",
+               "time slack by over 5 mm", 3, shown="%", along="line"),
     )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "plant", "duration", "distance", "max_tension")
 
@@ -93,8 +96,7 @@ def simulate(
         raise InputError("simulate: a place to hold needs a duration")
     if log is not None and Path(log).suffix != ".mcap":
         raise InputError(f"log = {str(log)!r}: a name that ends in .mcap is wanted")
-    own = described.name if described.name in machine_names() else _ELSE
-    built = machine if isinstance(machine, MachineSettings) else load_machine(machine or own)
+    built = machine_of(described, machine)
     way = None if loop is None else random_loop(described, loop, seed)
     start = np.array([*way[0], height]) if way is not None else _place(hold)
     if duration is None and way is not None:  # whole seconds; half of the ramp is lost
@@ -103,6 +105,16 @@ def simulate(
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
     head = LogHead(described, built, twin.period, plant, seed)
     return Simulation(head, _run(twin, way, duration, settings, head, None if log is None else Path(log), progress))
+
+
+def machine_of(robot: Robot, machine: MachineSettings | str | Path | None) -> MachineSettings:
+    """Return *machine*: settings, a name of `machine_names` or a TOML file.
+
+    By default the library's machine of the robot's name, or ``merlet2023`` if there is none.
+    """
+    if isinstance(machine, MachineSettings):
+        return machine
+    return load_machine(machine or (robot.name if robot.name in machine_names() else _DEFAULT))
 
 
 def _run(

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from cablewright.file_output import write_whole
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
 from cablewright.progress import Progress
-from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.record import UNUSED, Recorder
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing
-
-METRICS = "metrics.json"
 
 
 def finish(
@@ -41,14 +35,6 @@ def finish(
             if progress is not None and count % 1000 == 0:
                 progress("reading the log (bytes)", log.position, log.size)
         return recorder.finish(true_structure, notes=tuple(log.notes)), joined
-
-
-def write_metrics(folder: Path, found: PrintRecord, timing: Timing, more: dict[str, object]) -> dict[str, Any]:
-    """Write metrics.json to *folder*; return what it holds. Raises `EnvironmentFault`."""
-    text = metrics_text(found, {"step_time": step_times(timing), **more})
-    write_whole(folder / METRICS, text.encode())
-    values: dict[str, Any] = json.loads(text)
-    return values
 
 
 def step_times(timing: Timing) -> dict[str, float | int]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
+from cablewright.results import Figure, Result
 from cablewright.signals import Estimate, Scan
 
 CELL: Final = 0.02
@@ -157,9 +158,29 @@ class HeightDifference:
     share_seen: float  # of the cells with structure
 
 
-@dataclass(frozen=True, eq=False)
-class PrintedStructure:
+@dataclass(frozen=True, eq=False, repr=False)
+class PrintedStructure(Result):
     """The structure at the end: reconstructed from scans, and the true one. Either may be missing."""
+
+    FIGURES: ClassVar = (
+        Figure("mass", "kg", "True mass of the structure; null where it is not known."),
+        Figure("volume", "m^3", "True volume; null where it is not known.", lambda of: of.mass / of.density,
+               detail=True),
+        Figure("estimated_mass", "kg", "Mass by the scans, where it is over 5 mm high; null without scans.",
+               name="mass by the scans, where over 5 mm high"),
+        Figure("estimated_volume", "m^3", "Volume by the scans, where it is over 5 mm high; null without scans.",
+               lambda of: of.estimated_mass / of.density, detail=True),
+        Figure("density", "kg/m^3", "Density of what was laid.", detail=True),
+        Figure("max_height", "m", "Largest height; the true one where it is known.", "highest"),
+        Figure("mean_difference", "m", "Mean of the height by the scans less the true one; null where one of them is "
+               "not known.", "difference.mean", "mean height by the scans less true"),
+        Figure("rms_difference", "m", "Root mean square of that difference.", "difference.rms", "its rms"),
+        Figure("max_difference", "m", "Largest size of that difference.", "difference.max", "its largest size"),
+        Figure("rms_difference_on_structure", "m", "Root mean square of it where the structure is over 5 mm high.",
+               "difference.on_structure", "its rms on the structure"),
+        Figure("share_seen", "1", "Share of the structure's cells that the scans saw.", "difference.share_seen",
+               "seen by the scans", 3, shown="%"),
+    )  # fmt: skip
 
     estimated: HeightField | None
     true: HeightField | None
