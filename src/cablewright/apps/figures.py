@@ -11,6 +11,7 @@ from cablewright.results import Figure, Result, plain
 from cablewright.units import unit_size
 
 NONE = "-"
+FAR_BELOW = 1e-3  # of the largest of a column: what is smaller may be shown as 0
 
 
 class Sheet(NamedTuple):
@@ -35,34 +36,43 @@ def pairs(figures: Iterable[Figure], *of: object) -> list[tuple[str, ...]]:
 
 def sheets(result: Result) -> Iterator[Sheet]:
     """The tables of a result: the figures along its lines, or whatever else they run along, and those with parts."""
-    return (sheet for sheet in _tables(result.figures, result) if sheet.rows)
+    return (sheet for sheet in _sheets(result.figures, result) if sheet.rows)
 
 
-def _tables(figures: Iterable[Figure], of: object) -> Iterator[Sheet]:
-    shown = [each for each in figures if not each.detail]
+def _sheets(figures: Sequence[Figure], of: object) -> Iterator[Sheet]:
     seen = set()
-    for each in shown:
-        if each.along and each.along not in seen:
+    for each in figures:
+        if each.along and not each.detail and each.along not in seen:
             seen.add(each.along)
-            beside = [one for one in shown if one.along == each.along]
-            if each.parts:
-                yield _by_name(each.along, each.parts, {one.label: one.of(of) for one in beside})
-            else:
-                yield columns("", [(one, one.of(of)) for one in beside])
-        elif each.parts and not each.along and (value := each.of(of)) is not None:
-            yield from _of_parts(each, value)
+            yield _along_sheet(figures, of, each.along)
+        elif each.parts and not each.along and not each.detail and (value := each.of(of)) is not None:
+            yield from _part_sheets(each, value)
+
+
+def along_sheet(result: Result, along: str) -> Sheet:
+    """The table of the figures that run along the same things."""
+    return _along_sheet(result.figures, result, along)
+
+
+def _along_sheet(figures: Iterable[Figure], of: object, along: str) -> Sheet:
+    """Columns, or rows where the figures have parts."""
+    beside = [each for each in figures if each.along == along and not each.detail]
+    if beside[0].parts:
+        return _by_name(along, beside[0].parts, {each.label: each.of(of) for each in beside})
+    return columns("", [(each, each.of(of)) for each in beside])
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
     """A table of figures that have a sequence of values each; those without any value are left out."""
-    kept = [(figure, list(values)) for figure, values in given if values is not None]
+    listed = [(figure, values.values() if isinstance(values, Mapping) else values) for figure, values in given]
+    kept = [(figure, list(values)) for figure, values in listed if values is not None]
     kept = [(figure, values) for figure, values in kept if any(not _is_missing(value) for value in values)]
     heads, made = [], []
     for figure, values in kept:
         factor, unit = scale(figure, values)
         heads.append(f"{figure.label}, {unit}" if unit else figure.label)
-        form = _form(figure, [value * factor for value in _numbers(values)])
-        made.append([_cell(value, factor, form, figure.outward) for value in values])
+        together = figure.unit != "SI"  # else values of several dimensions, each with decimals of its own
+        made.append([_joined(value, factor, figure, values if together else [value]) for value in values])
     numeric = tuple(bool(_numbers(values)) for _, values in kept)
     return Sheet(title, tuple(heads), list(zip(*made, strict=True)), numeric)
 
@@ -76,7 +86,7 @@ def table(title: str, figures: Iterable[Figure], rows: Iterable[object]) -> Shee
 def text(figure: Figure, value: Any) -> str:
     """A value of a figure as people read it, with its unit; of parts each with its label."""
     if figure.parts and value is not None and not isinstance(value, tuple | list):
-        return ", ".join(f"{label} {each}" for label, each in pairs(figure.parts, value))
+        return ", ".join(" ".join(pair) for pair in pairs(figure.parts, value))
     value = plain(value)
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {text(figure, each)}" for key, each in value.items()) or NONE
@@ -90,35 +100,42 @@ def text(figure: Figure, value: Any) -> str:
 def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
     """The factor from SI to the unit in which *values* of a figure are read, and that unit."""
     unit = figure.shown or _by_size(figure.unit, _numbers(values))
-    if unit in ("", "1"):
+    if unit in ("", "1", "SI"):
         return 1.0, ""
     return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
 
 
-def _of_parts(figure: Figure, value: Any) -> Iterator[Sheet]:
-    """The tables of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head.
-
-    Of one thing, parts that have parts themselves are rows of a table; several such things by name are compared.
-    """
+def part_sheet(figure: Figure, value: Any) -> Sheet:
+    """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
     shown = [part for part in figure.parts if not part.detail]
-    nested = [part for part in shown if part.parts]
     if isinstance(value, tuple | list):
-        yield table(figure.label, shown, value)._replace(ranked=figure.ranked)
-        return
+        return table(figure.label, shown, value)._replace(ranked=figure.ranked)
     if isinstance(value, Mapping) and not any(part.key in value for part in figure.parts):
-        yield from _compared(shown, value) if nested else [_by_name(figure.label, shown, value)]
-        return
-    values = [(part, plain(part.of(value))) for part in shown if not part.parts]
-    if isinstance(value, Mapping) and not nested and all(isinstance(each, list) for _, each in values):
-        yield columns(figure.label, values)
-    elif values:
-        yield Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
-    rows = {part.label: part.of(value) for part in nested if not isinstance(part.of(value), tuple | list)}
-    if rows:
+        return _by_name(figure.label, shown, value)
+    values = [(part, plain(part.of(value))) for part in shown]
+    if isinstance(value, Mapping) and all(isinstance(each, list) for _, each in values):
+        return columns(figure.label, values)
+    return Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
+
+
+def _part_sheets(figure: Figure, value: Any) -> Iterator[Sheet]:
+    """The tables of a figure with parts; of one thing, parts that have parts themselves are rows of a further table.
+
+    Several such things by name are compared.
+    """
+    nested = [part for part in figure.parts if part.parts and not part.detail]
+    if isinstance(value, tuple | list) or not nested:
+        yield part_sheet(figure, value)
+    elif isinstance(value, Mapping) and not any(part.key in value for part in figure.parts):
+        yield from _compared(figure.parts, value)
+    else:
+        values = pairs(filter(_is_plain, figure.parts), value)
+        yield Sheet(figure.label, (), values, (False, False))
+        rows = {part.label: each for part in nested if not isinstance(each := part.of(value), tuple | list)}
         yield _by_name("" if values else figure.label, nested[0].parts, rows)
-    for part in nested:
-        if part.label not in rows:
-            yield from _of_parts(part, part.of(value))
+        for part in nested:
+            if part.label not in rows:
+                yield from _part_sheets(part, part.of(value))
 
 
 def _by_name(title: str, parts: Iterable[Figure], rows: Mapping[str, Any]) -> Sheet:
@@ -135,7 +152,7 @@ def _compared(figures: Sequence[Figure], named: Mapping[str, object]) -> Iterato
     yield Sheet("", (" ", *named), values, (False, *(True for _ in named)))
     alike: dict[tuple[str, tuple[str, ...]], list[tuple[str, Sheet]]] = {}
     for name, of in named.items():
-        for each in _tables(figures, of):
+        for each in _sheets(figures, of):
             alike.setdefault((each.title, each.head), []).append((name, each))
     for (title, head), made in alike.items():
         longest = max(len(each.rows) for _, each in made)
@@ -181,17 +198,25 @@ def _by_size(unit: str, values: list[float]) -> str:
 
 
 def _form(figure: Figure, values: list[float]) -> str:
-    """The format that gives the largest of *values* the significant digits of the figure."""
+    """The format that gives the largest of *values* the figure's significant digits, and one to those not far below."""
+    if figure.unit == "SI":  # of several dimensions
+        return f".{figure.digits}g"
     if all(float(value).is_integer() for value in values) and figure.unit in ("", "1"):
         return ".0f"
-    largest = max(map(abs, values), default=0.0)
-    leading = math.floor(math.log10(largest)) if largest else 0
-    return f".{max(figure.digits - 1 - leading, 0)}f" if -4 <= leading <= 9 else ".1e"
+    sizes = [abs(value) for value in values if value]
+    if not sizes:
+        return ".0f"
+    leading = math.floor(math.log10(max(sizes)))
+    if not -4 <= leading <= 9:
+        return ".1e"
+    smallest = math.floor(math.log10(min(size for size in sizes if size > FAR_BELOW * max(sizes))))
+    return f".{max(figure.digits - 1 - leading, -smallest, 0)}f"
 
 
-def _joined(value: Any, factor: float, figure: Figure) -> str:
-    """Numbers, or lists of them, all with as many decimals as the largest needs."""
-    return _cell(value, factor, _form(figure, [each * factor for each in _numbers([value])]), figure.outward)
+def _joined(value: Any, factor: float, figure: Figure, among: Sequence[Any] | None = None) -> str:
+    """Numbers, or lists of them, all with as many decimals as the largest of them, or *among* others, needs."""
+    others = [each * factor for each in _numbers([value] if among is None else among)]
+    return _cell(value, factor, _form(figure, others), figure.outward)
 
 
 def _cell(value: Any, factor: float, form: str, outward: int) -> str:
@@ -206,6 +231,8 @@ def _cell(value: Any, factor: float, form: str, outward: int) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
+        if form.endswith("g"):
+            return format(value * factor, form)
         return format(float(_rounded(Decimal(value * factor), form, outward)) + 0.0, form)  # no minus before a zero
     return str(value)
 

@@ -89,14 +89,17 @@ class Replay(Pictured):
                    Figure("excess", "m", "Errors of the estimated excess of the slackest line.",
                           parts=statistics_figures("m", "mm")),
                )),
-        Figure("radius", "", "Relative errors of the winch drums' radii after 10 s.", "radius_spread", parts=(
+        Figure("radius", "", "Relative errors of the winch drums' radii after 10 s.", "radius_spread",
+               "winch drum radii after 10 s", parts=(
             Figure("within_1_percent", "1", "Share of the steps in which each line's radius was within 1 %; null "
-                   "without any.", name="steps with radius within 1 %", shown="%", digits=3),
+                   "without any.", name="steps within 1 %", shown="%", digits=3),
             Figure("each", "1", "Relative errors of each line's radius.", name="relative errors of the radii", parts=(
                 Figure("line", "", "Name of the line."), *statistics_figures("1", "%"))),
         )),
         Figure("step_time", "s", "Processor time of a step.", name="processor time of a step", parts=(
-            Figure("mean", "s", "Mean."), Figure("p99", "s", "99 % quantile.", name="99 %"), Figure("max", "s", "Max."),
+            Figure("mean", "s", "Mean processor time of a step."),
+            Figure("p99", "s", "99 % quantile of the processor time.", name="99 %"),
+            Figure("max", "s", "Largest processor time of a step."),
         )),
         Figure("faults", "", "Faults that the estimates reported.", lambda of: list(of.faults.items()),
                parts=fault_figures("from", "to")),

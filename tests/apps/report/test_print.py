@@ -66,7 +66,7 @@ def test_figures_of_the_page_are_those_of_the_metrics(found: PrintRecord, folder
         cells = re.findall(r"<td[^>]*>(.*?)</td>", row)
         assert cells[0] == line["name"]
         assert [float(cell) for cell in cells[1:3]] == pytest.approx(
-            [1e2 * line["taut"], 1e2 * line["true_taut"]], abs=0.1
+            [1e2 * line["taut"], 1e2 * line["true_taut"]], abs=0.5
         )
 
 

@@ -21,6 +21,7 @@ class Curves:
     """
 
     EXAMPLE: ClassVar = "curves --count 8 --seed 2022"
+    ANSWERS: ClassVar = ("printing.curve:Curves",)
 
     length: Annotated[float, typer.Option("--length", metavar="L", help="Length of each curve, m.")] = 28.0
     area: Annotated[

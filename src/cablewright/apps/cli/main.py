@@ -128,7 +128,7 @@ def run(arguments: list[str]) -> int:
         _explain(str(error), debug)
         return error.exit_code
     except TyperException as error:
-        _explain(" ".join(error.format_message().split()), debug)
+        _explain(" ".join(error.format_message().replace("Value error, ", "").split()), debug)
         return BAD_INPUT
     except SystemExit:  # typer's answer to a reader that has seen enough
         return 0

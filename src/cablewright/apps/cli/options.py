@@ -49,6 +49,14 @@ Box = Annotated[
     str | None,
     typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Box that is searched, m; by default the robot's frame."),
 ]
+CalibrationPlanFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--plan",
+        metavar="PLAN.toml",
+        help="What is unknown, sigmas and datum; by default the TOML file beside the data.",
+    ),
+]
 Retraction = Annotated[
     float | None, typer.Option("--retraction", metavar="L", help="Retraction length of the end-effector, m.")
 ]

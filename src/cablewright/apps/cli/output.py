@@ -22,7 +22,7 @@ SCHEMA = 2
 NO = 1
 """Exit code of a command whose answer is no."""
 
-MAX_ROWS = 24
+MAX_ROWS = 60
 """Rows of a table that people see."""
 
 
@@ -67,15 +67,17 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")
         typer.echo(f"{label:<{_width(rows)}}  {typer.style(value, fg=colour, bold=True) if mark else value}")
-    for k, sheet in enumerate(sheets(found)):
+    tables, written = list(sheets(found)), {what: file for what, file in files.items() if file is not None}
+    for k, sheet in enumerate(tables):
         if rows or k:
             typer.echo("")
         if sheet.title:
             typer.echo(sheet.title)
         _print_sheet(sheet)
-    for what, file in files.items():
-        if file is not None:
-            typer.echo(f"{what:<{_width(rows)}}  {file}")
+    if tables and written:
+        typer.echo("")
+    for what, file in written.items():
+        typer.echo(f"{what:<{_width(rows)}}  {file}")
 
 
 def tell(line: str) -> None:

@@ -55,18 +55,17 @@ def rotations(text: str | None) -> list[list[float]] | None:
     return None if text is None else [numbers(part, "--orientations") or [] for part in text.split(";")]
 
 
-def named_values(text: str, option: str, example: str) -> list[tuple[str, float]]:
-    """Pairs of NAME=VALUE, the value finite and not negative. Raises `InputError`."""
+def named_lengths(text: str, option: str, expected: str) -> list[tuple[str, float]]:
+    """Pairs of a name and a length, m. Raises `InputError`, which says what is *expected*."""
     found = []
     for part in text.split(","):
         name, equals, value = (each.strip() for each in part.rpartition("="))
         try:
-            number = float(value)
+            found.append((name, float(value)))
         except ValueError:
-            number = math.nan
-        if not (equals and name and 0.0 <= number < math.inf):
-            raise InputError(f"{option} = {text!r}: expected NAME=VALUE, VALUE in m and not negative, like {example}")
-        found.append((name, number))
+            name = ""
+        if not (equals and name):
+            raise InputError(f"{option} = {text!r}: expected {expected}")
     return found
 
 
@@ -74,13 +73,19 @@ def lasers(text: str | None) -> tuple[Laser, ...]:
     """Distances to walls of --laser. Raises `InputError`."""
     from cablewright.estimation.lidar.room import Laser
 
-    return () if text is None else tuple(Laser(*each) for each in named_values(text, "--laser", "north=2.345"))
+    if text is None:
+        return ()
+    expected = "WALL=DISTANCE, over 0 and in m, like north=2.345"
+    found = named_lengths(text, "--laser", expected)
+    if not all(0.0 < distance < math.inf for _, distance in found):
+        raise InputError(f"--laser = {text!r}: expected {expected}")
+    return tuple(Laser(*each) for each in found)
 
 
 def slack_excess(robot: Robot, text: str) -> dict[str, float]:
     """Excess (m) by line name of --slack; a line is given by its name or its number from 1. Raises `InputError`."""
     by: dict[str, float] = {}
-    for given, value in named_values(text, "--slack", f"{robot.lines[0].name}=0.3 or 1=0.3"):
+    for given, value in named_lengths(text, "--slack", f"LINE=EXCESS in m, like {robot.lines[0].name}=0.3 or 1=0.3"):
         name = _line_name(robot, given)
         if name in by:
             raise InputError(f"--slack = {text!r}: line {name!r} is named twice")

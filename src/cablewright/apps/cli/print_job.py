@@ -25,6 +25,7 @@ class PrintJob:
     EXAMPLE: ClassVar = (
         "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example"
     )
+    ANSWERS: ClassVar = ("studies.prints.print_job:PrintedJob", "studies.prints.result:StateUse")
 
     robot: RobotName
     job: JobFile

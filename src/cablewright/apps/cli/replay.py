@@ -23,6 +23,7 @@ class Replay:
     """
 
     EXAMPLE: ClassVar = "replay examples/merlet2023-loop.mcap --estimator both"
+    ANSWERS: ClassVar = ("studies.replay:Replay", "studies.replay:Replays")
 
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A machine's MCAP log, or the run folder of a print.")]
     estimator: Annotated[

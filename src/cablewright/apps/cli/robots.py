@@ -19,6 +19,7 @@ class Robots:
     """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
 
     EXAMPLE: ClassVar = "robots merlet2023"
+    ANSWERS: ClassVar = ("apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile")
 
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Robot whose file is printed; without it, all are listed.")
@@ -39,6 +40,7 @@ class Schema:
     """An editor that knows it completes keys of a robot file and marks errors."""
 
     EXAMPLE: ClassVar = "schema"
+    ANSWERS: ClassVar = ()
 
     def run(self) -> int:
         """Print it."""

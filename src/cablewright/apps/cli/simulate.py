@@ -28,6 +28,7 @@ class Machines:
     """
 
     EXAMPLE: ClassVar = "machines merlet2023"
+    ANSWERS: ClassVar = ("apps.cli.simulate:MachineList", "apps.cli.robots:LibraryFile")
 
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Machine whose file is printed; without it, all are listed.")
@@ -118,6 +119,7 @@ class Simulate:
     """
 
     EXAMPLE: ClassVar = "simulate merlet2023 --loop 28 --duration 20 --plant quasi-static"
+    ANSWERS: ClassVar = ("studies.simulate:Simulation",)
 
     robot: RobotName
     machine: Annotated[

@@ -9,8 +9,6 @@ from html import escape
 from importlib import resources
 from typing import Final
 
-from cablewright.apps.figures import Sheet
-
 _ONE_LINE: Final = 20  # characters
 
 
@@ -45,11 +43,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
     top = element("tr", *(cell("th", at, name) for at, name in enumerate(head)))
     body = [element("tr", *(cell("td", at, value) for at, value in enumerate(row))) for row in rows]
     return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
-
-
-def sheet(given: Sheet) -> Html:
-    """Return a table of figures."""
-    return table(given.head, given.rows, numbers=[at for at, right in enumerate(given.numeric) if right])
 
 
 def short_name(name: str) -> str:

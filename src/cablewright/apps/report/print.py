@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.apps import style
-from cablewright.apps.figures import NONE, pairs
+from cablewright.apps.figures import NONE
 from cablewright.apps.pictures.print import (
     drum_picture,
     errors_picture,
@@ -27,6 +27,7 @@ from cablewright.apps.pictures.print_lines import (
 )
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
 from cablewright.apps.quantities import count, duration, quantity
+from cablewright.apps.report.figures import key_figures
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.print_tables import (
     faults_table,
@@ -103,7 +104,7 @@ def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
 def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iterator[Html]:
     yield element("h1", title)
     yield _verdict(found)
-    yield cards((label, value, "") for label, value in _cards(found))
+    yield cards(_cards(found))
     for note in found.notes:
         yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
     yield section("Path errors", *_following(found, pictures))
@@ -140,13 +141,12 @@ def _verdict(found: PrintRecord) -> Html:
     return element("div", element("strong", word), element("p", sentence), class_=f"verdict {kind}", role="status")
 
 
-def _cards(found: PrintRecord) -> list[tuple[str, ...]]:
+def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:
     """Labels and values of the main figures: true ones where they are known."""
     prefix = "" if found.has_truth else "estimated_"
-    keys = {prefix + key if "error" in key or "speed" in key else key for key in _CARDS}
-    made = pairs((each for each in found.figures if each.key in keys), found)
+    made = list(key_figures(found, (prefix + key if "mean" in key or "max" in key else key for key in _CARDS)))
     if found.structure is not None:
-        made += pairs((each for each in found.structure.figures if each.key in ("mass", "max_height")), found.structure)
+        made += key_figures(found.structure, ("mass", "max_height"))
     return [each for each in made if each[1] != NONE]
 
 

@@ -7,9 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.apps.figures import Sheet, columns, pairs, table, text
+from cablewright.apps.figures import NONE, Sheet, columns, pairs, table, text
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.page import Html, element, sheet
+from cablewright.apps.report.figures import sheet_table
+from cablewright.apps.report.page import Html, element
 from cablewright.apps.report.provenance import program
 from cablewright.arrays import Array
 from cablewright.results import Figure, Result
@@ -33,7 +34,7 @@ def following_table(found: PrintRecord) -> Html:
     if not both:
         return element("p", "Not known: no step in the log printed with a known position.")
     rows = pairs(PathFollowing.FIGURES, *both.values())
-    return sheet(Sheet("", ("while printing", *both), rows, (False, *(True for _ in both))))
+    return sheet_table(Sheet("", ("while printing", *both), rows, (False, *(True for _ in both))))
 
 
 def paper_table(found: PrintRecord) -> Html | None:
@@ -62,7 +63,7 @@ def paper_table(found: PrintRecord) -> Html | None:
         "variance in cm. Their lines are numbered, ours named: the order is that of the robot file."
     )
     head = ("", "Merlet, Papegay 2023", "here, true", "here, estimated")
-    made = sheet(Sheet("", head, rows, (False, True, True, True)))
+    made = sheet_table(Sheet("", head, rows, (False, True, True, True)))
     return element("div", made, element("p", note, class_="soft"))
 
 
@@ -72,18 +73,18 @@ def _top(values: Array) -> float:
 
 def states_table(found: PrintRecord) -> Html:
     """Time in each state, and why."""
-    return sheet(table("", StateUse.FIGURES, found.state_uses()))
+    return sheet_table(table("", StateUse.FIGURES, found.state_uses()))
 
 
 def structure_table(structure: PrintedStructure) -> Html:
     """Mass and height, and the difference of what the scans saw from the true structure."""
-    rows = [row for row in pairs(PrintedStructure.FIGURES, structure) if row[1] != "-"]
-    return sheet(Sheet("", ("what", "value"), rows, (False, True)))
+    rows = [row for row in pairs(PrintedStructure.FIGURES, structure) if row[1] != NONE]
+    return sheet_table(Sheet("", ("what", "value"), rows, (False, True)))
 
 
 def lines_table(found: PrintRecord) -> Html:
     """Load and motion of each line."""
-    return sheet(table("", LineUse.FIGURES, found.lines))
+    return sheet_table(table("", LineUse.FIGURES, found.lines))
 
 
 def faults_table(found: PrintRecord) -> Html:
@@ -94,7 +95,7 @@ def faults_table(found: PrintRecord) -> Html:
     reported = table("", faults.parts, list(found.faults.items())[:_MAX_FAULTS])
     noticed, steps = zip(*found.notices.most_common(_MAX_FAULTS), strict=True) if found.notices else ((), ())
     of_machine = columns("", [(Figure("notice", "", "Notice of the machine."), noticed), (notices, steps)])
-    return element("div", *(sheet(each) for each in (reported, of_machine) if each.rows))
+    return element("div", *(sheet_table(each) for each in (reported, of_machine) if each.rows))
 
 
 def inputs_table(found: PrintRecord, name: str) -> Html:
@@ -109,7 +110,7 @@ def inputs_table(found: PrintRecord, name: str) -> Html:
         *_figures(found, "print_speed", "yaw", "tilt", "temperature", "humidity"),
         ("program", program()),
     ]
-    return sheet(Sheet("", ("what", "value"), rows, (False, False)))
+    return sheet_table(Sheet("", ("what", "value"), rows, (False, False)))
 
 
 def _figures(found: Result, *keys: str) -> list[tuple[str, ...]]:

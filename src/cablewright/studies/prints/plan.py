@@ -10,15 +10,15 @@ from typing import Final, get_args
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.choices import HeightRule
+from cablewright.choices import HeightRule, LawName, PlantName
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.supervisor import SupervisorSettings
-from cablewright.control.velocity import LAWS, LawName, VelocitySettings
+from cablewright.control.velocity import LAWS, VelocitySettings
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.simulated.settings import MachineSettings, extruding, load_machine, machine_names
-from cablewright.machine.simulated.simulated_machine import PLANTS, PlantName
+from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot

@@ -129,8 +129,8 @@ class LineUse(Result):
         Figure("mean_tension", "N", "Mean true tension at the sheave.", name="true mean tension", shown="N", digits=3),
         Figure("max_tension", "N", "Largest true tension at the sheave.", name="true max tension", shown="N",
                digits=3),
-        Figure("estimated_mean_tension", "N", "Mean tension at the estimated position, while only three lines are taut.",
-               "believed_mean_tension","estimated mean tension", shown="N", digits=3),
+        Figure("estimated_mean_tension", "N", "Mean tension at the estimated position, while only three lines are "
+               "taut.", "believed_mean_tension", "estimated mean tension", shown="N", digits=3),
         Figure("estimated_max_tension", "N", "Largest tension at the estimated position, while only three lines are "
                "taut.", "believed_max_tension", "estimated max tension", shown="N", digits=3),
         Figure("max_excess", "m", "Largest estimated excess over a taut line.", shown="mm", digits=3),

@@ -163,7 +163,7 @@ class PrintedStructure(Result):
     """The structure at the end: reconstructed from scans, and the true one. Either may be missing."""
 
     FIGURES: ClassVar = (
-        Figure("mass", "kg", "True mass of the structure; null where it is not known."),
+        Figure("mass", "kg", "True mass of the structure; null where it is not known.", name="mass of the structure"),
         Figure("volume", "m^3", "True volume; null where it is not known.", lambda of: of.mass / of.density,
                detail=True),
         Figure("estimated_mass", "kg", "Mass by the scans, where it is over 5 mm high; null without scans.",
@@ -173,11 +173,13 @@ class PrintedStructure(Result):
         Figure("density", "kg/m^3", "Density of what was laid.", detail=True),
         Figure("max_height", "m", "Largest height; the true one where it is known.", "highest"),
         Figure("mean_difference", "m", "Mean of the height by the scans less the true one; null where one of them is "
-               "not known.", "difference.mean", "mean height by the scans less true"),
-        Figure("rms_difference", "m", "Root mean square of that difference.", "difference.rms", "its rms"),
-        Figure("max_difference", "m", "Largest size of that difference.", "difference.max", "its largest size"),
+               "not known.", "difference.mean", "mean height difference, scans less true"),
+        Figure("rms_difference", "m", "Root mean square of that difference.", "difference.rms",
+               "rms height difference"),
+        Figure("max_difference", "m", "Largest size of that difference.", "difference.max",
+               "largest height difference"),
         Figure("rms_difference_on_structure", "m", "Root mean square of it where the structure is over 5 mm high.",
-               "difference.on_structure", "its rms on the structure"),
+               "difference.on_structure", "rms height difference on the structure"),
         Figure("share_seen", "1", "Share of the structure's cells that the scans saw.", "difference.share_seen",
                "seen by the scans", 3, shown="%"),
     )  # fmt: skip
