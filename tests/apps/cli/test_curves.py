@@ -26,11 +26,11 @@ def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytes
 
 
 def test_the_table_names_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["curves", "--count", "26"]) == 0
+    assert run(["curves", "--count", "62"]) == 0
     out = capsys.readouterr().out
-    assert "the first 24 of 26 rows; --json has all" in out
+    assert "the first 60 of 62 rows; --json has all" in out
     assert "seed    0" in out
-    distances = [float(line.split()[-1]) for line in out.splitlines()[5:29]]
+    distances = [float(line.split()[-1]) for line in out.splitlines()[5:65]]
     assert distances == sorted(distances)
 
 

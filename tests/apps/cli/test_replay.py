@@ -88,7 +88,7 @@ def test_faults_and_cuts_are_told(cli, tmp_path: Path) -> None:
     ("more", "said"),
     [
         (["--estimator", "magic"], "--estimator"),
-        (["--laser", "east"], "expected NAME=VALUE"),
+        (["--laser", "east"], "expected WALL=DISTANCE"),
         (["--laser", "moon=1"], "no wall 'moon'"),
         (["--plot", "a.gif"], "--plot"),
     ],

@@ -48,7 +48,8 @@ from cablewright.triangle_mesh import TriangleMesh
 Pictures = dict[str, bytes]
 
 _CARDS: Final = (
-    "layers", "distance", "duration", "mean_path_error", "max_path_error", "mean_speed", "barrier_stops", "refills",
+    "layers", "distance", "duration", "mean_path_error", "max_path_error", "estimated_max_path_error", "mean_speed",
+    "barrier_stops", "refills",
 )  # fmt: skip
 _PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 
@@ -56,8 +57,8 @@ _PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so 
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
     """Write ``report.html``, its pictures and the structure's meshes into *folder*, which exists; return the report.
 
-    *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and
-    needs no other file. Raises `EnvironmentFault` where the folder cannot be written.
+    *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and needs
+    no other file. Raises `EnvironmentFault` where the folder cannot be written.
     """
     pictures = _pictures(found, step_times)
     for each, png in pictures.items():
@@ -143,8 +144,8 @@ def _verdict(found: PrintRecord) -> Html:
 
 def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:
     """Labels and values of the main figures: true ones where they are known."""
-    prefix = "" if found.has_truth else "estimated_"
-    made = list(key_figures(found, (prefix + key if "mean" in key or "max" in key else key for key in _CARDS)))
+    without_truth = () if found.has_truth else ("estimated_mean_path_error", "estimated_mean_speed")
+    made = list(key_figures(found, (*_CARDS, *without_truth)))
     if found.structure is not None:
         made += key_figures(found.structure, ("mass", "max_height"))
     return [each for each in made if each[1] != NONE]

@@ -13,17 +13,18 @@ from cablewright.apps.report.figures import sheet_table
 from cablewright.apps.report.page import Html, element
 from cablewright.apps.report.provenance import program
 from cablewright.arrays import Array
-from cablewright.results import Figure, Result
+from cablewright.results import Figure
 from cablewright.studies.prints.result import LineUse, PathFollowing, PrintRecord, StateUse
 from cablewright.studies.prints.structure import PrintedStructure
 
 _MAX_FAULTS: Final = 40
 _OF_THE_PAPER: Final = "merlet2023"
 _PAPER: Final = {
-    "mean_path_error": "-0.026 cm", "path_error_variance": "0.0774 cm (squared)", "max_path_error": "4.82 cm",
-    "mean_speed": "3.0168 cm/s", "speed_variance": "0.02667 (cm/s squared)",
+    "mean_path_error": "-0.026 cm", "path_error_variance": "0.0774", "max_path_error": "4.82 cm",
+    "mean_speed": "3.0168 cm/s", "speed_variance": "0.02667",
 }  # fmt: skip
 _RECORD: Final = {"layers": "142 (or 146)", "travelled": "about 9 km", "duration": "126 h", "barrier_stops": "24"}
+_OF_MACHINE: Final = ("print_speed", "yaw", "tilt", "temperature", "humidity")
 _HEIGHT: Final = Figure("height", "m", "Largest height of a cross-section.", shown="cm")
 _TAUT: Final = next(each for each in LineUse.FIGURES if each.key == "taut")
 
@@ -60,7 +61,7 @@ def paper_table(found: PrintRecord) -> Html | None:
     rows.append(("taut, by line", "75, 100, 52, 30 %", *taut))
     note = (
         "Theirs are of the whole exhibition and as their lidars saw it; the heights are of 1.7 t. They print the "
-        "variance in cm. Their lines are numbered, ours named: the order is that of the robot file."
+        "variances in cm, and without a unit. Their lines are numbered, ours named: the order is that of the robot file."
     )
     head = ("", "Merlet, Papegay 2023", "here, true", "here, estimated")
     made = sheet_table(Sheet("", head, rows, (False, True, True, True)))
@@ -107,12 +108,7 @@ def inputs_table(found: PrintRecord, name: str) -> Html:
         ("job", name),
         ("path", f"{quantity(found.track.length, 'm')} in {count(len(found.track.visits.begin))} visits of layers"),
         ("step", f"{quantity(head.period, 's')}, {count(found.steps)} steps"),
-        *_figures(found, "print_speed", "yaw", "tilt", "temperature", "humidity"),
+        *pairs((each for each in found.figures if each.key in _OF_MACHINE), found),
         ("program", program()),
     ]
     return sheet_table(Sheet("", ("what", "value"), rows, (False, False)))
-
-
-def _figures(found: Result, *keys: str) -> list[tuple[str, ...]]:
-    """Labels and values of some figures."""
-    return pairs((each for each in found.figures if each.key in keys), found)
