@@ -79,7 +79,7 @@ def test_faults_and_cuts_are_told(cli, tmp_path: Path) -> None:
     out.write_bytes(out.read_bytes()[:-5000])
     answer = cli("replay", out)
     assert answer.code == 1
-    assert re.search(r"^north +nothing heard for over 2.5 s +", answer.out, re.MULTILINE)
+    assert re.search(r"^north +no reading for over 2.5 s +", answer.out, re.MULTILINE)
     assert "cut or damaged" in answer.err
     assert "no step of the log has a valid estimate" in answer.err
 
