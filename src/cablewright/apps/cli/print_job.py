@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, JobFile, Plant, RobotName, Seed
+from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.progress_bar import progress
 from cablewright.choices import EstimatorName, HeightRule, LawName
@@ -29,14 +29,7 @@ class PrintJob:
 
     robot: RobotName
     job: JobFile
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            "--machine",
-            metavar="NAME",
-            help="A machine's TOML file, or a name that `cablewright machines` lists; by default that of the robot.",
-        ),
-    ] = None
+    machine: MachineName = None
     layers: Annotated[
         int | None, typer.Option("--layers", metavar="N", help="Print only the first N layers; by default all.")
     ] = None

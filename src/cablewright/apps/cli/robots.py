@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer
 from cablewright.results import Figure, Result
-from cablewright.robot import Robot
+
+if TYPE_CHECKING:
+    from cablewright.robot import Robot
 
 
 @dataclass(frozen=True, kw_only=True)

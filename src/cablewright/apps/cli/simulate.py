@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, OutputOptions, Plant, RobotName, Seed
+from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Plant, RobotName, Seed
 from cablewright.apps.cli.output import answer
 from cablewright.apps.cli.parsing import numbers
 from cablewright.apps.cli.progress_bar import progress
@@ -115,22 +115,15 @@ class FaultOptions:
 class Simulate:
     """The machine is built at random within its tolerances, and its winches are driven by their true lengths.
 
-    So the log shows a machine that moves as intended, for estimators to be tested on.
+    So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its
+    name gets that of merlet2023.
     """
 
     EXAMPLE: ClassVar = "simulate merlet2023 --loop 28 --duration 20 --plant quasi-static"
     ANSWERS: ClassVar = ("studies.simulate:Simulation",)
 
     robot: RobotName
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            "--machine",
-            metavar="NAME",
-            help="A machine's TOML file, or a name that `cablewright machines` lists; by default the one of the "
-            "robot's name, or else merlet2023.",
-        ),
-    ] = None
+    machine: MachineName = None
     plant: Plant = "dynamic"
     seed: Seed = 0
     path: DriveOptions

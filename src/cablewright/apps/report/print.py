@@ -108,7 +108,7 @@ def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iter
     yield cards(_cards(found))
     for note in found.notes:
         yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
-    yield section("Path errors", *_following(found, pictures))
+    yield section("Path errors", following_table(found), *_shown(pictures, "path", "errors"))
     paper = paper_table(found)
     if paper is not None:
         yield section("Beside the paper", paper)
@@ -152,18 +152,11 @@ def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:
 
 
 def _shown(pictures: Pictures, *names: str) -> Iterator[Html]:
-    missing = True
-    for name in names:
-        if name in pictures:
-            missing = False
-            yield picture(pictures[name], *_CAPTIONS[name])
-    if missing:
+    drawn = [name for name in names if name in pictures]
+    for name in drawn:
+        yield picture(pictures[name], *_CAPTIONS[name])
+    if not drawn:
         yield element("p", "Not drawn: the log does not have the data.")
-
-
-def _following(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
-    yield following_table(found)
-    yield from _shown(pictures, "path", "errors")
 
 
 def _wear(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:

@@ -61,7 +61,7 @@ def paper_table(found: PrintRecord) -> Html | None:
     rows.append(("taut, by line", "75, 100, 52, 30 %", *taut))
     note = (
         "Theirs are of the whole exhibition and as their lidars saw it; the heights are of 1.7 t. They print the "
-        "variances in cm, and without a unit. Their lines are numbered, ours named: the order is that of the robot file."
+        "variances in cm, and without a unit. Their lines are numbered: the order is that of the robot file."
     )
     head = ("", "Merlet, Papegay 2023", "here, true", "here, estimated")
     made = sheet_table(Sheet("", head, rows, (False, True, True, True)))
