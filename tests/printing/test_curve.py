@@ -131,7 +131,7 @@ def test_options_that_no_drawing_has(options: dict, words: str) -> None:
         ({"length": float("nan"), "area": (3.6, 8.0)}, "length = nan"),
         ({"length": 28.0, "area": (0.0, 8.0)}, "two sides over 0 m"),
         ({"length": 28.0, "area": (3.6, 8.0), "crossings": -1}, "crossings = -1"),
-        ({"length": 28.0, "area": (3.6, 8.0), "min_radius": 2.0}, "least_radius = 2"),
+        ({"length": 28.0, "area": (3.6, 8.0), "min_radius": 2.0}, "minimum radius = 2"),
         ({"length": 28.0, "area": (3.6, 8.0), "min_angle": 2.0}, "min_angle = 2"),
     ],
 )

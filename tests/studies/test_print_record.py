@@ -15,7 +15,6 @@ import pytest
 from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, LineAngles, PrintState, Progress, SensorFrame, Truth, frozen
-from cablewright.studies.prints.metrics import metrics, metrics_text
 from cablewright.studies.prints.record import UNUSED, record
 from cablewright.studies.prints.spooling import SpoolStatistics
 from cablewright.studies.prints.steps_table import row_type
@@ -104,23 +103,20 @@ def test_what_a_log_lacks_is_not_told(made, missing: str) -> None:
     entries, track, _ = made
     found = record(without(entries, missing), head(), track, print_speed=SPEED)
     assert found.steps == len(entries)
-    result = metrics(found)
-    assert np.isnan(result["mean_path_error"]) == (missing != "estimate")
-    assert np.isnan(result["estimated_mean_path_error"]) == (missing != "truth")
-    assert json.loads(metrics_text(found))["structure"] is None or missing != "estimate"
+    result = found.to_dict()
+    assert (result["mean_path_error"] is None) == (missing != "estimate")
+    assert (result["estimated_mean_path_error"] is None) == (missing != "truth")
+    assert result["structure"] is None or missing != "estimate"
     assert found.has_truth == (missing == "estimate")
 
 
 def test_metrics_are_json_with_all_keys(found) -> None:
-    result = json.loads(metrics_text(found, {"log": "run.mcap", "control_step": float("nan")}))
+    result = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     for key in (
         "layers", "distance", "mean_speed", "speed_variance", "mean_path_error", "path_error_variance",
         "max_path_error", "estimated_max_path_error", "barrier_stops", "refills", "states", "lines", "structure",
     ):  # fmt: skip
         assert key in result
-    assert result["schema"] == 1
-    assert result["control_step"] is None
-    assert result["log"] == "run.mcap"
     assert result["max_path_error"] == pytest.approx(abs(found.true.worst.value))
     assert {line["name"] for line in result["lines"]} == {"south-west", "south-east", "north-east", "north-west"}
 
@@ -133,8 +129,8 @@ def test_a_log_gives_what_its_steps_give(made, found, tmp_path: Path) -> None:
             log.write(each.frame, each.command, each.truth, each.estimate, each.progress)
     with read_log(path) as log:
         again = record(log.entries(without=UNUSED), log.head, track, print_speed=SPEED)
-    own = metrics(found)
-    for key, value in metrics(again).items():
+    own = found.to_dict()
+    for key, value in again.to_dict().items():
         if key not in ("structure", "lines"):
             assert str(value) == str(own[key])
 

@@ -106,7 +106,7 @@ def test_what_cannot_be_replayed_is_refused(path: Path, tmp_path: Path) -> None:
 
 def test_a_spread_is_of_sizes() -> None:
     found = spread(np.array([-3.0, 4.0, np.nan]))
-    assert (found.count, found.most) == (2, 4.0)
+    assert (found.count, found.max) == (2, 4.0)
     assert found.rms == pytest.approx(np.sqrt(12.5))
     assert spread(np.zeros(0)).count == 0
 

@@ -15,12 +15,13 @@ FAR_BELOW = 1e-3  # of the largest of a column: what is smaller may be shown as 
 
 
 class Sheet(NamedTuple):
-    """A table of figures: heads, rows of texts, and which columns are numbers."""
+    """A table of figures: heads, rows of texts, which columns are numbers, and whether the first rows are the best."""
 
     title: str
     head: tuple[str, ...]
     rows: list[tuple[str, ...]]
     numeric: tuple[bool, ...]
+    ranked: bool = False
 
 
 def summary(result: Result) -> list[tuple[str, str]]:
@@ -28,24 +29,37 @@ def summary(result: Result) -> list[tuple[str, str]]:
     return [(each.label, text(each, each.of(result))) for each in result.figures if _is_plain(each)]
 
 
+def pairs(figures: Iterable[Figure], *of: object) -> list[tuple[str, ...]]:
+    """The label of each figure, and its value for each of *of*."""
+    return [(each.label, *(text(each, each.of(one)) for one in of)) for each in figures]
+
+
 def sheets(result: Result) -> Iterator[Sheet]:
     """The tables of a result: the figures along its lines, or whatever else they run along, and those with parts."""
+    return (sheet for sheet in _sheets(result.figures, result) if sheet.rows)
+
+
+def _sheets(figures: Sequence[Figure], of: object) -> Iterator[Sheet]:
     seen = set()
-    for each in result.figures:
-        if each.detail or _is_plain(each):
-            continue
-        value = each.of(result)
-        if each.along and each.along not in seen:
+    for each in figures:
+        if each.along and not each.detail and each.along not in seen:
             seen.add(each.along)
-            yield along_sheet(result, each.along)
-        elif each.parts and value is not None and plain(value) != []:
-            yield part_sheet(each, value)
+            yield _along_sheet(figures, of, each.along)
+        elif each.parts and not each.along and not each.detail and (value := each.of(of)) is not None:
+            yield from _part_sheets(each, value)
 
 
 def along_sheet(result: Result, along: str) -> Sheet:
     """The table of the figures that run along the same things."""
-    beside = [each for each in result.figures if each.along == along and not each.detail]
-    return columns("", [(each, each.of(result)) for each in beside])
+    return _along_sheet(result.figures, result, along)
+
+
+def _along_sheet(figures: Iterable[Figure], of: object, along: str) -> Sheet:
+    """Columns, or rows where the figures have parts."""
+    beside = [each for each in figures if each.along == along and not each.detail]
+    if beside[0].parts:
+        return _by_name(along, beside[0].parts, {each.label: each.of(of) for each in beside})
+    return columns("", [(each, each.of(of)) for each in beside])
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
@@ -70,7 +84,9 @@ def table(title: str, figures: Iterable[Figure], rows: Iterable[object]) -> Shee
 
 
 def text(figure: Figure, value: Any) -> str:
-    """A value of a figure as people read it, with its unit."""
+    """A value of a figure as people read it, with its unit; of parts each with its label."""
+    if figure.parts and value is not None and not isinstance(value, tuple | list):
+        return ", ".join(" ".join(pair) for pair in pairs(figure.parts, value))
     value = plain(value)
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {text(figure, each)}" for key, each in value.items()) or NONE
@@ -93,14 +109,55 @@ def part_sheet(figure: Figure, value: Any) -> Sheet:
     """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
     shown = [part for part in figure.parts if not part.detail]
     if isinstance(value, tuple | list):
-        return table(figure.label, shown, value)
+        return table(figure.label, shown, value)._replace(ranked=figure.ranked)
     if isinstance(value, Mapping) and not any(part.key in value for part in figure.parts):
-        names = (Figure("name", "", "", name=" "), list(value))
-        return columns(figure.label, [names, *((part, [part.of(row) for row in value.values()]) for part in shown)])
+        return _by_name(figure.label, shown, value)
     values = [(part, plain(part.of(value))) for part in shown]
     if isinstance(value, Mapping) and all(isinstance(each, list) for _, each in values):
         return columns(figure.label, values)
     return Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
+
+
+def _part_sheets(figure: Figure, value: Any) -> Iterator[Sheet]:
+    """The tables of a figure with parts; of one thing, parts that have parts themselves are rows of a further table.
+
+    Several such things by name are compared.
+    """
+    nested = [part for part in figure.parts if part.parts and not part.detail]
+    if isinstance(value, tuple | list) or not nested:
+        yield part_sheet(figure, value)
+    elif isinstance(value, Mapping) and not any(part.key in value for part in figure.parts):
+        yield from _compared(figure.parts, value)
+    else:
+        values = pairs(filter(_is_plain, figure.parts), value)
+        yield Sheet(figure.label, (), values, (False, False))
+        rows = {part.label: each for part in nested if not isinstance(each := part.of(value), tuple | list)}
+        yield _by_name("" if values else figure.label, nested[0].parts, rows)
+        for part in nested:
+            if part.label not in rows:
+                yield from _part_sheets(part, part.of(value))
+
+
+def _by_name(title: str, parts: Iterable[Figure], rows: Mapping[str, Any]) -> Sheet:
+    """A table with the name of each row in its first column; empty where no row has a value."""
+    names = (Figure("name", "", "", name=" "), list(rows))
+    shown = [(part, [part.of(row) for row in rows.values()]) for part in parts if not part.detail]
+    found = columns(title, [names, *shown])
+    return found if len(found.head) > 1 else found._replace(rows=[])
+
+
+def _compared(figures: Sequence[Figure], named: Mapping[str, object]) -> Iterator[Sheet]:
+    """Several things by name: a column of values for each, then their tables, with the name before each row."""
+    values = pairs(filter(_is_plain, figures), *named.values())
+    yield Sheet("", (" ", *named), values, (False, *(True for _ in named)))
+    alike: dict[tuple[str, tuple[str, ...]], list[tuple[str, Sheet]]] = {}
+    for name, of in named.items():
+        for each in _sheets(figures, of):
+            alike.setdefault((each.title, each.head), []).append((name, each))
+    for (title, head), made in alike.items():
+        longest = max(len(each.rows) for _, each in made)
+        rows = [(name, *each.rows[k]) for k in range(longest) for name, each in made if k < len(each.rows)]
+        yield Sheet(title, (" ", *head) if head else (), rows, (False, *made[0][1].numeric))
 
 
 def _is_plain(figure: Figure) -> bool:

@@ -50,7 +50,7 @@ class CurveRequirements:
         if not 0 <= self.crossings <= 50:
             raise InputError(f"crossings = {self.crossings}: must be from 0 to 50")
         if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):
-            raise InputError(f"least_radius = {self.min_radius:g} m: must be under half the area's shorter side")
+            raise InputError(f"minimum radius = {self.min_radius:g} m: must be under half the area's shorter side")
         if not 0.0 <= self.min_angle < 0.5 * np.pi:
             raise InputError(f"min_angle = {self.min_angle:g} rad: must be from 0 to a quarter turn")
 
@@ -136,14 +136,16 @@ class RankedCurve(Result):
     """A drawn curve, its number, and the mean distance of the area's points from it, m."""
 
     FIGURES: ClassVar = (
-        Figure("number", "", "Of the curve: a job names it by this and the seed."),
-        Figure("length", "m", "Once round.", "curve.length"),
-        Figure("crossings", "1", "How often it crosses itself.", lambda one: len(one.curve.crossings)),
-        Figure("least_radius", "m", "The least radius of curvature.", "curve.min_radius"),
-        Figure("least_angle", "rad", "The least angle between the branches of a crossing.", "curve.least_angle"),
-        Figure("mean_distance", "m", "How far places of the area are from the curve on average."),
-    )
-    HEADLINES: ClassVar = ("number", "crossings", "least_radius", "mean_distance")
+        Figure("number", "1", "Number of the curve, by which a job names it together with the seed."),
+        Figure("length", "m", "Length of the closed curve.", "curve.length", detail=True),
+        Figure("crossings", "1", "Number of self-intersections.", lambda one: len(one.curve.crossings)),
+        Figure("min_radius", "m", "Minimum radius of curvature.", "curve.min_radius", shown="m"),
+        Figure("min_angle", "rad", "Minimum angle between the branches of a crossing; null without crossings.",
+               "curve.least_angle", digits=3),
+        Figure("mean_distance", "m", "Mean distance of the area's points from the curve; the smaller, the better it "
+               "covers the area.", shown="m"),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("number", "crossings", "min_radius", "mean_distance")
 
     number: int
     curve: Curve
@@ -155,10 +157,11 @@ class Curves(Pictured):
     """Random closed curves, sorted by their cover of the area, the best first."""
 
     FIGURES: ClassVar = (
-        Figure("status", "", "ok.", lambda _: "ok"),
-        Figure("seed", "", "Same seed, same curves."),
-        Figure("curves", "", "The curves, the best cover of the area first.", "ranked"),
-    )
+        Figure("status", "", "ok: curves that do not exist are an error.", lambda _: "ok"),
+        Figure("seed", "1", "Seed of the curves, by which a job names them."),
+        Figure("curves", "", "The curves, the best cover of the area first.", "ranked", parts=RankedCurve.FIGURES,
+               ranked=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("seed",)
 
     requirements: CurveRequirements

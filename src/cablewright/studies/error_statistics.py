@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.results import Figure
 
 CHI2_95: Final = 7.8147
 """95 % quantile of the chi-square distribution with 3 degrees of freedom."""
@@ -26,7 +27,19 @@ class ErrorStatistics:
     median: float
     p95: float
     p99: float
-    most: float
+    max: float
+
+
+def statistics_figures(unit: str, shown: str) -> tuple[Figure, ...]:
+    """Return the figures of the statistics of errors in *unit*; people read them in the unit *shown*."""
+    return (
+        Figure("count", "1", "Number of errors.", detail=True),
+        Figure("rms", unit, "Root mean square of the errors; null without any.", digits=3, shown=shown),
+        Figure("median", unit, "Median of the errors' sizes.", digits=3, shown=shown, detail=True),
+        Figure("p95", unit, "95 % quantile of the errors' sizes.", name="95 %", digits=3, shown=shown),
+        Figure("p99", unit, "99 % quantile of the errors' sizes.", digits=3, shown=shown, detail=True),
+        Figure("max", unit, "Largest size of an error.", digits=3, shown=shown),
+    )
 
 
 def spread(values: Array) -> ErrorStatistics:

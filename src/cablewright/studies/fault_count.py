@@ -5,10 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
+from cablewright.results import Figure
 from cablewright.signals import Fault
 
 FaultCount = dict[tuple[str, str], tuple[float, float, int]]
 """Start and end, s, and number of steps, by source and sentence."""
+
+
+def fault_figures(begin: str, end: str) -> tuple[Figure, ...]:
+    """Return the figures of each item of a `FaultCount`; *begin* and *end* are the keys of its times."""
+    return (
+        Figure("source", "", "Sensor or part of the machine that is at fault.", lambda item: item[0][0]),
+        Figure("sentence", "", "What is wrong, in a sentence.", lambda item: item[0][1]),
+        Figure(begin, "s", "When the fault began.", lambda item: item[1][0], shown="s"),
+        Figure(end, "s", "When the fault was reported last.", lambda item: item[1][1], shown="s"),
+        Figure("steps", "1", "Number of steps in which it was reported.", lambda item: item[1][2]),
+    )
+
 
 _MAX_FAULTS: Final = 1000
 

@@ -7,7 +7,7 @@ import time
 from array import array
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -18,12 +18,12 @@ from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.log.log import Entry, LogHead, read_log
 from cablewright.progress import Progress
-from cablewright.results import Figure, Pictured
+from cablewright.results import Figure, Pictured, figures_dict
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.solvers.taut import Taut
-from cablewright.studies.error_statistics import CHI2_95, SLACK, ErrorStatistics, bound, spread
+from cablewright.studies.error_statistics import CHI2_95, SLACK, ErrorStatistics, bound, spread, statistics_figures
 from cablewright.studies.estimator_settings import OBSERVERS
-from cablewright.studies.fault_count import FaultCount, count_faults
+from cablewright.studies.fault_count import FaultCount, count_faults, fault_figures
 
 _MAX_REST_MOTION: Final = 3e-3  # m in the last second, for a step to count as static ...
 _MIN_HISTORY: Final = 0.75  # s of that second that must be known
@@ -31,9 +31,19 @@ _TURNS: Final = 3  # of each horizontal lidar, before errors count
 _RADIUS_TIME: Final = 10.0  # s until the estimated radii count
 _TRACE: Final = 0.1  # s between points of a picture
 _MAX_TRACE: Final = 100_000
+NO_ESTIMATE: Final = "no step of the log has a valid estimate"
 _COLUMNS: Final = (
     "time", "x", "y", "z", "yaw", "tilt", "moving", "excess_error", "true_excess", "named", "clean", "nees",
 )  # fmt: skip
+
+
+POSITION_ERRORS: Final = (
+    Figure("position", "m", "Errors in space.", name="in space", parts=statistics_figures("m", "mm")),
+    Figure("level", "m", "Errors seen from above.", name="from above", parts=statistics_figures("m", "mm")),
+    Figure("height", "m", "Errors of the height.", name="in height", parts=statistics_figures("m", "mm")),
+    Figure("within_2mm", "1", "Share of the errors in space of up to 2 mm; null without any.", detail=True),
+    Figure("within_20mm", "1", "Share of the errors in space of up to 20 mm; null without any.", detail=True),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,29 +52,57 @@ class Replay(Pictured):
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok; lost: no step has a valid estimate."),
-        Figure("log", "", "The file or the folder of the run."),
+        Figure("log", "", "The log file, or the run folder."),
         Figure("robot", "", "Name of the robot.", "head.robot.name"),
-        Figure("plant", "", "The plant of the machine.", "head.plant"),
-        Figure("seed", "", "The seed of the machine.", "head.seed"),
-        Figure("estimator", "", "paper or filter."),
-        Figure("steps", "", "Number of steps."),
-        Figure("duration", "s", "Time on the machine's clock."),
-        Figure("valid_share", "1", "Share of the steps with a valid estimate."),
-        Figure("compared_from", "s", "From when errors count.", "begin"),
-        Figure("static", "", "Errors of position, m, while the drum stands.", lambda of: of.errors_while(moving=False)),
-        Figure("moving", "", "The same while it moves.", lambda of: of.errors_while(moving=True)),
-        Figure("coverage", "1", "Share of positions within their 95 % ellipsoid.", lambda of: of.coverage()[0]),
-        Figure("nees", "1", "Mean normalised error squared, at best 3.", lambda of: of.coverage()[1]),
-        Figure("yaw", "rad", "Errors of the drum's yaw.", lambda of: spread(of.column("yaw"))),
-        Figure("tilt", "rad", "Errors of the tilt of its axis.", lambda of: spread(of.column("tilt"))),
-        Figure("lines", "", "Names of the lines.", lambda of: [line.name for line in of.head.robot.lines]),
-        Figure("taut_share", "1", "Share of the valid steps in which each line was taut."),
-        Figure("slack", "", "Steps with a slack line, share named rightly, errors of the excess, m.", "slack_errors"),
-        Figure("radius", "1", "Relative errors of the winch drums' radii after 10 s.", "radius_spread"),
-        Figure("step_time", "s", "Processor time of a step."),
-        Figure("faults", "", "Each reported fault: source, sentence, from and to in s, steps.", "reported"),
-        Figure("notes", "", "Faults of the file."),
-    )
+        Figure("plant", "", "Plant of the simulated machine.", "head.plant"),
+        Figure("seed", "1", "Seed of the simulated machine.", "head.seed"),
+        Figure("estimator", "", "The estimator: paper or filter."),
+        Figure("steps", "1", "Number of steps in the log."),
+        Figure("duration", "s", "Time on the machine's clock at the end.", shown="s"),
+        Figure("valid_share", "1", "Share of the steps with a valid estimate.", "", "valid steps", shown="%"),
+        Figure("compared_from", "s", "Time from which errors count; null without the truth.", "begin", shown="s"),
+        Figure("coverage", "1", "Share of positions within their 95 % ellipsoid; null for an estimator without a "
+               "covariance.", lambda of: of.coverage()[0], "positions within their 95 % ellipsoid", shown="%"),
+        Figure("nees", "1", "Mean of the positions' normalised estimation error squared, ideally 3; null without a "
+               "covariance.", lambda of: of.coverage()[1], "mean nees (ideally 3)", 3),
+        Figure("static", "", "Position errors of the steps in which the drum stands.",
+               lambda of: of.errors_while(moving=False), "position errors while the drum stands",
+               parts=POSITION_ERRORS),
+        Figure("moving", "", "Position errors of the steps in which the drum moves.",
+               lambda of: of.errors_while(moving=True), "position errors while the drum moves",
+               parts=POSITION_ERRORS),
+        Figure("yaw", "rad", "Errors of the drum's yaw.", lambda of: spread(of.column("yaw")),
+               along="errors of the drum's angles", parts=statistics_figures("rad", "deg")),
+        Figure("tilt", "rad", "Errors of the tilt of the drum's axis.", lambda of: spread(of.column("tilt")),
+               along="errors of the drum's angles", parts=statistics_figures("rad", "deg")),
+        Figure("lines", "", "Names of the lines.", lambda of: [line.name for line in of.head.robot.lines], "line",
+               along="line"),
+        Figure("taut_share", "1", "Share of the valid steps in which each line was estimated to be taut.", "", "taut",
+               shown="%", along="line"),
+        Figure("slack", "", "How slack lines were identified; counted are steps with an excess of over 5 mm.",
+               "slack_errors", "steps with a line slack by over 5 mm", parts=(
+                   Figure("steps", "1", "Number of steps with a slack line.", name="number"),
+                   Figure("named_share", "1", "Share of them in which exactly the slack lines were identified; null "
+                          "without any.", name="identified", shown="%"),
+                   Figure("excess", "m", "Errors of the estimated excess of the slackest line.",
+                          parts=statistics_figures("m", "mm")),
+               )),
+        Figure("radius", "", "Relative errors of the winch drums' radii after 10 s.", "radius_spread",
+               "winch drum radii after 10 s", parts=(
+            Figure("within_1_percent", "1", "Share of the steps in which each line's radius was within 1 %; null "
+                   "without any.", name="steps within 1 %", shown="%", digits=3),
+            Figure("each", "1", "Relative errors of each line's radius.", name="relative errors of the radii", parts=(
+                Figure("line", "", "Name of the line."), *statistics_figures("1", "%"))),
+        )),
+        Figure("step_time", "s", "Processor time of a step.", name="processor time of a step", parts=(
+            Figure("mean", "s", "Mean processor time of a step."),
+            Figure("p99", "s", "99 % quantile of the processor time.", name="99 %"),
+            Figure("max", "s", "Largest processor time of a step."),
+        )),
+        Figure("faults", "", "Faults that the estimates reported.", lambda of: list(of.faults.items()),
+               parts=fault_figures("from", "to")),
+        Figure("notes", "", "Errors of the log file.", detail=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "estimator", "steps", "valid_share")
 
     log: str | Path
@@ -90,6 +128,11 @@ class Replay(Pictured):
         return "ok" if self.valid else "lost"
 
     @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        return "" if self.valid else NO_ESTIMATE
+
+    @property
     def valid_share(self) -> float:
         """Share of the steps with a valid estimate."""
         return self.valid / max(self.steps, 1)
@@ -113,8 +156,12 @@ class Replay(Pictured):
         """Share of radii within 1 %, (m,), and relative errors by line, after 10 s."""
         since = self.column("time") - self.begin > _RADIUS_TIME
         radii = self.radius_errors
+        each = [
+            {"line": line.name} | asdict(spread(column[since]))
+            for line, column in zip(self.head.robot.lines, radii.T, strict=True)
+        ]
         within = np.mean(np.abs(radii[since]) <= 0.01, axis=0) if since.any() else None
-        return {"within_1_percent": within, "each": [spread(column[since]) for column in radii.T]}
+        return {"within_1_percent": within, "each": each}
 
     @property
     def step_time(self) -> dict[str, float]:
@@ -123,14 +170,6 @@ class Replay(Pictured):
         if not len(times):
             return dict.fromkeys(("mean", "p99", "max"), math.nan)
         return {"mean": float(times.mean()), "p99": float(np.percentile(times, 99)), "max": float(times.max())}
-
-    @property
-    def reported(self) -> list[dict[str, Any]]:
-        """The faults that estimates reported: source, sentence, start and end (s), number of steps."""
-        return [
-            {"source": source, "sentence": sentence, "from": begin, "to": end, "steps": count}
-            for (source, sentence), (begin, end, count) in self.faults.items()
-        ]
 
     def errors_while(self, *, moving: bool) -> dict[str, ErrorStatistics | float]:
         """Errors in space, from above and in height, m, of moving or static steps; shares within the paper's bounds."""
@@ -169,6 +208,51 @@ class Replay(Pictured):
         nees = self.column("nees")
         nees = nees[np.isfinite(nees)]
         return (float(np.mean(nees <= CHI2_95)), float(nees.mean())) if len(nees) else (math.nan, math.nan)
+
+
+_OF_LOG = ("log", "robot", "plant", "seed", "steps", "duration", "lines", "notes")
+_OF_ESTIMATOR = tuple(each for each in Replay.FIGURES if each.key not in _OF_LOG or each.key == "lines")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Replays(Pictured):
+    """Replays of one log by several estimators."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok; lost: an estimator has no step with a valid estimate."),
+        *(each.of_part("first") if each.key != "lines" else replace(each.of_part("first"), along="", detail=True)
+          for each in Replay.FIGURES if each.key in _OF_LOG),
+        Figure("estimators", "", "What each estimator found, by its name.", "by_estimator", parts=_OF_ESTIMATOR),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("status", "robot", "steps")
+
+    each: tuple[Replay, ...]
+
+    @property
+    def first(self) -> Replay:
+        """The first one, for what all have in common."""
+        return self.each[0]
+
+    @property
+    def status(self) -> str:
+        """Ok or lost."""
+        return "lost" if self.refusal else "ok"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Errors of the log file."""
+        return self.first.notes
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        lost = [each.estimator for each in self.each if not each.valid]
+        return f"{NO_ESTIMATE}: {', '.join(lost)}" if lost else ""
+
+    @property
+    def by_estimator(self) -> dict[str, dict[str, Any]]:
+        """Figures of each estimator."""
+        return {each.estimator: figures_dict(_OF_ESTIMATOR, each) for each in self.each}
 
 
 def replay(

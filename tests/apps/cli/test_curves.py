@@ -21,15 +21,17 @@ def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytes
     first = found["curves"][0]
     again = draw(CurveRequirements(28.0, (3.6, 8.0)), 3, first["number"])
     assert len(again.crossings) == first["crossings"] >= 2
-    assert again.min_radius == first["least_radius"] >= 0.3
+    assert again.min_radius == first["min_radius"] >= 0.3
     assert sheet.read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_table_names_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["curves", "--count", "22"]) == 0
+    assert run(["curves", "--count", "62"]) == 0
     out = capsys.readouterr().out
-    assert "and 2 more" in out
-    assert "seed = 0" in out
+    assert "the first 60 of 62 rows; --json has all" in out
+    assert "seed    0" in out
+    distances = [float(line.split()[-1]) for line in out.splitlines()[5:65]]
+    assert distances == sorted(distances)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +41,7 @@ def test_the_table_names_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
         (["--area", "3"], "--area = '3'"),
         (["--seed", "-1"], "seed = -1"),
         (["--length", "-3"], "length = -3"),
-        (["--least-radius", "5"], "least_radius = 5"),
+        (["--min-radius", "5"], "minimum radius = 5"),
         (["--plot", "sheet.pdf"], "--plot"),
     ],
 )

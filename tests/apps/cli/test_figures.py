@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import runpy
 import shlex
+import shutil
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -45,9 +47,6 @@ def _undeclared(value: Any, figures: tuple[Figure, ...], path: str = "") -> Iter
 @pytest.fixture(scope="module")
 def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Examples name files of the repository, and write below `runs/`: into a copy of the examples."""
-    import os
-    import shutil
-
     folder = tmp_path_factory.mktemp("examples")
     shutil.copytree(ROOT / "examples", folder / "examples")
     before = Path.cwd()
@@ -67,6 +66,7 @@ def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) 
     assert answer.out
     if not kind.ANSWERS:
         return
+    shutil.rmtree("runs", ignore_errors=True)  # a print begins in a new folder
     printed = cli(command, *arguments, "--json").json
     options = {"schema", "plot", "report", "out", "file", "mesh", "vtu", "robot", "lengths", "truth", "log"}
     missing = {}

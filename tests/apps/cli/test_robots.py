@@ -13,7 +13,8 @@ from cablewright.robot import library_names, library_text, load, loads
 def test_robots_lists_the_library(cli) -> None:
     answer = cli("robots")
     assert (answer.code, answer.err) == (0, "")
-    assert tuple(line.split()[0] for line in answer.out.splitlines()) == library_names()
+    assert tuple(line.split()[0] for line in answer.out.splitlines()[2:]) == library_names()
+    assert answer.out.splitlines()[1].split() == ["name", "lines", "freedoms", "description"]
 
 
 def test_robots_as_json(cli) -> None:

@@ -35,9 +35,11 @@ def test_the_same_seed_writes_the_same_bytes(cli, tmp_path) -> None:
 def test_it_holds_with_the_dynamic_plant_for_people(cli) -> None:
     answer = cli("simulate", "merlet2023", "--hold", "0,0,1.2", "--duration", "2", "--valve", "0")
     assert answer.code == 0
-    assert "2.0 s of the dynamic plant, seed 0" in answer.out
-    assert "20.00 kg of powder left" in answer.out
-    assert "x real time" in answer.err
+    shown = dict(line.split("  ", 1) for line in answer.out.splitlines() if "  " in line)
+    shown = {key: value.strip() for key, value in shown.items()}
+    assert (shown["duration"], shown["plant"], shown["seed"]) == ("2.000 s", "dynamic", "0")
+    assert shown["powder left"] == "20.00 kg"
+    assert float(shown["real time ratio"]) > 0.0
 
 
 def test_faults_are_planned_on_the_command_line(cli, tmp_path) -> None:
@@ -61,7 +63,7 @@ def test_a_machine_file_of_ones_own_is_taken(cli, tmp_path) -> None:
     (tmp_path / "own.toml").write_text(text.replace('powder = "20 kg"', 'powder = "5 kg"'))
     answer = cli("simulate", "merlet2023", "--machine", tmp_path / "own.toml", *SHORT, "--valve", "0", "--json")
     assert answer.json["powder"] == 5.0
-    assert cli("machines").out.split() == ["house-printer", "merlet2023"]
+    assert cli("machines").out == "machines  house-printer, merlet2023\n"
     assert cli("machines", "--json").json["machines"] == ["house-printer", "merlet2023"]
     assert cli("machines", "merlet2023", "--json").json["file"] == text
 
@@ -81,7 +83,7 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
         (["--hold", "0,0", "--duration", "1"], "3 finite numbers"),
         (["--hold", "0,nan,1", "--duration", "1"], "3 finite numbers"),
         (["--loop", "1e6"], "length = 1e+06 m"),
-        ([*SHORT, "--plant", "static"], "unknown plant 'static'"),
+        ([*SHORT, "--plant", "static"], "--plant"),
         ([*SHORT, "--seed", "-1"], "seed = -1"),
         ([*SHORT, "--speed", "0"], "speed = 0"),
         ([*SHORT, "--valve", "2"], "valve = 2"),
@@ -96,7 +98,7 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
         ([*SHORT, "--fault", "north:south-east,1,2"], "is for line_angles"),
         ([*SHORT, "--fault", "north,1,2,loud"], "kind = 'loud'"),
         ([*SHORT, "--wifi-gap", "2,1"], "must each rise"),
-        ([*SHORT, "--wifi-gap", "2"], "2 finite numbers"),
+        ([*SHORT, "--wifi-gap", "2"], "expected 2 finite numbers"),
         ([*SHORT, "--machine", "merlet"], "no machine 'merlet'"),
     ],
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import struct
 from dataclasses import replace
@@ -13,7 +12,6 @@ import pytest
 
 from cablewright.apps.report.print import write
 from cablewright.printing.stl import read_stl
-from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.record import record
 from cablewright.studies.prints.result import PrintRecord
 from printed import SPEED, head, printed, standard, without
@@ -58,12 +56,18 @@ def test_the_page_is_whole_in_itself(folder: Path) -> None:
 
 
 def test_figures_of_the_page_are_those_of_the_metrics(found: PrintRecord, folder: Path) -> None:
-    page, told = (folder / "report.html").read_text(), json.loads(metrics_text(found))
+    page, told = (folder / "report.html").read_text(), found.to_dict()
     assert f"{1e4 * told['path_error_variance']:.4g}" in page
     assert f"{1e2 * told['mean_speed']:.4g}" in page
     assert f"{told['structure']['mass']:.4g}" in page
-    for line in told["lines"]:
-        assert f"{1e2 * line['taut']:.0f} ({1e2 * line['true_taut']:.0f})" in page
+    head, *rows = re.findall(r"<tr>(.*?)</tr>", page[page.index("Lines: load and slack") :], re.DOTALL)[:5]
+    assert "taut, %" in head
+    for line, row in zip(told["lines"], rows, strict=True):
+        cells = re.findall(r"<td[^>]*>(.*?)</td>", row)
+        assert cells[0] == line["name"]
+        assert [float(cell) for cell in cells[1:3]] == pytest.approx(
+            [1e2 * line["taut"], 1e2 * line["true_taut"]], abs=0.5
+        )
 
 
 def test_the_structure_is_a_closed_body_of_its_volume(found: PrintRecord, folder: Path) -> None:

@@ -2,54 +2,54 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, Plot, check_plot
-from cablewright.apps.cli.output import numbers, print_json, progress
-from cablewright.errors import InputError
-
-if TYPE_CHECKING:
-    from cablewright.printing.curve import Curves
-
-_SHOWN = 20
+from cablewright.apps.cli.options import OutputOptions, Seed
+from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.progress_bar import progress
 
 
-def curves(
-    length: Annotated[float, typer.Option("--length", metavar="L", help="Once round, m.")] = 28.0,
-    area: Annotated[str, typer.Option("--area", metavar="X,Y", help="Sides of what holds it, m.")] = "3.6,8",
-    count: Annotated[int, typer.Option("--count", metavar="N", help="How many are drawn.")] = 200,
-    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Same seed, same curves.")] = 0,
-    crossings: Annotated[int, typer.Option("--crossings", metavar="N", help="With itself, at least.")] = 2,
-    min_radius: Annotated[float, typer.Option("--least-radius", metavar="R", help="Of curvature, m.")] = 0.3,
-    plot: Plot = None,
-    as_json: AsJson = False,
-) -> int:
-    """Random closed curves for a print, the best cover of the area first; --plot draws all to choose from."""
-    from cablewright.printing.curve import curves as draw
+@dataclass(frozen=True, kw_only=True)
+class Curves:
+    """The curves are smooth, cross themselves, and lie within a rectangle; the one that covers it best comes first.
 
-    check_plot(plot)
-    sides = numbers(area, "--area") or []
-    if len(sides) != 2:
-        raise InputError(f"--area = {area!r}: two numbers are wanted, X,Y in m")
-    side = sides[0], sides[1]
-    with progress() as show:
-        found = draw(length, side, count=count, seed=seed, crossings=crossings, min_radius=min_radius, progress=show)
-    if plot is not None:
-        found.plot(plot)
-    if as_json:
-        print_json(found.to_dict() | {"plot": None if plot is None else str(plot)})
-    else:
-        _print(found)
-    return 0
+    --plot draws all of them to choose from; a job names its curve by number and seed.
+    """
 
+    EXAMPLE: ClassVar = "curves --count 8 --seed 2022"
+    ANSWERS: ClassVar = ("printing.curve:Curves",)
 
-def _print(found: Curves) -> None:
-    typer.echo("number  crossings  least radius m  places of the area are off it by m")
-    for one in found.ranked[:_SHOWN]:
-        curve = one.curve
-        typer.echo(f"{one.number:6d}  {len(curve.crossings):9d}  {curve.min_radius:14.3f}  {one.mean_distance:34.3f}")
-    if len(found) > _SHOWN:
-        typer.echo(f"and {len(found) - _SHOWN} more: --plot draws all, --json lists all")
-    typer.echo(f"a job names one by its number, with seed = {found.seed}")
+    length: Annotated[float, typer.Option("--length", metavar="L", help="Length of each curve, m.")] = 28.0
+    area: Annotated[
+        str, typer.Option("--area", metavar="X,Y", help="Sides of the rectangle that encloses each curve, m.")
+    ] = "3.6,8"
+    count: Annotated[int, typer.Option("--count", metavar="N", help="Number of curves.")] = 200
+    seed: Seed = 0
+    crossings: Annotated[
+        int, typer.Option("--crossings", metavar="N", help="Minimum number of self-intersections of each curve.")
+    ] = 2
+    min_radius: Annotated[
+        float, typer.Option("--min-radius", metavar="R", help="Minimum radius of curvature of each curve, m.")
+    ] = 0.3
+    output: OutputOptions
+
+    def run(self) -> int:
+        """Draw the curves and print them."""
+        from cablewright.printing.curve import curves
+
+        x, y = numbers(self.area, "--area", 2) or []
+        with progress() as show:
+            found = curves(
+                self.length,
+                (x, y),
+                count=self.count,
+                seed=self.seed,
+                crossings=self.crossings,
+                min_radius=self.min_radius,
+                progress=show,
+            )
+        return answer(found, self.output.as_json, plot=self.output.draw(found))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_limits
-from cablewright.choices import CountName, CriterionName, PointName, TensionChoice
+from cablewright.choices import CountName, CriterionName, PlantName, PointName, TensionChoice
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 
@@ -26,6 +26,20 @@ JobFile = Annotated[Path, typer.Argument(metavar="JOB", help="A job's TOML file,
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units instead of text.")]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture of the result.")]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of all random numbers; the same seed gives the same result.")]
+MachineName = Annotated[
+    str | None,
+    typer.Option(
+        "--machine",
+        metavar="NAME",
+        help="A machine's TOML file, or a name that `cablewright machines` lists; by default the robot's name.",
+    ),
+]
+Plant = Annotated[
+    PlantName,
+    typer.Option(
+        "--plant", help="Motion of the machine: with inertia in steps of 10 ms, or from equilibrium to equilibrium."
+    ),
+]
 Pose = Annotated[
     str | None,
     typer.Option(

@@ -6,12 +6,15 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from cablewright.errors import AnswerError
 from cablewright.results import Result, plain
+
+if TYPE_CHECKING:
+    from cablewright.apps.figures import Sheet
 
 SCHEMA = 2
 """Version of the JSON that commands print."""
@@ -64,14 +67,17 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")
         typer.echo(f"{label:<{_width(rows)}}  {typer.style(value, fg=colour, bold=True) if mark else value}")
-    for sheet in sheets(found):
-        typer.echo("")
+    tables, written = list(sheets(found)), {what: file for what, file in files.items() if file is not None}
+    for k, sheet in enumerate(tables):
+        if rows or k:
+            typer.echo("")
         if sheet.title:
             typer.echo(sheet.title)
-        _print_sheet(sheet.head, sheet.rows, sheet.numeric)
-    for what, file in files.items():
-        if file is not None:
-            typer.echo(f"{what:<{_width(rows)}}  {file}")
+        _print_sheet(sheet)
+    if tables and written:
+        typer.echo("")
+    for what, file in written.items():
+        typer.echo(f"{what:<{_width(rows)}}  {file}")
 
 
 def tell(line: str) -> None:
@@ -83,17 +89,15 @@ def _width(rows: list[tuple[str, str]]) -> int:
     return max((len(label) for label, _ in rows), default=0)
 
 
-def _print_sheet(head: tuple[str, ...], rows: list[tuple[str, ...]], numeric: tuple[bool, ...]) -> None:
-    """Print a table; of a long one every few rows, the first and the last among them."""
-    shown = rows
-    if len(rows) > MAX_ROWS:
-        shown = [rows[round(k * (len(rows) - 1) / (MAX_ROWS - 1))] for k in range(MAX_ROWS)]
-    every = [head, *shown] if head else shown
-    widths = [max(len(row[k]) for row in every) for k in range(len(numeric))]
+def _print_sheet(sheet: Sheet) -> None:
+    """Print a table; of a long one every few rows, the first and the last among them, or the best."""
+    shown = sheet.rows[:MAX_ROWS]
+    if len(sheet.rows) > MAX_ROWS and not sheet.ranked:
+        shown = [sheet.rows[round(k * (len(sheet.rows) - 1) / (MAX_ROWS - 1))] for k in range(MAX_ROWS)]
+    every = [sheet.head, *shown] if sheet.head else shown
+    widths = [max(len(row[k]) for row in every) for k in range(len(sheet.numeric))]
     for row in every:
-        cells = (
-            f"{cell:{'>' if right else '<'}{width}}" for cell, right, width in zip(row, numeric, widths, strict=True)
-        )
-        typer.echo("  ".join(cells).rstrip())
-    if len(shown) < len(rows):
-        typer.echo(f"{len(shown)} of {len(rows)} rows; --json has all")
+        columns = zip(row, sheet.numeric, widths, strict=True)
+        typer.echo("  ".join(f"{cell:{'>' if right else '<'}{width}}" for cell, right, width in columns).rstrip())
+    if len(shown) < len(sheet.rows):
+        typer.echo(f"{'the first ' if sheet.ranked else ''}{len(shown)} of {len(sheet.rows)} rows; --json has all")

@@ -21,6 +21,7 @@ PICTURES: Final = {
     "BracketStress": ("bracket", "bracket_picture"),
     "Boundary": ("boundary", "boundary_picture"),
     "Replay": ("replay", "replay_picture"),
+    "Replays": ("replay", "replay_picture"),
     "RetractionStudy": ("retraction", "retraction_picture"),
     "Simulation": ("simulation", "simulation_picture"),
     "Trade": ("trade", "trade_picture"),

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 
 from cablewright.apps import style
 from cablewright.arrays import Array
-from cablewright.studies.replay import Replay
+from cablewright.studies.replay import Replay, Replays
 
 _BEFORE_LINES: Final = 7  # columns of a trace before the lines'
 
 
-def replay_picture(replayed: Replay | Sequence[Replay]) -> Figure:
+def replay_picture(replayed: Replay | Replays) -> Figure:
     """Draw the replays of one log by one estimator or two; lines by the last. Call within `style.drawing`."""
-    found = [replayed] if isinstance(replayed, Replay) else replayed
+    found = (replayed,) if isinstance(replayed, Replay) else replayed.each
     last = found[-1]
     m = last.head.robot.m
     traces = [np.array(one.trace, dtype=np.float64).reshape(-1, _BEFORE_LINES + 2 * m).T for one in found]

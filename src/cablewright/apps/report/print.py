@@ -1,4 +1,4 @@
-"""The report of `cablewright print`: what was printed, how near to its path, and what that told of the machine."""
+"""The report of `cablewright print`: what was printed, its errors, and what they say about the machine."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.apps import style
+from cablewright.apps.figures import NONE
 from cablewright.apps.pictures.print import (
     drum_picture,
     errors_picture,
@@ -26,35 +27,38 @@ from cablewright.apps.pictures.print_lines import (
 )
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
 from cablewright.apps.quantities import count, duration, quantity
+from cablewright.apps.report.figures import key_figures
 from cablewright.apps.report.page import Html, cards, element, page, picture, section
 from cablewright.apps.report.print_tables import (
     faults_table,
     following_table,
+    inputs_table,
     lines_table,
     paper_table,
     states_table,
     structure_table,
-    went_in,
 )
 from cablewright.apps.report.provenance import list_of
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
 from cablewright.printing.heightfield import HeightField
-from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.triangle_mesh import TriangleMesh
 
 Pictures = dict[str, bytes]
 
-_GAP: Final = "\N{NO-BREAK SPACE}"
+_CARDS: Final = (
+    "layers", "distance", "duration", "mean_path_error", "max_path_error", "estimated_max_path_error", "mean_speed",
+    "barrier_stops", "refills",
+)  # fmt: skip
 _PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 
 
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
     """Write ``report.html``, its pictures and the structure's meshes into *folder*, which exists; return the report.
 
-    *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and asks
-    nothing of any other place. Raises `EnvironmentFault` where the folder cannot be written.
+    *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and needs
+    no other file. Raises `EnvironmentFault` where the folder cannot be written.
     """
     pictures = _pictures(found, step_times)
     for each, png in pictures.items():
@@ -101,93 +105,58 @@ def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
 def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iterator[Html]:
     yield element("h1", title)
     yield _verdict(found)
-    yield cards(_figures(found))
+    yield cards(_cards(found))
     for note in found.notes:
         yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
-    yield section("How near to its path", *_following(found, pictures))
+    yield section("Path errors", following_table(found), *_shown(pictures, "path", "errors"))
     paper = paper_table(found)
     if paper is not None:
         yield section("Beside the paper", paper)
     yield section("Speed", *_shown(pictures, "speed"))
-    yield section("What it was doing", states_table(found), *_shown(pictures, "states", "steps"))
+    yield section("States", states_table(found), *_shown(pictures, "states", "steps"))
     if found.structure is not None:
         yield section("The structure", structure_table(found.structure), *_shown(pictures, "structure", "cuts"))
-    yield section("How the drum hung", *_shown(pictures, "drum"))
+    yield section("Yaw and tilt of the drum", *_shown(pictures, "drum"))
     yield section("Lines: load and slack", lines_table(found), *_shown(pictures, "angles", "tensions"))
     yield section("Lines: wear", *_wear(found, pictures))
-    yield section("What went wrong on the way", faults_table(found))
-    yield section("What went in", went_in(found, name))
-    yield section("What is meant", list_of(_meant(found)))
+    yield section("Faults and notices", faults_table(found))
+    yield section("Inputs", inputs_table(found, name))
+    yield section("Definitions", list_of(_definitions(found)))
 
 
 def _verdict(found: PrintRecord) -> Html:
-    wanted = len(np.unique(found.track.visits.number[found.track.visits.number >= 0]))
-    whole = found.layers >= wanted
-    layers = f"{count(found.layers)} of {count(wanted)} layers" if not whole else f"all {count(wanted)} layers"
-    word = "Printed" if whole else "Not finished"
+    total = len(np.unique(found.track.visits.number[found.track.visits.number >= 0]))
+    whole = found.layers >= total
+    layers = f"all {count(total)} layers" if whole else f"{count(found.layers)} of {count(total)} layers"
     best = found.best
-    if not best.error.count:
-        told = f"{layers}; where the platform was is not known."
-    else:
-        whose = "" if found.has_truth else ", as the estimation saw it"
-        error, rms = quantity(best.error.size, "m"), quantity(_rms(best.error.mean, best.error.variance), "m")
-        told = (
-            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the platform was {error} beside its path "
-            f"at most, {rms} rms{whose}."
-        )
-    kind = "yes" if whole else "no"
-    return element("div", element("strong", word), element("p", told), class_=f"verdict {kind}", role="status")
-
-
-def _rms(mean: float, variance: float) -> float:
-    return math.sqrt(mean * mean + variance)
-
-
-def _figures(found: PrintRecord) -> Iterator[tuple[str, str, str]]:
-    """Yield what, how much and a note."""
-    best = found.best
-    yield (
-        "layers",
-        count(found.layers),
-        f"{count(found.layers_begun)} begun" if found.layers_begun > found.layers else "",
-    )
-    yield "path", quantity(found.distance - found.begin, "m"), "travel too"
-    printing = found.states.get(PrintState.PRINTING, 0.0)
-    yield "duration", duration(found.duration), f"printing for {duration(printing)}"
     if best.error.count:
-        yield "mean error", quantity(best.error.mean, "m"), "beside the path, left positive"
-        yield "largest error", quantity(best.error.size, "m"), "true" if found.has_truth else "estimated"
-    if found.has_truth and found.estimated.error.count:
-        yield "largest error seen", quantity(found.estimated.error.size, "m"), "by the estimation"
-    if best.speed.count:
-        yield (
-            "mean speed",
-            f"{1e2 * best.speed.mean:.3f}\N{NO-BREAK SPACE}cm/s",
-            f"of {1e2 * found.print_speed:g} wanted",
+        whose = "" if found.has_truth else " by the estimation"
+        error, rms = quantity(best.error.size, "m"), quantity(math.hypot(best.error.mean, best.error.deviation), "m")
+        sentence = (
+            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the largest distance beside the path was "
+            f"{error}, rms {rms}{whose}."
         )
-    yield "stops by the barrier", count(found.barrier_stops), ""
-    yield "refills", count(found.refills), ""
-    if found.structure is not None and not math.isnan(found.structure.mass):
-        yield (
-            "laid",
-            f"{found.structure.mass:.4g}\N{NO-BREAK SPACE}kg",
-            f"{quantity(found.structure.highest, 'm')} high",
-        )
+    else:
+        sentence = f"{layers}; the position of the platform is not known."
+    word, kind = ("Printed", "yes") if whole else ("Not finished", "no")
+    return element("div", element("strong", word), element("p", sentence), class_=f"verdict {kind}", role="status")
+
+
+def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:
+    """Labels and values of the main figures: true ones where they are known."""
+    without_truth = () if found.has_truth else ("estimated_mean_path_error", "estimated_mean_speed")
+    made = list(key_figures(found, (*_CARDS, *without_truth)))
+    if found.structure is not None:
+        made += key_figures(found.structure, ("mass", "max_height"))
+    return [each for each in made if each[1] != NONE]
 
 
 def _shown(pictures: Pictures, *names: str) -> Iterator[Html]:
-    missing = True
-    for name in names:
-        if name in pictures:
-            missing = False
-            yield picture(pictures[name], *_CAPTIONS[name])
-    if missing:
-        yield element("p", "Not drawn: the log does not tell.")
-
-
-def _following(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
-    yield following_table(found)
-    yield from _shown(pictures, "path", "errors")
+    drawn = [name for name in names if name in pictures]
+    for name in drawn:
+        yield picture(pictures[name], *_CAPTIONS[name])
+    if not drawn:
+        yield element("p", "Not drawn: the log does not have the data.")
 
 
 def _wear(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
@@ -208,7 +177,7 @@ def _wear(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
 _CAPTIONS = {
     "path": (
         "The path from above, coloured by how far beside it the platform was",
-        "Where layers lie on each other, the largest error is drawn. Beyond the scale: two steps in a thousand.",
+        "Where layers lie on each other, the largest error is drawn. Two steps in a thousand are beyond the scale.",
     ),
     "errors": (
         "Error beside the path along some layers, and mean, sigma and extremes of each",
@@ -225,7 +194,7 @@ _CAPTIONS = {
     ),
     "structure": (
         "Height maps from above: true, rebuilt from scans, and their difference",
-        "Rebuilt from vertical scans of the last two layers, one each 2 s. White: never seen.",
+        "Rebuilt from vertical scans of the last two layers, one each 2 s. White: not seen.",
     ),
     "cuts": (
         "Heights across the path at two places",
@@ -233,32 +202,32 @@ _CAPTIONS = {
     ),
     "drum": ("Yaw and tilt of the drum over time", "As Figs. 5 and 6 of Merlet and Papegay 2023."),
     "angles": (
-        "Measured angle and that of a taut line, of the line that is most and the one that is least often taut",
+        "Measured angle and that of a taut line: of the line that is taut most of the time, and of the one least",
         "As Fig. 7 of Merlet and Papegay 2023, of the last whole layer: a line is slack where the two part.",
     ),
     "tensions": (
         "Tension of each line in the last whole layer",
-        "Believed: what three lines must pull to hold the drum while no other is taut; else they share it unknown.",
+        "Estimated: the tensions of three lines that hold the drum while no other line is taut.",
     ),
     "coiling": (
         "Radius at which cable leaves each winch drum against the length paid out",
-        "What Merlet and Papegay 2023 look at in their Fig. 9. Dashed: a drum that is wound evenly.",
+        "As Fig. 9 of Merlet and Papegay 2023. Dashed: a drum that is wound evenly.",
     ),
     "ringing": (
         "First frequency of each line over time and its ratio to a string's against the temperature",
-        "By the accelerometers on the lines, 20 s at a time, where a peak stands out; lines that were taut.",
+        "By the accelerometers on taut lines, in windows of 20 s in which a peak stands out.",
     ),
 }
 
 
-def _meant(found: PrintRecord) -> list[str]:
-    told = [
-        "Errors are seen from above, against the nearest place of the path near where the print was; left is positive.",
+def _definitions(found: PrintRecord) -> list[str]:
+    made = [
+        "Path errors are distances beside the path, seen from above; left of the path is positive.",
         "Only steps that printed count.",
         "Means and variances are of every step; pictures are of at most 20 000 steps, evenly chosen.",
         "A line is slack where its excess over the taut length is over 2.5 mm.",
-        "Irregular: what the estimated radius is off an evenly wound drum's, less a straight line through that.",
+        "A coil is irregular by the standard deviation of its radius from an even coil, less a straight line.",
     ]
     if found.has_truth:
-        told.insert(1, "True is what the simulated machine did, estimated what its sensors told the controller.")
-    return told
+        made.insert(1, "True is what the simulated machine did; estimated is what its controller had from its sensors.")
+    return made

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -17,31 +17,62 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot, load
 from cablewright.studies import store
-from cablewright.studies.prints.metrics import metrics_text
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, twin_of
 from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import PrintRun, run_print
 
+SCHEMA: Final = 2
+"""Version of metrics.json."""
+
+_STEP_TIME: Final = (
+    Figure("count", "1", "Number of steps of control."),
+    Figure("mean", "s", "Mean duration by the wall clock."),
+    Figure("p99", "s", "99 % quantile of the duration by the wall clock."),
+    Figure("max", "s", "Largest duration by the wall clock."),
+    Figure("processor_mean", "s", "Mean processor time."),
+    Figure("processor_p99", "s", "99 % quantile of the processor time."),
+    Figure("processor_max", "s", "Largest processor time."),
+    Figure("over", "1", "Number of steps longer than the period by the wall clock."),
+    Figure("over_by_itself", "1", "Number of steps longer than the period by processor time."),
+    Figure("late", "1", "Number of steps that ended late; of a real-time print only."),
+    Figure("latest", "s", "Largest delay of a step; of a real-time print only."),
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PrintedJob(Result):
-    """A print that has ended: its final state, its record and its log. ``metrics``: content of metrics.json."""
+    """A print that has ended: its final state, its record, and where its log and report are."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "twin.robot.name"),
         Figure("machine", "", "Name of the machine's settings.", "twin.settings.name"),
-        Figure("estimator", "", "Estimator of the machine's state.", "twin.estimator"),
-        Figure("status", "", "finished, or the state in which the print stands."),
-        Figure("max_error", "m", "Largest true distance beside the path.", "record.true.error.size"),
-    )
-    HEADLINES: ClassVar = ("robot", "machine", "status", "max_error")
+        Figure("estimator", "", "Estimator of the machine's state: filter, paper or encoders.", "twin.estimator"),
+        Figure("status", "", "finished, or the state in which the print stopped."),
+        Figure("reason", "", "Why the print stopped; empty where it is finished.", "run.reason", detail=True),
+        *(each.of_part("record") for each in PrintRecord.FIGURES),
+        Figure("step_time", "s", "Duration of the steps of control.", lambda of: of.run.timing.statistics(),
+               parts=_STEP_TIME, detail=True),
+        Figure("log", "", "File of the joined log."),
+        Figure("report", "", "File of the report; null where none was written."),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("robot", "machine", "status", "max_path_error")
 
     twin: MachineTwin
     run: PrintRun
     record: PrintRecord
     log: Path
-    metrics: dict[str, Any]
+    report: Path | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Errors of the log."""
+        return self.record.notes
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        return "" if self.finished else f"{self.status}: {self.run.reason}"
 
     @property
     def finished(self) -> bool:
@@ -58,14 +89,15 @@ class PrintedJob(Result):
         """Duration of each control step by the wall clock, (k,) s."""
         return np.array(self.run.timing.wall)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the metrics with the names of robot, machine and estimator, as JSON has them."""
-        twin = self.twin
-        return {"robot": twin.robot.name, "machine": twin.settings.name, "estimator": twin.estimator, **self.metrics}
-
     def with_report(self, page: Path) -> PrintedJob:
-        """Return the same with the path of its report in the metrics, and write metrics.json again."""
-        return replace(self, metrics=_written_metrics(self.run, self.record, self.log, page))
+        """Return the same with the path of its report, and write metrics.json again."""
+        return replace(self, report=page).written()
+
+    def written(self) -> PrintedJob:
+        """Write metrics.json to the run folder. Raises `EnvironmentFault`."""
+        text = json.dumps({"schema": SCHEMA} | self.to_dict(), indent=1, allow_nan=False)
+        write_whole(self.run.folder / "metrics.json", f"{text}\n".encode())
+        return self
 
 
 def print_job(
@@ -100,13 +132,4 @@ def print_job(
     run = run_print(twin, Path(folder), inputs, settings, resume=resume, real_time=real_time, progress=progress)
     structure = run.machine.rig.ground.field
     record, log = finish(run.folder, twin.path.track, twin.path.print_speed, structure, progress)
-    return PrintedJob(twin, run, record, log, _written_metrics(run, record, log))
-
-
-def _written_metrics(run: PrintRun, record: PrintRecord, log: Path, page: Path | None = None) -> dict[str, Any]:
-    """Write metrics.json; return its content."""
-    of_run = {"step_time": run.timing.statistics(), "status": run.status, "reason": run.reason}
-    text = metrics_text(record, of_run | {"log": log, "report": page})
-    write_whole(run.folder / "metrics.json", text.encode())
-    values: dict[str, Any] = json.loads(text)
-    return values
+    return PrintedJob(twin, run, record, log).written()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.track import Track
+from cablewright.results import Figure, Result
 from cablewright.signals import Estimate, Scan
 from cablewright.studies.error_statistics import spread
 
@@ -146,9 +147,31 @@ class HeightDifference:
     share_seen: float  # of the cells with structure
 
 
-@dataclass(frozen=True, eq=False)
-class PrintedStructure:
+@dataclass(frozen=True, eq=False, repr=False)
+class PrintedStructure(Result):
     """The structure at the end of a print, reconstructed from scans and true. One of the two may be missing."""
+
+    FIGURES: ClassVar = (
+        Figure("mass", "kg", "True mass of the structure; null where it is not known.", name="mass of the structure"),
+        Figure("volume", "m^3", "True volume; null where it is not known.", lambda of: of.mass / of.density,
+               detail=True),
+        Figure("estimated_mass", "kg", "Mass by the scans, where it is over 5 mm high; null without scans.",
+               name="mass by the scans, where over 5 mm high"),
+        Figure("estimated_volume", "m^3", "Volume by the scans, where it is over 5 mm high; null without scans.",
+               lambda of: of.estimated_mass / of.density, detail=True),
+        Figure("density", "kg/m^3", "Density of what was laid.", detail=True),
+        Figure("max_height", "m", "Largest height; the true one where it is known.", "highest"),
+        Figure("mean_difference", "m", "Mean of the height by the scans less the true one; null where one of them is "
+               "not known.", "difference.mean", "mean height difference, scans less true"),
+        Figure("rms_difference", "m", "Root mean square of that difference.", "difference.rms",
+               "rms height difference"),
+        Figure("max_difference", "m", "Largest size of that difference.", "difference.max",
+               "largest height difference"),
+        Figure("rms_difference_on_structure", "m", "Root mean square of it where the structure is over 5 mm high.",
+               "difference.on_structure", "rms height difference on the structure"),
+        Figure("share_seen", "1", "Share of the structure's cells that the scans saw.", "difference.share_seen",
+               "seen by the scans", 3, shown="%"),
+    )  # fmt: skip
 
     estimated: HeightField | None
     true: HeightField | None
@@ -212,7 +235,7 @@ def _difference(estimated: HeightField, true: HeightField) -> HeightDifference:
         return HeightDifference(*(math.nan,) * 4, share_seen=0.0)
     all_cells, on_structure = spread(off), spread(off[structure])
     seen = on_structure.count / max(1, int(np.count_nonzero(structure)))
-    return HeightDifference(float(off[known].mean()), all_cells.rms, all_cells.most, on_structure.rms, seen)
+    return HeightDifference(float(off[known].mean()), all_cells.rms, all_cells.max, on_structure.rms, seen)
 
 
 def _sections(
