@@ -28,7 +28,8 @@ class Figure:
     What people read: ``name`` where it is not the key; ``digits``, the significant ones; ``shown``, the unit, such as
     "mm" or "%", chosen by size where it is empty. A figure with ``detail`` is in JSON and docs only. Figures with the
     same ``along`` ("line") have one value for each and are columns of one table. ``parts`` are the figures of each row
-    of a table, or of a part. ``outward``: 1 or -1 rounds up or down what people read, for bounds that are proved.
+    of a table, or of a part; with ``along`` too, of a column beside others. ``outward``: 1 or -1 rounds up or down what
+    people read, for bounds that are proved.
     """
 
     key: str

@@ -31,15 +31,16 @@ def sheets(result: Result) -> Iterator[Sheet]:
     """The tables of a result: the figures along its lines, or whatever else they run along, and those with parts."""
     seen = set()
     for each in result.figures:
-        if each.detail or _is_plain(each):
+        if each.detail or _is_plain(each) or each.along in seen:
             continue
         value = each.of(result)
-        if each.along and each.along not in seen:
+        if each.along:
             seen.add(each.along)
             beside = [one for one in result.figures if one.along == each.along and not one.detail]
-            yield columns("", [(one, one.of(result)) for one in beside])
-        elif each.parts and value is not None:
-            yield _of_parts(each, value)
+            values = [(one, one.of(result)) for one in beside]
+            yield _side_by_side(values) if each.parts else columns("", values)
+        elif each.parts and value is not None and (made := _of_parts(each, value)).rows:
+            yield made
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
@@ -94,6 +95,13 @@ def _of_parts(figure: Figure, value: Any) -> Sheet:
     if isinstance(value, Mapping) and all(isinstance(each, list) for _, each in values):
         return columns(figure.label, values)
     return Sheet(figure.label, (), [(part.label, text(part, each)) for part, each in values], (False, False))
+
+
+def _side_by_side(given: Sequence[tuple[Figure, Any]]) -> Sheet:
+    """A table of things with the same parts: one row for each part, one column for each thing."""
+    parts = [part for part in given[0][0].parts if not part.detail]
+    rows = [(part.label, *(text(part, part.of(thing)) for _, thing in given)) for part in parts]
+    return Sheet("", ("", *(each.label for each, _ in given)), rows, (False, *(True for _ in given)))
 
 
 def _is_plain(figure: Figure) -> bool:

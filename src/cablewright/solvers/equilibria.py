@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,6 +37,47 @@ FOUND = tuple(
 )
 
 
+class FoundEquilibrium(NamedTuple):
+    """One of the equilibria, with what is known of it."""
+
+    equilibrium: Equilibrium
+    stable: bool
+    slack: Mask  # (m,)
+    certificate: Certificate
+
+    @property
+    def slack_lines(self) -> list[str]:
+        """Names of the slack lines."""
+        lines = self.equilibrium.model.robot.lines
+        return [line.name for line, slack in zip(lines, self.slack, strict=True) if slack]
+
+
+class UndecidedBox(NamedTuple):
+    """A box in which an exhaustive search proved nothing, and why."""
+
+    box: Array  # (6,) m: x, y, z, min and max of each
+    why: str
+
+
+ONE = (
+    Figure("status", "", "Status of the solve: ok, overstretched, lever-unstable, unstable or singular.",
+           "equilibrium.status.word"),
+    Figure("stable", "", "Whether the equilibrium is stable.", detail=True),
+    Figure("pose", "m, rad", "Position and, of a rigid platform, rotation vector of its origin.", "equilibrium.pose",
+           digits=6),
+    Figure("tensions", "N", "Tension of each line at its sheave.", "equilibrium.tensions", detail=True),
+    Figure("slack", "", "Whether each line is slack: its free span is longer than the chord.", detail=True),
+    Figure("slack_lines", "", "Names of the slack lines."),
+    Figure("certified", "", "Whether exactly one equilibrium is proved to be near.", "certificate.certified"),
+    Figure("bound", "m, rad", "Proved error of the pose; null where nothing is proved.", "certificate.bound",
+           detail=True),
+)  # fmt: skip
+UNDECIDED = (
+    Figure("box", "m", "Box: min and max of x, y and z.", shown="m"),
+    Figure("why", "", "Why nothing is proved of the box."),
+)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibria(Result):
     """Equilibria for the same lengths, stable ones first, then by height from the lowest up: K rows.
@@ -45,25 +86,60 @@ class Equilibria(Result):
     """
 
     FIGURES: ClassVar = (
+        Figure("status", "", "ok, unfinished, or overstretched: a line is over its breaking load in every stable one."),
         Figure("robot", "", "Name of the robot.", "solutions.model.robot.name"),
-        Figure("lengths", "m", "Unstrained lengths that all have.", lambda found: found.solutions.lengths[0]),
-        Figure("solutions", "", "Each equilibrium.", "_rows"),
-        Figure("complete", "", "Whether it is proved that there are no others."),
+        Figure("lengths", "m", "Unstrained length of each line.", lambda found: found.solutions.lengths[0], digits=8,
+               shown="m"),
+        Figure("found", "1", "Number of equilibria found in the box.", len, "equilibria"),
+        Figure("stable", "1", "Number of stable ones among them.", lambda found: int(found.stable.sum())),
+        Figure("outside", "1", "Number of equilibria found outside the box, which are left out; --box widens it."),
+        Figure("starts", "1", "Number of solves from which they were found."),
+        Figure("complete_for", "", "States of the lines for which it is proved that there are no others; null where "
+               "nothing is proved."),
         Figure("why", "", "What proves it, or why nothing does."),
-        Figure("undecided_boxes", "m", "Boxes of which an exhaustive search decided nothing.", "_undecided"),
-        Figure("starts", "1", "Solves begun."),
-        Figure("outside", "1", "Equilibria left out because they are outside the box."),
-    )
+        Figure("solutions", "", "Each equilibrium.", "rows", "equilibria", parts=ONE),
+        Figure("undecided_boxes", "", "Boxes in which an exhaustive search proved nothing.", "undecided_boxes",
+               parts=UNDECIDED),
+    )  # fmt: skip
 
     solutions: Equilibrium
     certificates: Certificate
     slack: Mask  # (K, m) lines whose free span is longer, unstrained, than the way it spans
     starts: int  # solves begun
     outside: int  # equilibria that were found outside the box, and left out
-    complete: bool  # whether it is proved that there are no others
+    complete_for: str | None  # states of the lines for which it is proved that there are no others; None: nothing is
     why: str  # what proves it, or why nothing does
     undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes that an exhaustive search left, m
     undecided_why: tuple[str, ...] = ()  # of each
+    finished: bool = True  # whether an exhaustive search, where one was begun, has judged the whole box
+
+    @property
+    def status(self) -> str:
+        """Ok, unfinished or overstretched."""
+        return "unfinished" if not self.finished else "overstretched" if self._is_overstretched else "ok"
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        if self._is_overstretched:
+            return "the lengths cannot meet: in every stable equilibrium a line is over its breaking load"
+        return "" if self.finished else self.why
+
+    @property
+    def _is_overstretched(self) -> bool:
+        """Whether there are stable equilibria, and cables would break in all of them."""
+        return set(self[self.stable].status) == {Status.OVERSTRETCHED}
+
+    @property
+    def rows(self) -> tuple[FoundEquilibrium, ...]:
+        """Each equilibrium with what is known of it."""
+        each = zip(self, self.stable, self.slack, self.certificates, strict=True)
+        return tuple(FoundEquilibrium(*row) for row in each)
+
+    @property
+    def undecided_boxes(self) -> tuple[UndecidedBox, ...]:
+        """Boxes in which an exhaustive search proved nothing."""
+        return tuple(map(UndecidedBox, self.undecided, self.undecided_why))
 
     @property
     def stable(self) -> Mask:
@@ -84,26 +160,9 @@ class Equilibria(Result):
 
     def __repr__(self) -> str:
         """Of what, and how many, in one line."""
-        proved = "complete" if self.complete else "not proved complete"
+        proved = f"complete for {self.complete_for}" if self.complete_for else "not proved complete"
         counts = f"{len(self)} found, {int(self.stable.sum())} stable, {proved}"
         return f"Equilibria({self.solutions.model.robot.name!r}, {counts})"
-
-    def _rows(self) -> list[dict[str, Any]]:
-        return [
-            {
-                "status": one.status.word,
-                "stable": bool(stable),
-                "pose": one.pose,
-                "tensions": one.tensions,
-                "slack": slack,
-                "certified": proof.certified,
-                "bound": proof.bound,
-            }
-            for one, stable, slack, proof in zip(self, self.stable, self.slack, self.certificates, strict=True)
-        ]
-
-    def _undecided(self) -> list[dict[str, Any]]:
-        return [{"box": box, "why": why} for box, why in zip(self.undecided, self.undecided_why, strict=True)]
 
 
 def equilibria(
@@ -146,8 +205,7 @@ def equilibria(
     if not len(kept):
         elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
         raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
-    complete, why = _completeness(model, kept)
-    return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, complete, why)
+    return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, *_completeness(model, kept))
 
 
 def _place(pose: Array) -> str:
@@ -260,14 +318,18 @@ def slack_spans(found: Equilibrium) -> Mask:
     return np.asarray(states.free_length > chord)
 
 
-def _completeness(model: Model, found: Equilibrium) -> tuple[bool, str]:
-    """Whether a theorem says that one equilibrium is all there is, and which; see `docs/theory/uniqueness.md`."""
+def _completeness(model: Model, found: Equilibrium) -> tuple[str | None, str]:
+    """For which states of the lines a theorem says that the one equilibrium is all there is, or None; and why.
+
+    See `docs/theory/uniqueness.md`.
+    """
     if is_only_one(found):
-        return True, "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
+        why = "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
+        return "lines in any state, taut or slack; the platform anywhere", why
     if model.n == 6:
-        return False, "a body may have more than were found: nothing bounds their number"
+        return None, "a body may have more than were found: nothing bounds their number"
     if (model.lines.radius == 0.0).all():
-        return False, "one is all there is with taut dead spans; loops in them may give others"
+        return None, "at most one has all dead spans taut; loops in dead spans may give others"
     if model.lines.has_lever.any():
-        return False, "levers may stand on their head: nothing proves that these are all"
-    return False, "one is all there is with taut dead spans and cables that leave their sheaves forwards; others may be"
+        return None, "levers may stand on their head: nothing proves that these are all"
+    return None, "at most one has all dead spans taut and cables that leave their sheaves forwards; others may exist"

@@ -200,24 +200,31 @@ def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearc
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
     certificates = certify(inside)
     clusters, reasons = _clusters(search)
-    why = tuple(_sentence(reason) for reason in reasons)
     if not search.finished:
-        text = f"the search was ended; {len(search.open)} boxes are still to be judged"
+        why = f"the search was ended; {len(search.open)} boxes are still to be judged"
     elif len(clusters):
-        text = f"the search could not decide {len(clusters)} small boxes"
+        why = f"the search could not decide {len(clusters)} small boxes"
     else:
-        text = "the search leaves no place in the box for another whose dead spans hang taut"
-    return Equilibria(
-        inside,
-        certificates,
-        slack_spans(inside),
-        found.starts,
-        found.outside,
-        search.finished and not len(clusters) and bool(certificates.certified.all()),
-        text,
-        clusters,
-        why,
+        why = "the search leaves no place in the box for another"
+    proved = search.finished and not len(clusters) and bool(certificates.certified.all())
+    return replace(
+        found,
+        solutions=inside,
+        certificates=certificates,
+        slack=slack_spans(inside),
+        complete_for=_covered(inside.model) if proved else None,
+        why=why,
+        undecided=clusters,
+        undecided_why=tuple(_sentence(reason) for reason in reasons),
+        finished=search.finished,
     )
+
+
+def _covered(model: Model) -> str:
+    """The states of lines among which a search leaves out none; see `docs/theory/exhaustive.md`."""
+    if model.lines.has_dead_span.any():
+        return "lines, taut or slack, without a loop in a dead span; the platform in the box"
+    return "lines, taut or slack; the platform in the box"
 
 
 def _sentence(reason: int) -> str:

@@ -27,20 +27,20 @@ def search_all(
     *,
     time_limit: float,
     progress: Progress | None = None,
-) -> tuple[Equilibria, bool]:
+) -> Equilibria:
     """Search for what *found* may have missed, going on with *file* if it holds a part of the same search.
 
-    Returns the equilibria, and whether the search is finished; *file* has then, or until then, how far it is, also when
-    interrupted. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
+    Returns the equilibria, which know whether the search is finished; *file* has how far it is, also when interrupted.
+    *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
     `EnvironmentFault` where it cannot be written.
     """
     anew = begin(found.solutions.model, None if box is None else np.array(box))
     question = _question(found, anew)
     search = _read(file, question) or anew
-    every, search = exhaust(
+    every, _ = exhaust(
         found, search, time_limit=time_limit, save=lambda now: _write(file, question, now), progress=progress
     )
-    return every, search.finished
+    return every
 
 
 def _question(found: Equilibria, anew: ExhaustiveSearch) -> str:

@@ -31,7 +31,7 @@ class Outcome:
         """The one object on stdout; NaN and Infinity, which Python would let pass, are refused."""
         found = json.loads(self.out, parse_constant=_no_constant)
         assert isinstance(found, dict)
-        assert found["schema"] == 1
+        assert found["schema"] == 2
         return found
 
     @property

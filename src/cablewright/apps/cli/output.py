@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import typer
 
+from cablewright.errors import AnswerError
 from cablewright.results import Result, plain
 
 SCHEMA = 2
@@ -35,6 +37,21 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
     if found.refusal:
         tell(f"cablewright: {found.refusal}")
     return NO if found.refusal else 0
+
+
+@contextmanager
+def refusals(as_json: bool, status: str = "refused", **known: object) -> Iterator[None]:
+    """Print the JSON of a no that leaves no result: its status, the reason, and what is *known*. The error passes on.
+
+    *status* is that of errors that name none.
+    """
+    try:
+        yield
+    except AnswerError as error:
+        if as_json:
+            word = status if error.status is None else error.status.word
+            print_json({"status": word, "reason": str(error)} | known)
+        raise
 
 
 def print_json(values: Mapping[str, Any]) -> None:
