@@ -15,7 +15,7 @@ class SheaveRule:
 
     line: str
     value: float  # radius of the sheave over radius of the cable
-    wanted: float
+    required: float
     holds: bool
 
 

@@ -22,9 +22,10 @@ class Sheet(NamedTuple):
     numeric: tuple[bool, ...]
 
 
-def summary(result: Result) -> list[tuple[str, str]]:
-    """Labels and values of the figures that are no table and no detail, in their order."""
-    return [(each.label, text(each, each.of(result))) for each in result.figures if _is_plain(each)]
+def summary(result: Result, *without: str) -> list[tuple[str, str]]:
+    """Labels and values of the figures that are no table and no detail, in their order, *without* those keys."""
+    shown = (each for each in result.figures if _is_plain(each) and each.key not in without)
+    return [(each.label, text(each, each.of(result))) for each in shown]
 
 
 def sheets(result: Result) -> Iterator[Sheet]:
@@ -33,13 +34,10 @@ def sheets(result: Result) -> Iterator[Sheet]:
     for each in result.figures:
         if each.detail or _is_plain(each) or each.along in seen:
             continue
-        value = each.of(result)
         if each.along:
             seen.add(each.along)
-            beside = [one for one in result.figures if one.along == each.along and not one.detail]
-            values = [(one, one.of(result)) for one in beside]
-            yield _side_by_side(values) if each.parts else columns("", values)
-        elif each.parts and value is not None and (made := _of_parts(each, value)).rows:
+            yield sheet_along(result, each.along)
+        elif (value := each.of(result)) is not None and (made := _of_parts(each, value)).rows:
             yield made
 
 
@@ -81,6 +79,18 @@ def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
     if unit in ("", "1"):
         return 1.0, ""
     return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
+
+
+def sheet_along(result: Result, along: str) -> Sheet:
+    """The table of all figures along the same."""
+    beside = [(each, each.of(result)) for each in result.figures if each.along == along and not each.detail]
+    return _side_by_side(beside) if beside[0][0].parts else columns("", beside)
+
+
+def sheet_of(result: Result, key: str) -> Sheet:
+    """The table of one figure with parts."""
+    figure = next(each for each in result.figures if each.key == key)
+    return _of_parts(figure, figure.of(result))
 
 
 def _of_parts(figure: Figure, value: Any) -> Sheet:
@@ -141,7 +151,9 @@ def _by_size(unit: str, values: list[float]) -> str:
 
 def _form(figure: Figure, values: list[float]) -> str:
     """The format that gives the largest of *values* the significant digits of the figure."""
-    if all(float(value).is_integer() for value in values) and figure.unit in ("", "1"):
+    if figure.unit == "":  # numbers of which each has a unit of its own
+        return f".{figure.digits}g"
+    if all(float(value).is_integer() for value in values) and figure.unit == "1":
         return ".0f"
     largest = max(map(abs, values), default=0.0)
     leading = math.floor(math.log10(largest)) if largest else 0
@@ -162,6 +174,8 @@ def _cell(value: Any, factor: float, form: str, outward: int) -> str:
         return NONE
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if form.endswith("g") and isinstance(value, int | float):
+        return str(value) if isinstance(value, int) else format(value * factor, form)
     if isinstance(value, int | float):
         return format(float(_rounded(Decimal(value * factor), form, outward)) + 0.0, form)  # no minus before a zero
     return str(value)

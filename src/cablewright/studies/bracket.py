@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,7 +40,8 @@ _KEPT = 16  # poses of which the fine mesh decides
 _MAX_POSES = 2_000_000
 
 
-class Worst(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Worst:
     """The pose at which a design is stressed most, m and rad, and its largest stress there, Pa."""
 
     pose: Array

@@ -91,6 +91,13 @@ class Peak(Result):
     place: tuple[float, float, float]
 
 
+def _plate_figure(name: str) -> Figure:
+    """The largest stress of one of `PLATES` as a figure of a design."""
+    meaning = f"Largest linearised von Mises stress of the {name}."
+    of_part = PLATES.index(name)
+    return Figure(f"{name}_von_mises", "Pa", meaning, lambda of: of.peaks[of_part].stress, name, shown="MPa")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Result):
     """One design at one pose: loads of all lines, stresses of the highest loaded one.
@@ -115,8 +122,7 @@ class Design(Result):
                name="error", digits=2, shown="%"),
         Figure("parts", "", "Largest stress of each part.",
                lambda of: {peak.part: peak for peak in of.peaks}, parts=Peak.FIGURES, detail=True),
-        *(Figure(f"{name}_von_mises", "Pa", f"Largest linearised von Mises stress of the {name}.",
-                 lambda of, k=k: of.peaks[k].stress, name, shown="MPa") for k, name in enumerate(PLATES)),
+        *map(_plate_figure, PLATES),
         Figure("axle_stress", "Pa", "Largest bending stress of the axle.", name="axle", shown="MPa"),
         Figure("safety", "1", "Smallest ratio of a part's yield strength to its stress.", digits=3),
         Figure("max_displacement", "m", "Largest displacement of base or lever.", shown="mm"),
