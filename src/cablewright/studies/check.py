@@ -167,7 +167,7 @@ class Check(Result):
                along="line"),
         _of_lines("line_min_tension", "N", "Smallest tension of each line.", "min tension",
                   "statics.lines.lowest_tension", np.fmin.reduce),
-        _of_lines("line_median_tension", "N", "Median tension of each line at its sheave.", "median",
+        _of_lines("line_median_tension", "N", "Median tension of each line at its sheave.", "median tension",
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
                   "statics.lines.highest_tension"),
