@@ -200,7 +200,7 @@ class Accuracy(Result):
     @property
     def contributions(self) -> tuple[Contribution, ...]:
         """Each uncertain parameter with its effect, largest first."""
-        effects = self.spread.effects
+        effects = self.spread.effects if len(self) else np.zeros((1, 3, len(self.ranges)))
         sizes = np.linalg.norm(effects, axis=1)
         at = np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0)
         worst = self._worst_values()

@@ -9,20 +9,21 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import LawOptions, OutputOptions, Pose, Retraction, RobotOptions
+from cablewright.apps.cli.options import Limits, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, refusals
-from cablewright.apps.cli.parsing import check_suffix, numbers
+from cablewright.apps.cli.parsing import check_suffix, numbers, tension_limits
 from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
+from cablewright.models.fidelity import CableLaw
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bracket:
     """The most stressed bracket as built, beside the same one in a design whose sheave only swivels.
 
-    The answer is no (exit 1) if the bracket as built yields, or if the pose cannot be held. This needs
-    `pip install cablewright[fem]`.
+    The answer is no (exit 1) if the bracket as built yields, or if the pose cannot be held. This command needs the
+    optional dependencies "fem".
     """
 
     EXAMPLE: ClassVar = "bracket house-printer --at=-2.25,-6.75,13 --times 1"
@@ -50,7 +51,8 @@ class Bracket:
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Also compute stresses with each assumed size a quarter off.")
     ] = False
-    laws: LawOptions
+    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law.")] = CableLaw.CATENARY
+    tension_limits: Limits = None
     retraction: Retraction = None
     vtu: Annotated[
         Path | None, typer.Option("--vtu", metavar="FILE.vtu", help="Write displacement and stress for ParaView.")
@@ -63,7 +65,8 @@ class Bracket:
         from cablewright.printing.job import load_job
 
         self._check()
-        model = Model.of(self.robot.loaded(), **self.laws.as_arguments())
+        limits = tension_limits(self.tension_limits)
+        model = Model.of(self.robot.loaded(), cable=self.cable, tension_limits=limits)
         _require_fem(self.vtu is not None)
         from cablewright.studies.bracket import bracket
 

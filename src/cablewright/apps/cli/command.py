@@ -31,7 +31,8 @@ class Command(Protocol):
 def command_of(kind: type[Command], name: str, summary: str) -> TyperCommand:
     """The command that a class declares. Its help is *summary* and the docstring; its epilogue is the example."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    text = f"{summary}\n\n{inspect.cleandoc(kind.__doc__ or '')}"
+    paragraphs = (summary, *inspect.cleandoc(kind.__doc__ or "").split("\n\n"))
+    text = "\n\n".join(" ".join(each.split()) for each in paragraphs)
     app.command(name, help=text, epilog=f"Example:  cablewright {kind.EXAMPLE}")(_callback(kind))
     made = get_command(app)
     assert isinstance(made, TyperCommand)
