@@ -17,7 +17,7 @@ from cablewright.kernels.certificates.span_enclosure import hanging_span
 from cablewright.solvers import exhaustive
 from cablewright.solvers.line_cover import atlases, known_of
 
-NO_LOOPS = "lines, taut or slack, without a loop in a dead span; the platform in the box"
+NO_LOOPS = "all equilibria with the platform in the box and without a loop in a dead span"
 
 
 def held(name: str, pose: list[float], longer: float = 0.0) -> tuple[cw.Model, np.ndarray]:
@@ -42,7 +42,7 @@ def test_a_machine_on_swivels_has_one_equilibrium_in_its_whole_room(longer: floa
     model, lengths = held("merlet2023", [0.5, -1.0, 1.2], longer)
     found = cw.equilibria(model, lengths)
     every, search = exhaustive.exhaust(found, exhaustive.begin(model, None))
-    assert found.complete_for is None
+    assert "dead spans are taut" in (found.complete_for or "")  # by theorem 3, which is about any place
     assert (every.complete_for, len(every.stable), search.finished, len(every.undecided)) == (NO_LOOPS, 1, True, 0)
 
 
@@ -230,7 +230,7 @@ def test_it_can_be_ended_and_goes_on() -> None:
     found = cw.equilibria(model, lengths)
     saved: list[exhaustive.ExhaustiveSearch] = []
     first, search = exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=1e-9, save=saved.append)
-    assert (first.complete_for, first.status) == (None, "unfinished")
+    assert (first.complete_for, first.status) == (found.complete_for, "unfinished")
     assert "ended" in first.why
     assert saved[-1].judged == search.judged > 0
     rounds = 1

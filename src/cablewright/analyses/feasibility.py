@@ -36,9 +36,9 @@ class Finding:
         Figure("limit", "", "Name of the limit, or why poses cannot be held."),
         Figure("line", "", "Name of the line; null where the limit is the platform's."),
         Figure("unit", "", "Unit of the numbers."),
-        Figure("margin", "", "Smallest distance to the limit; negative: it is broken."),
-        Figure("value", "", "Value there.", name="worst value"),
-        Figure("allowed", "", "Min and max value there; null where there is none."),
+        Figure("margin", "SI", "Smallest distance to the limit; negative: it is broken."),
+        Figure("value", "SI", "Value there.", name="worst value"),
+        Figure("allowed", "SI", "Min and max value there; null where there is none."),
         Figure("violations", "1", "Number of samples that break the limit."),
         Figure("sample", "", "Index of the worst sample.", detail=True),
     )

@@ -11,6 +11,7 @@ from cablewright.results import Figure, Result, plain
 from cablewright.units import unit_size
 
 NONE = "-"
+FAR_BELOW = 1e-3  # of the largest of a column: what is smaller may be shown as 0
 
 
 class Sheet(NamedTuple):
@@ -34,23 +35,33 @@ def sheets(result: Result) -> Iterator[Sheet]:
     for each in result.figures:
         if each.detail or _is_plain(each) or each.along in seen:
             continue
+        value = each.of(result)
         if each.along:
             seen.add(each.along)
-            yield sheet_along(result, each.along)
-        elif (value := each.of(result)) is not None and (made := _of_parts(each, value)).rows:
-            yield made
+            yield along_sheet(result, each.along)
+        elif each.parts and value is not None and plain(value) != []:
+            yield part_sheet(each, value)
+
+
+def along_sheet(result: Result, along: str) -> Sheet:
+    """The table of the figures that run along the same things."""
+    beside = [each for each in result.figures if each.along == along and not each.detail]
+    if beside[0].parts:
+        return _side_by_side([(each, each.of(result)) for each in beside])
+    return columns("", [(each, each.of(result)) for each in beside])
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
     """A table of figures that have a sequence of values each; those without any value are left out."""
-    kept = [(figure, list(values)) for figure, values in given if values is not None]
+    listed = [(figure, values.values() if isinstance(values, Mapping) else values) for figure, values in given]
+    kept = [(figure, list(values)) for figure, values in listed if values is not None]
     kept = [(figure, values) for figure, values in kept if any(not _is_missing(value) for value in values)]
     heads, made = [], []
     for figure, values in kept:
         factor, unit = scale(figure, values)
         heads.append(f"{figure.label}, {unit}" if unit else figure.label)
-        form = _form(figure, [value * factor for value in _numbers(values)])
-        made.append([_cell(value, factor, form, figure.outward) for value in values])
+        together = figure.unit != "SI"  # else values of several dimensions, each with decimals of its own
+        made.append([_joined(value, factor, figure, values if together else [value]) for value in values])
     numeric = tuple(bool(_numbers(values)) for _, values in kept)
     return Sheet(title, tuple(heads), list(zip(*made, strict=True)), numeric)
 
@@ -76,24 +87,12 @@ def text(figure: Figure, value: Any) -> str:
 def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
     """The factor from SI to the unit in which *values* of a figure are read, and that unit."""
     unit = figure.shown or _by_size(figure.unit, _numbers(values))
-    if unit in ("", "1"):
+    if unit in ("", "1", "SI"):
         return 1.0, ""
     return (1.0 if unit == figure.unit else 1.0 / unit_size(unit)), unit
 
 
-def sheet_along(result: Result, along: str) -> Sheet:
-    """The table of all figures along the same."""
-    beside = [(each, each.of(result)) for each in result.figures if each.along == along and not each.detail]
-    return _side_by_side(beside) if beside[0][0].parts else columns("", beside)
-
-
-def sheet_of(result: Result, key: str) -> Sheet:
-    """The table of one figure with parts."""
-    figure = next(each for each in result.figures if each.key == key)
-    return _of_parts(figure, figure.of(result))
-
-
-def _of_parts(figure: Figure, value: Any) -> Sheet:
+def part_sheet(figure: Figure, value: Any) -> Sheet:
     """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
     shown = [part for part in figure.parts if not part.detail]
     if isinstance(value, tuple | list):
@@ -127,6 +126,8 @@ def _numbers(values: Sequence[Any]) -> list[float]:
     found: list[float] = []
     for value in values:
         flat = plain(value)
+        if isinstance(flat, Mapping):
+            flat = list(flat.values())
         if isinstance(flat, list):
             found += _numbers(flat)
         elif isinstance(flat, int | float) and not isinstance(flat, bool):
@@ -150,23 +151,31 @@ def _by_size(unit: str, values: list[float]) -> str:
 
 
 def _form(figure: Figure, values: list[float]) -> str:
-    """The format that gives the largest of *values* the significant digits of the figure."""
-    if figure.unit == "":  # numbers of which each has a unit of its own
+    """The format that gives the largest of *values* the figure's significant digits, and one to those not far below."""
+    if figure.unit == "SI":  # of several dimensions
         return f".{figure.digits}g"
-    if all(float(value).is_integer() for value in values) and figure.unit == "1":
+    if all(float(value).is_integer() for value in values) and figure.unit in ("", "1"):
         return ".0f"
-    largest = max(map(abs, values), default=0.0)
-    leading = math.floor(math.log10(largest)) if largest else 0
-    return f".{max(figure.digits - 1 - leading, 0)}f" if -4 <= leading <= 9 else ".1e"
+    sizes = [abs(value) for value in values if value]
+    if not sizes:
+        return ".0f"
+    leading = math.floor(math.log10(max(sizes)))
+    if not -4 <= leading <= 9:
+        return ".1e"
+    smallest = math.floor(math.log10(min(size for size in sizes if size > FAR_BELOW * max(sizes))))
+    return f".{max(figure.digits - 1 - leading, -smallest, 0)}f"
 
 
-def _joined(value: Any, factor: float, figure: Figure) -> str:
-    """Numbers, or lists of them, all with as many decimals as the largest needs."""
-    return _cell(value, factor, _form(figure, [each * factor for each in _numbers([value])]), figure.outward)
+def _joined(value: Any, factor: float, figure: Figure, among: Sequence[Any] | None = None) -> str:
+    """Numbers, or lists of them, all with as many decimals as the largest of them, or *among* others, needs."""
+    others = [each * factor for each in _numbers([value] if among is None else among)]
+    return _cell(value, factor, _form(figure, others), figure.outward)
 
 
 def _cell(value: Any, factor: float, form: str, outward: int) -> str:
     value = plain(value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_cell(each, factor, form, outward)}" for key, each in value.items()) or NONE
     if isinstance(value, list):
         nested = any(isinstance(each, list) for each in value)
         return ("; " if nested else ", ").join(_cell(each, factor, form, outward) for each in value) or NONE
@@ -174,9 +183,9 @@ def _cell(value: Any, factor: float, form: str, outward: int) -> str:
         return NONE
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if form.endswith("g") and isinstance(value, int | float):
-        return str(value) if isinstance(value, int) else format(value * factor, form)
     if isinstance(value, int | float):
+        if form.endswith("g"):
+            return format(value * factor, form)
         return format(float(_rounded(Decimal(value * factor), form, outward)) + 0.0, form)  # no minus before a zero
     return str(value)
 

@@ -21,8 +21,9 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows, run
-from cablewright.solvers.certify import Certificate, certify, is_only_one
+from cablewright.solvers.certify import Certificate, certify
 from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.uniqueness import unique_among
 
 ALL_PATTERNS = 6  # levers up to which every pattern of heads is tried
 PULLS = (1.0, 30.0)  # times a line's share of the load, to place levers with
@@ -94,8 +95,8 @@ class Equilibria(Result):
         Figure("stable", "1", "Number of stable ones among them.", lambda found: int(found.stable.sum())),
         Figure("outside", "1", "Number of equilibria found outside the box, which are left out; --box widens it."),
         Figure("starts", "1", "Number of solves from which they were found."),
-        Figure("complete_for", "", "States of the lines for which it is proved that there are no others; null where "
-               "nothing is proved."),
+        Figure("complete_for", "", "Equilibria among which it is proved that there are no others; null where nothing "
+               "is proved."),
         Figure("why", "", "What proves it, or why nothing does."),
         Figure("solutions", "", "Each equilibrium.", "rows", "equilibria", parts=ONE),
         Figure("undecided_boxes", "", "Boxes in which an exhaustive search proved nothing.", "undecided_boxes",
@@ -107,7 +108,7 @@ class Equilibria(Result):
     slack: Mask  # (K, m) lines whose free span is longer, unstrained, than the way it spans
     starts: int  # solves begun
     outside: int  # equilibria that were found outside the box, and left out
-    complete_for: str | None  # states of the lines for which it is proved that there are no others; None: nothing is
+    complete_for: str | None  # equilibria among which it is proved that there are no others; None: nothing is proved
     why: str  # what proves it, or why nothing does
     undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes that an exhaustive search left, m
     undecided_why: tuple[str, ...] = ()  # of each
@@ -205,7 +206,9 @@ def equilibria(
     if not len(kept):
         elsewhere = f"; {outside} outside the box, at {_place(every.pose[0])} m for one" if outside else ""
         raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
-    return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, *_completeness(model, kept))
+    proofs = certify(kept)
+    complete_for, why = _completeness(model, kept[np.flatnonzero(proofs.certified)])
+    return Equilibria(kept, proofs, slack_spans(kept), len(found), outside, complete_for, why)
 
 
 def _place(pose: Array) -> str:
@@ -319,17 +322,15 @@ def slack_spans(found: Equilibrium) -> Mask:
 
 
 def _completeness(model: Model, found: Equilibrium) -> tuple[str | None, str]:
-    """For which states of the lines a theorem says that the one equilibrium is all there is, or None; and why.
+    """Among which equilibria a theorem says that those *found* and certified are all, or None; and why.
 
     See `docs/theory/uniqueness.md`.
     """
-    if is_only_one(found):
-        why = "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
-        return "lines in any state, taut or slack; the platform anywhere", why
+    among = next(filter(None, map(unique_among, found)), None)
+    if among is not None:
+        return among, "theorems: a point load on these lines has no more than one of them"
     if model.n == 6:
         return None, "a body may have more than were found: nothing bounds their number"
-    if (model.lines.radius == 0.0).all():
-        return None, "at most one has all dead spans taut; loops in dead spans may give others"
     if model.lines.has_lever.any():
         return None, "levers may stand on their head: nothing proves that these are all"
-    return None, "at most one has all dead spans taut and cables that leave their sheaves forwards; others may exist"
+    return None, "no theorem covers these lines and lengths: others may exist"

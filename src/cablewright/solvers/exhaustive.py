@@ -27,6 +27,7 @@ from cablewright.solvers.equilibria import (
     solve_from,
 )
 from cablewright.solvers.line_cover import atlases, refuse_unfit
+from cablewright.solvers.uniqueness import EVERYWHERE
 
 BLOCK = 512  # boxes judged between two looks at the clock
 MIN_SIZES = (0.02, 0.01, 0.005)
@@ -212,7 +213,7 @@ def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearc
         solutions=inside,
         certificates=certificates,
         slack=slack_spans(inside),
-        complete_for=_covered(inside.model) if proved else None,
+        complete_for=_covered(inside.model) if proved and found.complete_for != EVERYWHERE else found.complete_for,
         why=why,
         undecided=clusters,
         undecided_why=tuple(_sentence(reason) for reason in reasons),
@@ -221,10 +222,10 @@ def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearc
 
 
 def _covered(model: Model) -> str:
-    """The states of lines among which a search leaves out none; see `docs/theory/exhaustive.md`."""
+    """The equilibria among which a search leaves out none; see `docs/theory/exhaustive.md`."""
     if model.lines.has_dead_span.any():
-        return "lines, taut or slack, without a loop in a dead span; the platform in the box"
-    return "lines, taut or slack; the platform in the box"
+        return f"{EVERYWHERE} with the platform in the box and without a loop in a dead span"
+    return f"{EVERYWHERE} with the platform in the box"
 
 
 def _sentence(reason: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -33,6 +34,15 @@ class Outcome:
         assert isinstance(found, dict)
         assert found["schema"] == 2
         return found
+
+    def figure(self, label: str) -> str:
+        """What people read of a figure."""
+        return next(row.removeprefix(label).strip() for row in self.out.splitlines() if row.startswith(f"{label}  "))
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """The cells of all lines that people read: what stands apart by two spaces or more."""
+        return [re.split(r" {2,}", row.strip()) for row in self.out.splitlines() if row.strip()]
 
     @property
     def refusal(self) -> str:

@@ -18,7 +18,7 @@ def test_the_json_of_the_contract(cli) -> None:
 
 def test_the_text(cli) -> None:
     rows = cli("equilibria", "merlet2023", "--lengths", "9.7,9.9,9.7,9.7", "--sheave", "eyelet").out.splitlines()
-    assert {"equilibria    1", "stable        1", "complete for  -"} <= set(rows)
+    assert {"equilibria    1", "stable        1", "complete for  all equilibria whose dead spans are taut"} <= set(rows)
     head, row = rows[-2:]
     assert head.split("  ")[0] == "status"
     assert row.startswith("ok ")
@@ -67,7 +67,7 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     assert "boxes are still to be judged" in ended.no
     assert file.exists()
     out = cli(*asked).out
-    assert "complete for  lines, taut or slack, without a loop in a dead span; the platform in the box" in out
+    assert "complete for  all equilibria with the platform in the box and without a loop in a dead span" in out
     assert "the search leaves no place in the box for another" in out
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, Retraction, RobotOptions, Seed
-from cablewright.apps.cli.output import answer, refusals
+from cablewright.apps.cli.output import answer, refused
 from cablewright.apps.cli.parsing import numbers, tension_limits
 from cablewright.apps.cli.progress_bar import progress
 from cablewright.choices import CompensationName, MethodName
@@ -159,6 +159,7 @@ class Accuracy:
     """
 
     EXAMPLE: ClassVar = "accuracy house-printer --at 3,2,1"
+    ANSWERS: ClassVar = ("studies.accuracy_at_pose:AccuracyAtPose", "studies.accuracy:AccuracyStudy")
 
     robot: RobotOptions
     places: PlaceOptions
@@ -193,7 +194,7 @@ class Accuracy:
         where, folder, options = self._where(), self._folder(), self.options
         ranges = self.uncertain.ranges(self.machine)
         with (
-            refusals(self.as_json),
+            refused(self.as_json),
             nullcontext() if folder is None else store.run_folder(folder) as part,
             progress() as show,
         ):

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import Limits, OutputOptions, Pose, Retraction, RobotOptions
-from cablewright.apps.cli.output import answer, refusals
+from cablewright.apps.cli.output import answer, refused
 from cablewright.apps.cli.parsing import check_suffix, numbers, tension_limits
 from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import EnvironmentFault, InputError
@@ -27,6 +27,7 @@ class Bracket:
     """
 
     EXAMPLE: ClassVar = "bracket house-printer --at=-2.25,-6.75,13 --times 1"
+    ANSWERS: ClassVar = ("studies.bracket:BracketStress",)
 
     robot: RobotOptions
     at: Pose = None
@@ -72,7 +73,7 @@ class Bracket:
 
         pose = numbers(self.at, "--at", free=True)
         known = {"robot": model.robot.name, "pose": pose, "universal_joint": None, "conventional": None}
-        with refusals(self.output.as_json, "infeasible", **known), progress() as show:
+        with refused(self.output.as_json, "infeasible", **known), progress() as show:
             found = bracket(
                 model,
                 pose if self.job is None else load_job(self.job),

@@ -22,6 +22,7 @@ class Check:
     """
 
     EXAMPLE: ClassVar = "check house-printer examples/helix.toml"
+    ANSWERS: ClassVar = ("studies.check:Check",)
 
     robot: RobotOptions
     job: JobFile

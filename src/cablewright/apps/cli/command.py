@@ -1,7 +1,8 @@
 """How a command is declared: a frozen dataclass whose fields are arguments, options, or groups of options.
 
 The docstring of the class is the text below the command's summary in its help; ``EXAMPLE`` is the line there that tests
-run. A field that is itself such a dataclass is a group of options; ``PANEL`` is the heading of the group in the help.
+run; ``ANSWERS`` names the results that it prints, ``module:class`` below `cablewright`. A field that is itself such a
+dataclass is a group of options; ``PANEL`` is the heading of the group in the help.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ class Command(Protocol):
     """A command: its fields are what the command line gives."""
 
     EXAMPLE: ClassVar[str]
+    ANSWERS: ClassVar[tuple[str, ...]]
 
     def run(self) -> int:
         """Do it and return the exit code."""
@@ -57,8 +59,8 @@ def _parameters(kind: type[Any], panel: str | None = None) -> Iterator[Parameter
     hints = get_type_hints(kind, include_extras=True)
     for field in fields(kind):
         hint = hints[field.name]
-        if is_dataclass(hint):
-            yield from _parameters(hint, hint.PANEL)  # type: ignore[attr-defined]
+        if isinstance(hint, type) and is_dataclass(hint):
+            yield from _parameters(hint, getattr(hint, "PANEL", None))
             continue
         yield Parameter(field.name, Parameter.KEYWORD_ONLY, default=_default(field), annotation=_in_panel(hint, panel))
 

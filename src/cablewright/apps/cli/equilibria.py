@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, Lengths, Retraction, RobotOptions, Seed, SheaveChoice
-from cablewright.apps.cli.output import answer, refusals, tell
+from cablewright.apps.cli.output import answer, refused, tell
 from cablewright.apps.cli.parsing import numbers
 from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import InputError
@@ -31,6 +31,7 @@ class Equilibria:
     """
 
     EXAMPLE: ClassVar = "equilibria merlet2023 --lengths 10.1187,9.3676,10.9961,11.3476"
+    ANSWERS: ClassVar = ("solvers.equilibria:Equilibria",)
 
     robot: RobotOptions
     lengths: Lengths
@@ -83,7 +84,7 @@ class Equilibria:
         given, box = numbers(self.lengths, "--lengths") or [], numbers(self.box, "--box")
         if not self.exhaustive and (self.time_limit is not None or self.out is not None):
             raise InputError("--time-limit and --out: only with --exhaustive")
-        with refusals(self.as_json):
+        with refused(self.as_json):
             found = equilibria(model, given, box=box, starts=self.starts, seed=self.seed)
         return answer(self._searched(found, box) if self.exhaustive else found, self.as_json)
 

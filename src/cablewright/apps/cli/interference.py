@@ -24,6 +24,7 @@ class Interference:
     """
 
     EXAMPLE: ClassVar = "interference cogiro --at 0,-1,1.5"
+    ANSWERS: ClassVar = ("analyses.interference:Interference", "studies.interference:JobInterference")
 
     robot: RobotOptions
     job: Annotated[

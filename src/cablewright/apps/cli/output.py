@@ -19,7 +19,7 @@ SCHEMA = 2
 NO = 1
 """Exit code of a command whose answer is no."""
 
-MAX_ROWS = 24
+MAX_ROWS = 60
 """Rows of a table that people see."""
 
 
@@ -40,17 +40,17 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
 
 
 @contextmanager
-def refusals(as_json: bool, status: str = "refused", **known: object) -> Iterator[None]:
-    """Print the JSON of a no that leaves no result: its status, the reason, and what is *known*. The error passes on.
+def refused(as_json: bool, status: str = "", **known: object) -> Iterator[None]:
+    """With --json, an `AnswerError` inside is printed as a refusal, with what is *known*, before it is raised on.
 
-    *status* is that of errors that name none.
+    With a *status* the JSON has that of the error, or *status* where the error has none.
     """
     try:
         yield
-    except AnswerError as error:
+    except AnswerError as reason:
         if as_json:
-            word = status if error.status is None else error.status.word
-            print_json({"status": word, "reason": str(error)} | known)
+            word = "refused" if not status else status if reason.status is None else reason.status.word
+            print_json({"status": word, "reason": str(reason)} | known)
         raise
 
 

@@ -12,12 +12,13 @@ from matplotlib.figure import Figure
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
-from cablewright.apps.figures import sheet_of, summary
+from cablewright.apps.figures import summary
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
 from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, sheet, table
+from cablewright.apps.report.figures import part_table
+from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
 from cablewright.apps.report.provenance import assumptions, list_of, robot_rows
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
@@ -94,18 +95,18 @@ def _study_body(study: AccuracyStudy, title: str, pictures: Pictures, options: M
     yield from _notices(found, study.notes)
     if pictures:
         yield section("Errors over the places", *_study_pictures(study, pictures))
-        yield section("Extreme places", sheet(sheet_of(study, "extremes")))
+        yield section("Extreme places", part_table(study, "extremes"))
     if study.workspace is not None:
-        yield section("Limits that end the workspace", sheet(sheet_of(study, "ends")))
+        yield section("Limits that end the workspace", part_table(study, "ends"))
     if pictures:
         yield section("Effect of each uncertain parameter", *_contributions(study, pictures))
     yield from _ending(found, f"{count(len(found.codes))} {_SHAPES[study.places.shape]}", options)
 
 
-def _cards(result: AccuracyStudy | AccuracyAtPose, found: Accuracy) -> list[tuple[str, str]]:
+def _cards(result: AccuracyStudy | AccuracyAtPose, found: Accuracy) -> Iterator[tuple[str, str, str]]:
     """Labels and values of the key figures; no rotations of a point platform, which has none."""
     turns = ("nominal_turn", "max_turn") if found.robot.n == 3 else ()
-    return summary(result, *_IN_VERDICT, *turns)
+    return ((*each, "") for each in summary(result, *_IN_VERDICT, *turns))
 
 
 def _notices(found: Accuracy, notes: tuple[str, ...]) -> Iterator[Html]:
@@ -186,7 +187,7 @@ def _contributions(result: AccuracyStudy | AccuracyAtPose, pictures: Pictures) -
         "Displacement of the nozzle by each uncertain parameter alone",
         "The largest effects, each at the place where it is largest.",
     )
-    yield sheet(sheet_of(result, "contributions"))
+    yield part_table(result, "contributions")
 
 
 def _place_body(found: AccuracyAtPose, title: str, pictures: Pictures, options: Mapping[str, Any]) -> Iterator[Html]:
@@ -200,12 +201,12 @@ def _place_body(found: AccuracyAtPose, title: str, pictures: Pictures, options: 
     if "region" in pictures:
         told = f"From the nominal position of the nozzle. {count(len(found.region.points))} corners of the ranges."
         alt = "The hull of the positions of the nozzle at the corners of the ranges, and its outlines along the axes"
-        inner = () if found.region.interior is None else (sheet(sheet_of(found, "interior")),)
+        inner = () if found.region.interior is None else (part_table(found, "interior"),)
         yield section("Positions that the nozzle can have", picture(pictures["region"], alt, told), *inner)
     if found.remains:
-        yield section("Errors that each compensation leaves", sheet(sheet_of(found, "remains")))
+        yield section("Errors that each compensation leaves", part_table(found, "remains"))
     if found.best is not None:
-        yield section("Tensions of smallest deviation", sheet(sheet_of(found, "best_tension")))
+        yield section("Tensions of smallest deviation", part_table(found, "best_tension"))
     if pictures:
         yield section("Effect of each uncertain parameter", *_contributions(found, pictures))
     yield from _ending(

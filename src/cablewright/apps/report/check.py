@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from cablewright.apps import style
-from cablewright.apps.figures import sheet_along, summary
+from cablewright.apps.figures import summary
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
 from cablewright.apps.quantities import count
 from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.figures import along_table
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, sheet
+from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of, unknowns
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
@@ -60,7 +61,7 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     yield element("h1", title)
     yield _verdict(digest.check)
     turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated", "max_turn_compensated")
-    yield cards(summary(digest.check, "feasible", "verdict", *turns))
+    yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", *turns))
     yield from _notices(digest)
     yield section("Worst place of every limit", findings_table(digest))
     yield section("The path, and how far off it is without compensation", *_path(digest, pictures))
@@ -119,7 +120,7 @@ def _tensions(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         )
     else:
         yield element("p", "Not known: no equilibrium was found.")
-    yield sheet(sheet_along(digest.check, "line"))
+    yield along_table(digest.check, "line")
 
 
 def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:

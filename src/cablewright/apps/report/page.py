@@ -7,10 +7,7 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import resources
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from cablewright.apps.figures import Sheet
+from typing import Final
 
 _ONE_LINE: Final = 20  # characters
 
@@ -48,15 +45,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
     return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
 
 
-def sheet(made: Sheet) -> Html:
-    """Return a table of figures."""
-    rows = [
-        [cell if right else short_name(cell) for cell, right in zip(row, made.numeric, strict=True)]
-        for row in made.rows
-    ]
-    return table(made.head, rows, numbers=[at for at, right in enumerate(made.numeric) if right])
-
-
 def notice(text: str) -> Html:
     """Return what has to be known before a figure is used, as a sentence."""
     return element("p", f"{text[:1].upper()}{text[1:]}.", class_="notice")
@@ -67,11 +55,11 @@ def short_name(name: str) -> str:
     return element("span", name, class_="keep") if len(name) <= _ONE_LINE else name
 
 
-def cards(figures: Iterable[Sequence[str]]) -> Html:
-    """Return key figures: what, how much, and a note where there is one."""
+def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
+    """Return key figures: what, how much, and a note that may be empty."""
     shown = [
-        element("div", element("dt", what), element("dd", value, element("small", *note)), class_="card")
-        for what, value, *note in figures
+        element("div", element("dt", what), element("dd", value, element("small", note)), class_="card")
+        for what, value, note in figures
     ]
     return element("dl", *shown, class_="cards")
 
