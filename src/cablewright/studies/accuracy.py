@@ -118,8 +118,8 @@ class AccuracyStudy(Result):
         if not broken:
             return self.accuracy.notes
         sheaves = ", ".join(f"{rule.line} ({rule.value:.3g})" for rule in broken)
-        told = f"the radius of these sheaves is not over {broken[0].required:g} times that of the cable, which wears it"
-        return (*self.accuracy.notes, f"{told}: {sheaves}")
+        note = f"the radius of these sheaves is not over {broken[0].required:g} times that of the cable, which wears it"
+        return (*self.accuracy.notes, f"{note}: {sheaves}")
 
 
 @overload

@@ -213,20 +213,22 @@ class Accuracy(Result):
         """What to know before the figures are used."""
         curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
         off = f"first order is off by up to {100.0 * curved:.2g} % of the spread"
-        told = []
+        notes = []
         if curved > TOO_CURVED and self.method == "first-order":
-            told.append(f"{off}: all figures of the spread are estimates; --method vertices solves the corners")
+            notes.append(f"{off}: all figures of the spread are estimates; --method vertices solves the corners")
         if curved > TOO_CURVED and self.method == "vertices" and len(self.ranges) > ALL_VERTICES:
-            told.append(f"{off}, and chose the corners that were solved")
-        told += [
+            notes.append(f"{off}, and chose the corners that were solved")
+        notes += [
             f"{each.parameter.label}: the robot file's {each.nominal:g} is outside its range"
             for each in self.ranges
             if not each.low <= each.nominal <= each.high
         ]
         if lost:
             solves = "solve has" if lost == 1 else "solves have"
-            told.append(f"{lost} {solves} no sound equilibrium and are left out: errors may be larger than the figures")
-        return tuple(told)
+            notes.append(
+                f"{lost} {solves} no sound equilibrium and are left out: errors may be larger than the figures"
+            )
+        return tuple(notes)
 
 
 def _at(rows: Array, values: Array) -> Array | None:

@@ -199,10 +199,10 @@ def _place_body(found: AccuracyAtPose, title: str, pictures: Pictures, options: 
         yield cards(_cards(found, accuracy))
     yield from _notices(accuracy, found.notes)
     if "region" in pictures:
-        told = f"From the nominal position of the nozzle. {count(len(found.region.points))} corners of the ranges."
+        caption = f"From the nominal position of the nozzle. {count(len(found.region.points))} corners of the ranges."
         alt = "The hull of the positions of the nozzle at the corners of the ranges, and its outlines along the axes"
         inner = () if found.region.interior is None else (part_table(found, "interior"),)
-        yield section("Positions that the nozzle can have", picture(pictures["region"], alt, told), *inner)
+        yield section("Positions that the nozzle can have", picture(pictures["region"], alt, caption), *inner)
     if found.remains:
         yield section("Errors that each compensation leaves", part_table(found, "remains"))
     if found.best is not None:
