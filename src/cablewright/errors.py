@@ -49,7 +49,11 @@ class CablewrightError(Exception):
 
 
 class AnswerError(CablewrightError):
-    """The work ran and its answer is no: infeasible, overstretched, not converged."""
+    """The work ran and its answer is no: infeasible, overstretched, not converged; `status` where one solve says so."""
+
+    def __init__(self, message: str, status: Status | None = None) -> None:
+        self.status = status
+        super().__init__(message)
 
 
 class InputError(CablewrightError):

@@ -28,8 +28,8 @@ class Figure:
     What people read: ``name`` where it is not the key; ``digits``, the significant ones; ``shown``, the unit, such as
     "mm" or "%", chosen by size where it is empty. A figure with ``detail`` is in JSON and docs only. Figures with the
     same ``along`` ("line") have one value for each and are columns of one table. ``parts`` are the figures of each row
-    of a table, or of a part; of a long table that is ``ranked`` people see the first rows. ``outward``: 1 or -1 rounds
-    up or down what people read, for bounds that are proved.
+    of a table, or of a part; with ``along`` too, of one beside others. Of a long table people see the first rows where
+    it is ``ranked``. ``outward``: 1 or -1 rounds up or down what people read, for bounds that are proved.
     """
 
     key: str

@@ -50,7 +50,7 @@ def test_levers_give_sixteen_of_which_one_is_stable() -> None:
         check(found)
         assert (len(found.stable), found.stable.sum()) == (16, 1)
         assert found.certificates.levers.tolist() == [1] + [-1] * 15
-        assert not found.complete
+        assert found.complete_for is None
         assert repr(found) == "Equilibria('paty2021', 16 found, 1 stable, not proved complete)"
 
 
@@ -78,8 +78,8 @@ def test_constant_dead_lengths_through_eyelets_are_complete_by_the_theorem() -> 
     robot = cases.replaced(load("merlet2023"), "plain", winch_exit=None, dead_length=2.0)
     model = Model(robot, Fidelity(sheave=SheaveLaw.EYELET))
     found = equilibria(model, lengths_of(model, 1, 3)[0])
-    assert found.complete
-    assert "exactly one" in found.why
+    assert found.complete_for == "all equilibria"
+    assert "no more than one" in found.why
 
 
 def test_a_body_has_several_and_the_one_wanted_is_among_them() -> None:

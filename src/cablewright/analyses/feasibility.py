@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.results import Figure
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
@@ -30,6 +31,17 @@ class Finding:
     line: str | None  # name of the line; None where the limit is the platform's
     sample: int  # index of the worst sample
     violations: int  # number of samples that violate it
+
+    FIGURES: ClassVar = (
+        Figure("limit", "", "Name of the limit, or why poses cannot be held."),
+        Figure("line", "", "Name of the line; null where the limit is the platform's."),
+        Figure("unit", "", "Unit of the numbers."),
+        Figure("margin", "SI", "Smallest distance to the limit; negative: it is broken."),
+        Figure("value", "SI", "Value there.", name="worst value"),
+        Figure("allowed", "SI", "Min and max value there; null where there is none."),
+        Figure("violations", "1", "Number of samples that break the limit."),
+        Figure("sample", "", "Index of the worst sample.", detail=True),
+    )
 
     @property
     def why(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from cablewright.kernels.collision.clearance import Surroundings
 from cablewright.kernels.collision.line_polyline import MAX_POINTS
 from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.results import Figure, Pictured
+from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import run
 from cablewright.solvers.inverse import solve_inverse
@@ -52,9 +52,16 @@ class InterferenceSettings:
 DEFAULT = InterferenceSettings()
 
 
-@dataclass(frozen=True)
-class Contact:
-    """The smallest signed distance of a line from something, m."""
+@dataclass(frozen=True, repr=False)
+class Contact(Result):
+    """Where a line is nearest to something: the smallest signed distance, m."""
+
+    FIGURES: ClassVar = (
+        Figure("distance", "m", "Smallest signed distance; negative: how deep.", "margin", shown="mm"),
+        Figure("pair", "", "Name of the line, and of what it is nearest to.", name="line, nearest to"),
+        Figure("place", "m", "Place of that point of the line's centre, world.", shown="m"),
+    )
+    HEADLINES: ClassVar = ("distance", "pair", "place")
 
     row: int  # of the batch
     kind: str  # of `KINDS`
@@ -67,10 +74,6 @@ class Contact:
     def pair(self) -> list[str]:
         """The line and what it is nearest to."""
         return [self.line, self.other]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return distance, pair and place as in JSON."""
-        return {"distance": self.margin, "pair": self.pair, "place": list(self.place)}
 
 
 class NearestContacts(NamedTuple):
@@ -126,44 +129,54 @@ class Distances(Pictured):
         return self.status == "free"
 
     @property
-    def verdict(self) -> str:
-        """The status in one sentence."""
+    def refusal(self) -> str:
+        """Why the answer is no: which line is too near to what, or which pose cannot be held."""
         worst, status = self.worst, self.status
         if worst is None or status not in ("touching", "near"):
-            return "no line is too near" if self.ok else f"no line is too near, but the pose cannot be held: {status}"
+            return "" if self.ok else f"no line is too near, but the pose cannot be held: {status}"
         other = f"line {worst.other}" if worst.kind == "line" else worst.other
         how = "touches" if status == "touching" else "comes too near to"
         return f"line {worst.line} {how} {other}: {worst.margin * 1e3:.1f} mm"
 
     @property
-    def nearest_of(self) -> dict[str, dict[str, Any] | None]:
-        """The nearest of each kind by its key in JSON: distance (m), pair and place (m, world)."""
-        named = zip(KINDS, self.contacts, strict=True)
-        return {f"line_{kind}": None if one is None else one.to_dict() for kind, one in named}
+    def notes(self) -> tuple[str, ...]:
+        """What the distances do not count."""
+        thin = [line.name for line in self.robot.lines if line.cable.diameter is None]
+        return (f"the cable has no diameter, and counts as having none: line {', '.join(thin)}",) if thin else ()
+
+    @property
+    def nearest_of(self) -> dict[str, Contact | None]:
+        """The nearest of each kind by its key in JSON."""
+        return {f"line_{kind}": one for kind, one in zip(KINDS, self.contacts, strict=True)}
+
+
+def _of_kind(kind: str, what: str) -> Figure:
+    meaning = f"Smallest signed distance of a line from {what}; null where there is none."
+    return Figure(f"line_{kind}", "m", meaning, f"contacts.{kind}.margin", shown="mm", detail=True)
 
 
 FIGURES = (
     Figure("status", "", "free, touching, near (under the clearance), or why a pose is not held."),
     Figure("robot", "", "Name of the robot.", "robot.name"),
-    Figure(
-        "smallest_distance",
-        "m",
-        "Smallest signed distance of a line from anything; negative: how deep.",
-        "worst.margin",
-    ),
-    Figure("kind", "", "What that line is nearest to.", "worst.kind"),
-    Figure("pair", "", "That line, and what it is nearest to.", "worst.pair"),
-    Figure("place", "m", "Where that is, world.", "worst.place"),
-    Figure("line_line", "m", "Smallest signed distance of a line from another line.", "contacts.line.margin"),
-    Figure("line_platform", "m", "Smallest signed distance of a line from the platform.", "contacts.platform.margin"),
-    Figure("line_frame", "m", "Smallest signed distance of a line from the frame.", "contacts.frame.margin"),
-    Figure("line_part", "m", "Smallest signed distance of a line from the part.", "contacts.part.margin"),
-    Figure("nearest", "", "Distance, pair and place of the nearest of each kind.", "nearest_of"),
-    Figure("clearance", "m", "Distance under which a line is too near."),
-    Figure("ends", "m", "Cable at its ends that is not held against what it is tied to.", "settings.ends"),
-    Figure("tolerance", "m", "How far the chords that stand for a line may be from it.", "settings.tolerance"),
-)
-"""Figures that results at poses and along jobs share."""
+    Figure("smallest_distance", "m", "Smallest signed distance of a line from anything; negative: how deep. Null where "
+           "there is nothing.", "worst.margin", shown="mm"),
+    Figure("kind", "", "What that line is nearest to: line, platform, frame or part.", "worst.kind", "nearest to"),
+    Figure("pair", "", "Name of that line, and of what it is nearest to.", "worst.pair", detail=True),
+    Figure("place", "m", "Place of that point of the line's centre, world.", "worst.place", shown="m", detail=True),
+    _of_kind("line", "another line"),
+    _of_kind("platform", "the platform"),
+    _of_kind("frame", "the frame"),
+    _of_kind("part", "the part"),
+    Figure("nearest", "", "Where a line is nearest to another line, the platform, the frame and the part; null where "
+           "there is none.", "nearest_of", "nearest of each kind", parts=Contact.FIGURES),
+    Figure("clearance", "m", "Distance under which a line is too near.", shown="mm"),
+    Figure("ends", "m", "Cable at its ends that is not compared with what it is tied to.", "settings.ends",
+           detail=True),
+    Figure("tolerance", "m", "Requested distance of a line from the chords that stand for it.", "settings.tolerance",
+           detail=True),
+)  # fmt: skip
+"""What JSON has of poses and of jobs."""
+BOUND = Figure("bound", "m", "Max distance of a line from the chords that stand for it.", detail=True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,10 +192,10 @@ class Interference(Distances):
 
     FIGURES: ClassVar = (
         *FIGURES,
-        Figure("pose", "m, rad", "The pose, or a row for each.", "equilibrium.pose"),
-        Figure("tensions", "N", "Tension of each line at its sheave.", "equilibrium.tensions"),
-        Figure("bound", "m", "How far a line may be from the chords that stand for it."),
-        Figure("first_layer", "", "Of a job alone.", lambda _found: None),
+        Figure("pose", "m, rad", "Pose, or one row for each of several.", "equilibrium.pose", digits=7),
+        Figure("tensions", "N", "Tension of each line at its sheave.", "equilibrium.tensions", detail=True),
+        BOUND,
+        Figure("first_layer", "", "Null: of a job alone.", lambda _found: None, detail=True),
     )
 
     equilibrium: Equilibrium

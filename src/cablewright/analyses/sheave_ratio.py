@@ -14,8 +14,8 @@ class SheaveRule:
     """Whether the sheave of a line is large enough to spare its cable."""
 
     line: str
-    value: float  # ratio of the radii of the sheave and its cable
-    wanted: float
+    value: float  # radius of the sheave over radius of the cable
+    required: float
     holds: bool
 
 

@@ -11,6 +11,7 @@ from cablewright.results import Figure, Result, plain
 from cablewright.units import unit_size
 
 NONE = "-"
+WIDE = 8  # parts beyond which things stand in columns beside each other, not in rows
 FAR_BELOW = 1e-3  # of the largest of a column: what is smaller may be shown as 0
 
 
@@ -24,9 +25,10 @@ class Sheet(NamedTuple):
     ranked: bool = False
 
 
-def summary(result: Result) -> list[tuple[str, str]]:
-    """Labels and values of the figures that are no table and no detail, in their order."""
-    return [(each.label, text(each, each.of(result))) for each in result.figures if _is_plain(each)]
+def summary(result: Result, *without: str) -> list[tuple[str, str]]:
+    """Labels and values of the figures that are no table and no detail, in their order, *without* those keys."""
+    shown = (each for each in result.figures if _is_plain(each) and each.key not in without)
+    return [(each.label, text(each, each.of(result))) for each in shown]
 
 
 def pairs(figures: Iterable[Figure], *of: object) -> list[tuple[str, ...]]:
@@ -55,10 +57,13 @@ def along_sheet(result: Result, along: str) -> Sheet:
 
 
 def _along_sheet(figures: Iterable[Figure], of: object, along: str) -> Sheet:
-    """Columns, or rows where the figures have parts."""
+    """Columns of values; of figures with parts a row for each, or where there are many parts a column for each."""
     beside = [each for each in figures if each.along == along and not each.detail]
-    if beside[0].parts:
-        return _by_name(along, beside[0].parts, {each.label: each.of(of) for each in beside})
+    parts = [part for part in beside[0].parts if not part.detail]
+    if len(parts) > WIDE:
+        return _side_by_side(parts, {each.label: each.of(of) for each in beside})
+    if parts:
+        return _by_name(along, parts, {each.label: each.of(of) for each in beside})
     return columns("", [(each, each.of(of)) for each in beside])
 
 
@@ -158,6 +163,12 @@ def _compared(figures: Sequence[Figure], named: Mapping[str, object]) -> Iterato
         longest = max(len(each.rows) for _, each in made)
         rows = [(name, *each.rows[k]) for k in range(longest) for name, each in made if k < len(each.rows)]
         yield Sheet(title, (" ", *head) if head else (), rows, (False, *made[0][1].numeric))
+
+
+def _side_by_side(parts: Sequence[Figure], things: Mapping[str, Any]) -> Sheet:
+    """A table of things with the same parts: one row for each part, one column for each thing."""
+    rows = [(part.label, *(text(part, part.of(thing)) for thing in things.values())) for part in parts]
+    return Sheet("", ("", *things), rows, (False, *(True for _ in things)))
 
 
 def _is_plain(figure: Figure) -> bool:

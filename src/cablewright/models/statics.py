@@ -261,7 +261,7 @@ class Equilibrium(Rows, Result):
         if np.all(self.ok):
             return self
         if self.single:
-            raise AnswerError(self.sentence())
+            raise AnswerError(self.sentence(), self.status)
         bad = np.flatnonzero(self.code)
         raise AnswerError(f"{len(bad)} of {len(self)} rows failed; row {bad[0]}: {self[int(bad[0])].sentence()}")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,8 +21,9 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
-from cablewright.solvers.certify import Certificate, certify, is_only_one
+from cablewright.solvers.certify import Certificate, certify
 from cablewright.solvers.forward import solve_forward, solve_from
+from cablewright.solvers.uniqueness import unique_among
 
 ALL_PATTERNS = 6  # largest number of levers for which every pattern of upside-down levers is tried
 PULLS = (1.0, 30.0)  # tensions, times a line's share of the load, at which levers are placed
@@ -37,6 +38,47 @@ FOUND = tuple(
 )
 
 
+class FoundEquilibrium(NamedTuple):
+    """One of the equilibria, with what is known of it."""
+
+    equilibrium: Equilibrium
+    stable: bool
+    slack: Mask  # (m,)
+    certificate: Certificate
+
+    @property
+    def slack_lines(self) -> list[str]:
+        """Names of the slack lines."""
+        lines = self.equilibrium.model.robot.lines
+        return [line.name for line, slack in zip(lines, self.slack, strict=True) if slack]
+
+
+class UndecidedBox(NamedTuple):
+    """A box in which an exhaustive search proved nothing, and why."""
+
+    box: Array  # (6,) m: x, y, z, min and max of each
+    why: str
+
+
+ONE = (
+    Figure("status", "", "Status of the solve: ok, overstretched, lever-unstable, unstable or singular.",
+           "equilibrium.status.word"),
+    Figure("stable", "", "Whether the equilibrium is stable.", detail=True),
+    Figure("pose", "m, rad", "Position and, of a rigid platform, rotation vector of its origin.", "equilibrium.pose",
+           digits=6),
+    Figure("tensions", "N", "Tension of each line at its sheave.", "equilibrium.tensions", detail=True),
+    Figure("slack", "", "Whether each line is slack: its free span is longer than the chord.", detail=True),
+    Figure("slack_lines", "", "Names of the slack lines."),
+    Figure("certified", "", "Whether exactly one equilibrium is proved to be near.", "certificate.certified"),
+    Figure("bound", "m, rad", "Proved error of the pose; null where nothing is proved.", "certificate.bound",
+           detail=True),
+)  # fmt: skip
+UNDECIDED = (
+    Figure("box", "m", "Box: min and max of x, y and z.", shown="m"),
+    Figure("why", "", "Why nothing is proved of the box."),
+)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibria(Result):
     """K equilibria for the same lengths, stable ones first, then by rising height.
@@ -45,25 +87,60 @@ class Equilibria(Result):
     """
 
     FIGURES: ClassVar = (
+        Figure("status", "", "ok, unfinished, or overstretched: a line is over its breaking load in every stable one."),
         Figure("robot", "", "Name of the robot.", "solutions.model.robot.name"),
-        Figure("lengths", "m", "Unstrained lengths that all have.", lambda found: found.solutions.lengths[0]),
-        Figure("solutions", "", "Each equilibrium.", "_rows"),
-        Figure("complete", "", "Whether it is proved that there are no others."),
+        Figure("lengths", "m", "Unstrained length of each line.", lambda found: found.solutions.lengths[0], digits=8,
+               shown="m"),
+        Figure("found", "1", "Number of equilibria found in the box.", len, "equilibria"),
+        Figure("stable", "1", "Number of stable ones among them.", lambda found: int(found.stable.sum())),
+        Figure("outside", "1", "Number of equilibria found outside the box, which are left out; --box widens it."),
+        Figure("starts", "1", "Number of solves from which they were found."),
+        Figure("complete_for", "", "Equilibria among which it is proved that there are no others; null where nothing "
+               "is proved."),
         Figure("why", "", "What proves it, or why nothing does."),
-        Figure("undecided_boxes", "m", "Boxes of which an exhaustive search decided nothing.", "_undecided"),
-        Figure("starts", "1", "Solves begun."),
-        Figure("outside", "1", "Equilibria left out because they are outside the box."),
-    )
+        Figure("solutions", "", "Each equilibrium.", "rows", "equilibria", parts=ONE),
+        Figure("undecided_boxes", "", "Boxes in which an exhaustive search proved nothing.", "undecided_boxes",
+               parts=UNDECIDED),
+    )  # fmt: skip
 
     solutions: Equilibrium
     certificates: Certificate
     slack: Mask  # (K, m) lines whose unstrained free span is longer than its chord
     starts: int  # number of solves
     outside: int  # number of equilibria that were left out because they are outside the box
-    complete: bool  # whether it is proved that there are no others in the box
-    why: str  # what proves it, or why it is not proved
-    undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes left open by an exhaustive search, m
-    undecided_why: tuple[str, ...] = ()  # the reason for each
+    complete_for: str | None  # equilibria among which it is proved that there are no others; None: nothing is proved
+    why: str  # what proves it, or why nothing does
+    undecided: Array = field(default_factory=lambda: np.empty((0, 6)))  # boxes that an exhaustive search left, m
+    undecided_why: tuple[str, ...] = ()  # of each
+    finished: bool = True  # whether an exhaustive search, where one was begun, has judged the whole box
+
+    @property
+    def status(self) -> str:
+        """Ok, unfinished or overstretched."""
+        return "unfinished" if not self.finished else "overstretched" if self._is_overstretched else "ok"
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        if self._is_overstretched:
+            return "the lengths cannot meet: in every stable equilibrium a line is over its breaking load"
+        return "" if self.finished else self.why
+
+    @property
+    def _is_overstretched(self) -> bool:
+        """Whether there are stable equilibria, and cables would break in all of them."""
+        return set(self[self.stable].status) == {Status.OVERSTRETCHED}
+
+    @property
+    def rows(self) -> tuple[FoundEquilibrium, ...]:
+        """Each equilibrium with what is known of it."""
+        each = zip(self, self.stable, self.slack, self.certificates, strict=True)
+        return tuple(FoundEquilibrium(*row) for row in each)
+
+    @property
+    def undecided_boxes(self) -> tuple[UndecidedBox, ...]:
+        """Boxes in which an exhaustive search proved nothing."""
+        return tuple(map(UndecidedBox, self.undecided, self.undecided_why))
 
     @property
     def stable(self) -> Mask:
@@ -84,26 +161,9 @@ class Equilibria(Result):
 
     def __repr__(self) -> str:
         """Robot and counts in one line."""
-        proved = "complete" if self.complete else "not proved complete"
+        proved = f"complete for {self.complete_for}" if self.complete_for else "not proved complete"
         counts = f"{len(self)} found, {int(self.stable.sum())} stable, {proved}"
         return f"Equilibria({self.solutions.model.robot.name!r}, {counts})"
-
-    def _rows(self) -> list[dict[str, Any]]:
-        return [
-            {
-                "status": one.status.word,
-                "stable": bool(stable),
-                "pose": one.pose,
-                "tensions": one.tensions,
-                "slack": slack,
-                "certified": proof.certified,
-                "bound": proof.bound,
-            }
-            for one, stable, slack, proof in zip(self, self.stable, self.slack, self.certificates, strict=True)
-        ]
-
-    def _undecided(self) -> list[dict[str, Any]]:
-        return [{"box": box, "why": why} for box, why in zip(self.undecided, self.undecided_why, strict=True)]
 
 
 def equilibria(
@@ -147,8 +207,9 @@ def equilibria(
         at = ", ".join(f"{x:.3f}" for x in every.pose[:1, :3].ravel())
         elsewhere = f"; {outside} outside the box, one at {at} m" if outside else ""
         raise AnswerError(f"no equilibrium was found for these lengths from {len(found)} starts{elsewhere}")
-    complete, why = _completeness(model, kept)
-    return Equilibria(kept, certify(kept), slack_spans(kept), len(found), outside, complete, why)
+    proofs = certify(kept)
+    complete_for, why = _completeness(model, kept[np.flatnonzero(proofs.certified)])
+    return Equilibria(kept, proofs, slack_spans(kept), len(found), outside, complete_for, why)
 
 
 def box_of(model: Model, given: ArrayLike | None) -> tuple[Array, Array]:
@@ -253,14 +314,16 @@ def slack_spans(found: Equilibrium) -> Mask:
     return np.asarray(states.free_length > chord)
 
 
-def _completeness(model: Model, found: Equilibrium) -> tuple[bool, str]:
-    """Whether a theorem proves that *found* is complete, and the reason; see `docs/theory/uniqueness.md`."""
-    if is_only_one(found):
-        return True, "a point load on lines through eyelets without modelled dead spans has exactly one equilibrium"
+def _completeness(model: Model, found: Equilibrium) -> tuple[str | None, str]:
+    """Among which equilibria a theorem says that those *found* and certified are all, or None; and why.
+
+    See `docs/theory/uniqueness.md`.
+    """
+    among = next(filter(None, map(unique_among, found)), None)
+    if among is not None:
+        return among, "theorems: a point load on these lines has no more than one of them"
     if model.n == 6:
-        return False, "a body may have more than were found: nothing bounds their number"
-    if (model.lines.radius == 0.0).all():
-        return False, "there is one with taut dead spans; loops in them may give others"
+        return None, "a body may have more than were found: nothing bounds their number"
     if model.lines.has_lever.any():
-        return False, "levers may stand upside down: nothing proves that these are all"
-    return False, "there is one with taut dead spans and cables that leave their sheaves forwards; there may be others"
+        return None, "levers may stand upside down: nothing proves that these are all"
+    return None, "no theorem covers these lines and lengths: others may exist"

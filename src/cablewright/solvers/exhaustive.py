@@ -27,6 +27,7 @@ from cablewright.solvers.equilibria import (
     solve_starts,
 )
 from cablewright.solvers.line_cover import atlases, refuse_unfit
+from cablewright.solvers.uniqueness import EVERYWHERE
 
 BLOCK = 512  # boxes judged between two checks of the time limit
 MIN_SIZES = (0.02, 0.01, 0.005)
@@ -192,16 +193,35 @@ def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearc
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
     certificates = certify(inside)
     clusters, reasons = _clusters(search)
-    why = tuple("; ".join(text for bit, text in REASONS.items() if reason & bit) for reason in reasons)
     if not search.finished:
-        text = f"the search was stopped; {len(search.open)} boxes are not judged yet"
+        why = f"the search was stopped; {len(search.open)} boxes are not judged yet"
     elif len(clusters):
-        text = f"the search could not decide {len(clusters)} small boxes"
+        why = f"the search could not decide {len(clusters)} small boxes"
     else:
-        text = "the search excludes any other in the box whose dead spans are taut"
-    complete = search.finished and not len(clusters) and bool(certificates.certified.all())
-    slack, counts = slack_spans(inside), (found.starts, found.outside)
-    return Equilibria(inside, certificates, slack, *counts, complete, text, clusters, why)
+        why = "the search excludes any other in the box whose dead spans are taut"
+    proved = search.finished and not len(clusters) and bool(certificates.certified.all())
+    return replace(
+        found,
+        solutions=inside,
+        certificates=certificates,
+        slack=slack_spans(inside),
+        complete_for=_covered(inside.model) if proved and found.complete_for != EVERYWHERE else found.complete_for,
+        why=why,
+        undecided=clusters,
+        undecided_why=tuple(_sentence(reason) for reason in reasons),
+        finished=search.finished,
+    )
+
+
+def _covered(model: Model) -> str:
+    """The equilibria among which a search leaves out none; see `docs/theory/exhaustive.md`."""
+    if model.lines.has_dead_span.any():
+        return f"{EVERYWHERE} with the platform in the box and without a loop in a dead span"
+    return f"{EVERYWHERE} with the platform in the box"
+
+
+def _sentence(reason: int) -> str:
+    return "; ".join(text for bit, text in REASONS.items() if reason & bit)
 
 
 def _clusters(search: ExhaustiveSearch) -> tuple[Array, list[int]]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Unpack, overload
+from typing import ClassVar, NamedTuple, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,18 +34,50 @@ def _of_workspace(study: AccuracyStudy) -> bool:
     return study.workspace is not None
 
 
+class Extreme(NamedTuple):
+    """An extreme of a figure over the places, and the position (3,) of the nozzle there; m."""
+
+    figure: str
+    value: float
+    place: Array
+
+
+EXTREME = (
+    Figure("figure", "", "Name of the figure."),
+    Figure("value", "m", "Its largest or smallest value.", shown="mm"),
+    Figure("place", "m", "Expected position of the nozzle there.", shown="m"),
+)
+END = (
+    Figure("limit", "", "Limit that is broken beyond the boundary."),
+    Figure("ends", "1", "Number of points of the boundary that it ends."),
+    Figure("lowest", "m", "Lowest of these points.", shown="m"),
+    Figure("highest", "m", "Highest of these points.", shown="m"),
+)
+SHEAVE_RULE = (
+    Figure("line", "", "Name of the line."),
+    Figure("value", "1", "Radius of the sheave over that of the cable."),
+    Figure("required", "1", "Ratio that it should exceed."),
+    Figure("holds", "", "Whether it does."),
+)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyStudy(Result):
     """Errors of the nozzle over a shape. A row of `accuracy` is a place; of a workspace, a grid node inside it."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
-        Figure("shape", "", "What the places make up.", "places.shape"),
+        Figure("shape", "", "Shape that the places make up: helix, path, plane or workspace.", "places.shape"),
         *(each.of_part("accuracy") for each in Accuracy.FIGURES),
-        Figure("sheave_rules", "", "Whether each sheave is wide enough for its cable.", "_rules"),
-        Figure("volume", "m^3", "Volume of the workspace.", "workspace.nodes.trapezoid_volume", only=_of_workspace),
-        Figure("ends", "", "Limits that end the workspace, how often and where.", "_ends", only=_of_workspace),
-    )
+        Figure("extremes", "", "Places where errors are largest and smallest.", name="extreme places",
+               parts=EXTREME),
+        Figure("sheave_rules", "", "Whether each sheave is large enough for its cable.", "rules", parts=SHEAVE_RULE,
+               detail=True),
+        Figure("volume", "m^3", "Volume of the workspace.", "workspace.nodes.trapezoid_volume", "workspace volume",
+               only=_of_workspace),
+        Figure("ends", "", "Limits that end the workspace.", "workspace.by_limit", "limits of the workspace",
+               parts=END, only=_of_workspace),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("shape", "robot", "compensation", "places", "nominal_error", "max_error")
 
     places: Places
@@ -57,11 +89,38 @@ class AccuracyStudy(Result):
         """How many places there are."""
         return len(self.accuracy)
 
-    def _rules(self) -> list[dict[str, Any]]:
-        return [rule.__dict__ for rule in self.rules]
+    @property
+    def extremes(self) -> tuple[Extreme, ...]:
+        """Where each figure is largest, and the largest error smallest; those that have a value anywhere."""
+        found, spread = self.accuracy, self.accuracy.spread
+        worst = found.worst_offset
+        rows = (
+            ("max error, largest", spread.max_error, np.nanargmax),
+            ("max error, smallest", spread.max_error, np.nanargmin),
+            ("its horizontal part, largest", np.linalg.norm(worst[:, :2], axis=1), np.nanargmax),
+            ("its vertical part, largest", np.abs(worst[:, 2]), np.nanargmax),
+            ("nominal error, largest", found.nominal_error, np.nanargmax),
+            ("difference, largest", found.difference, np.nanargmax),
+            ("max deviation, largest", spread.max_deviation, np.nanargmax),
+            ("vertical error, lowest", spread.low[:, 2], np.nanargmin),
+            ("vertical error, highest", spread.high[:, 2], np.nanargmax),
+            ("error of 95 % of samples, largest", spread.likely_error, np.nanargmax),
+        )
+        return tuple(
+            Extreme(name, float(values[at := int(choose(values))]), self.places.positions[at])
+            for name, values, choose in rows
+            if np.isfinite(values).any()
+        )
 
-    def _ends(self) -> list[dict[str, Any]]:
-        return [] if self.workspace is None else [asdict(each) for each in self.workspace.by_limit]
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know before the figures are used."""
+        broken = [rule for rule in self.rules if not rule.holds]
+        if not broken:
+            return self.accuracy.notes
+        sheaves = ", ".join(f"{rule.line} ({rule.value:.3g})" for rule in broken)
+        note = f"the radius of these sheaves is not over {broken[0].required:g} times that of the cable, which wears it"
+        return (*self.accuracy.notes, f"{note}: {sheaves}")
 
 
 @overload

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
-from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyQuestion
+from cablewright.analyses.accuracy.nozzle_error import CONTRIBUTION, Accuracy, AccuracyQuestion
 from cablewright.analyses.accuracy.region import Region, region
 from cablewright.analyses.accuracy.spread import FirstOrder, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
@@ -33,6 +33,58 @@ def _of_row(name: str) -> Callable[[AccuracyAtPose], Any]:
     return lambda found: attrgetter(name)(found.accuracy)[0]
 
 
+class Corner(NamedTuple):
+    """One corner of the ranges."""
+
+    values: Array  # (k,)
+    nozzle: Array  # (3,) m
+    error: float  # m
+    deviation: float  # m
+
+
+class Remaining(NamedTuple):
+    """The errors that a compensation leaves."""
+
+    name: str
+    accuracy: Accuracy  # one row
+
+    @property
+    def words(self) -> str:
+        """What the lengths are, in words."""
+        return COMPENSATIONS[self.name].words
+
+
+CORNER = (
+    Figure("values", "", "Values of the uncertain parameters."),
+    Figure("nozzle", "m", "Position of the nozzle, world."),
+    Figure("error", "m", "Distance of the nozzle from its expected position."),
+    Figure("deviation", "m", "Distance of the nozzle from its nominal position."),
+)
+REMAINING = (
+    Figure("compensation", "", "Model from which the commanded lengths are.", "name"),
+    Figure("words", "", "The same in words.", name="error"),
+    Figure("nominal_error", "m", "Error if all parameters are nominal.", _of_row("nominal_error"), shown="mm"),
+    Figure("max_error", "m", "Largest error.", _of_row("spread.max_error"), shown="mm"),
+    Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position.",
+           _of_row("spread.max_deviation"), shown="mm"),
+)  # fmt: skip
+INTERIOR = (
+    Figure("samples", "1", "Number of random points within the ranges that were tried.", name="inner points"),
+    Figure("climbs", "1", "Number of them from which the error was increased along its gradient."),
+    Figure("max_error", "m", "Largest error of these points.", shown="mm"),
+    Figure("max_deviation", "m", "Largest distance of these points from the nominal position.", shown="mm"),
+    Figure("corner_is_worst", "", "Whether no such point is worse than the corners.", name="corners are worst"),
+)
+BEST = (
+    Figure("tensions", "N", "Tension of each line at its sheave.", shown="N"),
+    Figure("lengths", "m", "Unstrained length of each line.", digits=7, shown="m"),
+    Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position.", shown="mm"),
+    Figure("min_norm_max_deviation", "m", "The same under the tensions of least norm.", "least_norm_max_deviation",
+           shown="mm"),
+    Figure("gain", "1", "Share by which the deviation falls.", digits=3, shown="%"),
+)  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyAtPose(Result):
     """Errors of the nozzle at one pose: by corner of the ranges, by parameter, by compensation, by tensions."""
@@ -40,31 +92,48 @@ class AccuracyAtPose(Result):
     FIGURES: ClassVar = (
         Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
         Figure("robot", "", "Name of the robot.", "accuracy.robot.name"),
-        Figure("compensation", "", "The model that the commanded lengths are from.", "accuracy.compensation"),
-        Figure("pose", "m, rad", "The wanted pose.", _of_row("wanted")),
-        Figure("nominal_pose", "m, rad", "Where nominal numbers take the platform.", _of_row("nominal")),
-        Figure("nominal_error", "m", "Error if all numbers are nominal.", _of_row("nominal_error")),
-        Figure("nominal_offset", "m", "Its x, y and z.", _of_row("nominal_offset")),
-        Figure("nominal_turn", "rad", "Turn of the platform if all numbers are nominal.", _of_row("nominal_turn")),
-        Figure("max_error", "m", "Largest error.", _of_row("spread.max_error")),
-        Figure("max_error_values", "", "Values of the uncertain numbers there.", "_worst_values"),
-        Figure("max_turn", "rad", "Largest turn of the platform.", _of_row("spread.max_turn")),
-        Figure("difference", "m", "Largest error less the nominal one.", _of_row("difference")),
-        Figure("max_deviation", "m", "Longest way from the nominal place.", _of_row("spread.max_deviation")),
-        Figure("deviation", "m", "Standard deviation of x, y and z.", _of_row("spread.deviation")),
-        Figure("likely_error", "m", "Error of 95 % of the samples.", _of_row("spread.likely_error")),
-        Figure("nonlinearity", "1", "Share by which first order is off.", _of_row("spread.nonlinearity")),
-        Figure("unsolved", "1", "Sets of values without a sound equilibrium.", _of_row("spread.unsolved")),
-        Figure("contributions", "m", "Own effect of each number, half its range, most first.", "_contributions"),
-        Figure("hull_volume", "m^3", "Volume of the corners' hull.", "region.hull.volume"),
-        Figure("projections", "m", "Shadows of the hull.", "region.hull.projections"),
-        Figure("interior", "", "Inner points of the ranges against the corners.", "region.interior.__dict__"),
-        Figure("remains", "m", "What each compensation leaves.", "_remains"),
-        Figure("best_tension", "", "The tensions that hold it best.", "_best"),
-        Figure("parameters", "", "What is uncertain.", "accuracy.labels"),
-        Figure("vertices", "", "Every corner: values, nozzle, error, deviation.", "_vertices"),
-        Figure("max_error_factors", "1", "At the largest error.", _of_row("spread.worst_values"), only=_only_moduli),
-    )
+        Figure("compensation", "", "Model from which the commanded lengths are.", "accuracy.compensation"),
+        Figure("pose", "m, rad", "Expected pose of the platform.", _of_row("wanted"), digits=7),
+        Figure("nominal_pose", "m, rad", "Pose of the platform if all parameters are nominal.", _of_row("nominal"),
+               detail=True),
+        Figure("nominal_error", "m", "Error if all parameters are nominal (Paty's delta p_n).",
+               _of_row("nominal_error"), shown="mm"),
+        Figure("nominal_offset", "m", "x, y and z of the nominal error.", _of_row("nominal_offset"), detail=True),
+        Figure("nominal_turn", "rad", "Angle of the platform from its expected rotation if all parameters are nominal; "
+               "0 for a point platform.", _of_row("nominal_turn")),
+        Figure("max_error", "m", "Largest error (Paty's delta p_max).", _of_row("spread.max_error"), shown="mm"),
+        Figure("max_error_values", "", "Values of the uncertain parameters there.", "_worst_values", detail=True),
+        Figure("max_turn", "rad", "Largest angle of the platform from its expected rotation; 0 for a point platform.",
+               _of_row("spread.max_turn")),
+        Figure("difference", "m", "Largest error less the nominal one (Paty's delta p).", _of_row("difference"),
+               shown="mm"),
+        Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position.",
+               _of_row("spread.max_deviation"), shown="mm"),
+        Figure("deviation", "m", "Standard deviation of x, y and z.", _of_row("spread.deviation"),
+               "standard deviation, x, y, z", shown="mm"),
+        Figure("likely_error", "m", "Error that 95 % of the samples stay within; null unless samples are drawn.",
+               _of_row("spread.likely_error"), "error of 95 % of samples", shown="mm"),
+        Figure("nonlinearity", "1", "Error of the first-order estimate, as a share of the spread.",
+               _of_row("spread.nonlinearity"), digits=2, shown="%"),
+        Figure("unsolved", "1", "Number of solves without a sound equilibrium, which are left out.",
+               _of_row("spread.unsolved")),
+        Figure("hull_volume", "m^3", "Volume of the convex hull of the corners.", "region.hull.volume",
+               "region of the corners", shown="mm^3"),
+        Figure("projections", "m", "Outlines of the hull on the planes xy, xz and yz.", "region.hull.projections",
+               detail=True),
+        Figure("contributions", "", "Effect of each uncertain parameter alone, largest first.",
+               "accuracy.contributions", parts=CONTRIBUTION),
+        Figure("remains", "", "Errors that each compensation leaves.", "_remains", "errors that remain",
+               parts=REMAINING),
+        Figure("interior", "", "Points within the ranges, compared with the corners; null where none were tried.",
+               "region.interior", "points within the ranges", parts=INTERIOR),
+        Figure("best_tension", "", "Tensions under which the deviation is smallest; null where tensions cannot be "
+               "chosen.", "best", "tensions of smallest deviation", parts=BEST),
+        Figure("parameters", "", "Labels of the uncertain parameters.", "accuracy.labels", detail=True),
+        Figure("vertices", "", "Every corner of the ranges.", "_vertices", parts=CORNER, detail=True),
+        Figure("max_error_factors", "1", "Factors on the moduli at the largest error.", _of_row("spread.worst_values"),
+               only=_only_moduli, detail=True),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "compensation", "nominal_error", "max_error", "max_deviation")
 
     accuracy: Accuracy  # one row
@@ -75,34 +144,26 @@ class AccuracyAtPose(Result):
     def _worst_values(self) -> dict[str, float]:
         return dict(zip(self.accuracy.labels, self.accuracy.spread.worst_values[0].tolist(), strict=True))
 
-    def _contributions(self) -> list[dict[str, object]]:
-        labels, effects = self.accuracy.labels, self.accuracy.spread.effects[0]
-        sizes = np.linalg.norm(effects, axis=0)
-        order = np.argsort(-sizes, kind="stable")
-        return [{"parameter": labels[k], "effect": float(sizes[k]), "offset": effects[:, k]} for k in order]
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know before the figures are used."""
+        inner = self.region.interior
+        if inner is None or inner.corner_is_worst:
+            return self.accuracy.notes
+        worse = (
+            f"some points within the ranges are worse than all corners: up to {1e3 * inner.max_error:.3g} mm off, "
+            f"{1e3 * inner.max_deviation:.3g} mm from the nominal position; the figures of the corners are too small"
+        )
+        return (*self.accuracy.notes, worse)
 
-    def _remains(self) -> list[dict[str, object]]:
-        return [
-            {
-                "compensation": name,
-                "nominal_error": left.nominal_error[0],
-                "max_error": left.spread.max_error[0],
-                "max_deviation": left.spread.max_deviation[0],
-            }
-            for name, left in self.remains.items()
-        ]
+    def _remains(self) -> tuple[Remaining, ...]:
+        return tuple(Remaining(*each) for each in self.remains.items())
 
-    def _best(self) -> dict[str, object] | None:
-        names = ("tensions", "lengths", "max_deviation", "least_norm_max_deviation", "gain")
-        return None if self.best is None else {name: getattr(self.best, name) for name in names}
-
-    def _vertices(self) -> list[dict[str, object]]:
-        """Every corner: values, nozzle position, error, and distance from the nominal nozzle position."""
+    def _vertices(self) -> tuple[Corner, ...]:
         corners = self.region
         errors = np.linalg.norm(corners.points - corners.wanted, axis=1)
         away = np.linalg.norm(corners.points - corners.nominal, axis=1)
-        rows = zip(corners.values, corners.points, errors, away, strict=True)
-        return [{"values": v, "nozzle": p, "error": float(e), "deviation": float(d)} for v, p, e, d in rows]
+        return tuple(Corner(*row) for row in zip(corners.values, corners.points, errors, away, strict=True))
 
 
 def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPose:

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.bracket.loads import Loads, joints, loads_at
-from cablewright.analyses.bracket.stress import BracketMesh, Comparison, bracket_at, bracket_of
+from cablewright.analyses.bracket.stress import BracketMesh, Comparison, Design, bracket_at, bracket_of
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
-from cablewright.results import Figure, Pictured
+from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Bracket, Robot, load_bracket
 from cablewright.studies.job_poses import along
 from cablewright.studies.places import workspace_nodes
@@ -41,14 +41,40 @@ _MAX_POSES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Highest:
-    """The poses at which each design is stressed most. Pairs: universal joint, conventional."""
+class Worst:
+    """The pose at which a design is stressed most, m and rad, and its largest stress there, Pa."""
 
-    poses: Array  # (N, n) m and rad, all that were evaluated
-    retraction: Array | None  # (N,) m
-    held: int  # poses that both designs can hold
-    at: tuple[int, int]  # rows of `poses`
-    stress: tuple[float, float]  # Pa
+    pose: Array
+    max_von_mises: float
+
+
+WORST = (
+    Figure("pose", "m, rad", "Pose at which the design is stressed most."),
+    Figure("max_von_mises", "Pa", "Its largest stress there.", shown="MPa"),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Highest(Result):
+    """Where the stress of each design is highest: indices into `poses` (N, n), and the stresses there, Pa.
+
+    A row or entry for each of `DESIGNS`. `held`: how many poses both designs can hold.
+    """
+
+    FIGURES: ClassVar = (
+        Figure("poses", "1", "Number of poses that were looked at.", lambda of: len(of.poses)),
+        Figure("held", "1", "Number of those that both designs can hold.", name="of them held"),
+        Figure("universal_joint", "", "Largest stress of the design as built.", lambda of: of.worst_of(0), parts=WORST,
+               detail=True),
+        Figure("conventional", "", "Largest stress with the second rotation blocked.", lambda of: of.worst_of(1),
+               parts=WORST, detail=True),
+    )  # fmt: skip
+
+    poses: Array
+    retraction: Array | None
+    held: int
+    at: tuple[int, int]
+    stress: tuple[float, float]
 
     @property
     def worst(self) -> tuple[list[float], float | None]:
@@ -56,20 +82,28 @@ class Highest:
         row = self.at[0]
         return self.poses[row].tolist(), None if self.retraction is None else float(self.retraction[row])
 
+    def worst_of(self, design: int) -> Worst:
+        """Where one of `DESIGNS` is stressed most."""
+        return Worst(self.poses[self.at[design]], self.stress[design])
 
-@dataclass(frozen=True)
-class Varied:
-    """Largest stresses of both designs, Pa, with one size multiplied by a factor."""
+
+@dataclass(frozen=True, repr=False)
+class Varied(Result):
+    """The largest stresses of both designs with one size changed, m and Pa."""
+
+    FIGURES: ClassVar = (
+        Figure("size", "", "Size that is changed.", "name"),
+        Figure("factor", "1", "Factor on that size.", digits=3),
+        Figure("universal_joint", "Pa", "Largest stress of the design as built.", name="universal joint", shown="MPa"),
+        Figure("conventional", "Pa", "Largest stress with the second rotation blocked.", shown="MPa"),
+        Figure("ratio", "1", "Conventional stress over that of the universal joint.", digits=3),
+    )
+    HEADLINES: ClassVar = ("size", "factor", "ratio")
 
     name: str
     factor: float
     universal_joint: float
     conventional: float
-
-    def to_dict(self) -> dict[str, object]:
-        """Return the size, the factor and the stresses as JSON has them."""
-        return {"size": self.name, "factor": self.factor, "universal_joint": self.universal_joint,
-                "conventional": self.conventional, "ratio": self.ratio}  # fmt: skip
 
     @property
     def ratio(self) -> float:
@@ -125,20 +159,25 @@ class BracketStress(Pictured):
     """Stress in the brackets of both designs at a pose, the search for that pose, and the effect of assumed sizes."""
 
     FIGURES: ClassVar = (
-        Figure("status", "", "ok; yields: the universal joint's bracket is stressed beyond its yield strength."),
+        Figure("status", "", "ok, or yields: the universal joint's bracket is stressed beyond its yield strength."),
         Figure("robot", "", "Name of the robot.", "designs.model.robot.name"),
-        Figure("pose", "m, rad", "The pose.", "designs.pose"),
-        Figure("yield_strength", "Pa", "Yield strength of the material.", "designs.bracket.material.yield_strength"),
-        Figure("universal_joint", "", "Stress, loads and motion as built.", "designs.universal_joint.figures"),
-        Figure("conventional", "", "The same with the second rotation blocked.", "designs.conventional.figures"),
-        Figure("ratio", "1", "The conventional design's largest stress over the universal joint's.", "designs.ratio"),
-        Figure(
-            "platform_motion_cables", "m, rad", "How far the elasticity of the cables moves the platform.",
-            "designs.cable_motion",
-        ),
-        Figure("searched", "", "Poses that were looked at.", only=lambda of: of.highest is not None),
-        Figure("sensitivity", "Pa", "Largest stresses with assumed sizes changed.",
-               lambda of: [each.to_dict() for each in of.varied], only=lambda of: bool(of.varied)),
+        Figure("pose", "m, rad", "Pose of the platform.", "designs.pose", digits=7),
+        Figure("yield_strength", "Pa", "Yield strength of the material.", "designs.bracket.material.yield_strength",
+               shown="MPa"),
+        Figure("universal_joint", "", "The most stressed bracket as built.", "designs.universal_joint", along="design",
+               parts=Design.FIGURES),
+        Figure("conventional", "", "The most stressed bracket with the second rotation blocked.",
+               "designs.conventional", along="design", parts=Design.FIGURES),
+        Figure("ratio", "1", "Largest conventional stress over that of the universal joint.", "designs.ratio",
+               "conventional over universal joint", 3),
+        Figure("platform_motion_cables", "m, rad", "Motion of the platform because the cables stretch and sag, from "
+               "lengths of rigid cables; null where that is not known.", "designs.cable_motion", detail=True),
+        Figure("platform_displacement_cables", "m", "Norm of the translation in platform_motion_cables.",
+               lambda of: np.linalg.norm(of.designs.cable_motion[:3]), "platform moves by cables alone", shown="mm"),
+        Figure("searched", "", "Poses that were looked at.", "highest", parts=Highest.FIGURES,
+               only=lambda of: of.highest is not None),
+        Figure("sensitivity", "", "Largest stresses with each assumed size changed.", "varied", parts=Varied.FIGURES,
+               only=lambda of: bool(of.varied)),
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "pose", "ratio")
 
@@ -152,23 +191,12 @@ class BracketStress(Pictured):
         return "yields" if self.designs.universal_joint.safety < 1.0 else "ok"
 
     @property
-    def verdict(self) -> str:
-        """The bracket that yields, in a sentence; empty if none does."""
+    def refusal(self) -> str:
+        """Which bracket yields; empty if none does."""
         found = self.designs.universal_joint
         if self.status == "ok":
             return ""
-        line = self.designs.model.robot.lines[found.line].name
-        return f"the bracket of line {line} yields: safety {found.safety:.3g} against its yield strength"
-
-    @property
-    def searched(self) -> dict[str, object] | None:
-        """The poses of the highest stress of each design, as JSON has them; None for a given pose."""
-        found = self.highest
-        if found is None:
-            return None
-        rows = zip(("universal_joint", "conventional"), found.at, found.stress, strict=True)
-        worst = {name: {"pose": found.poses[at], "max_von_mises": stress} for name, at, stress in rows}
-        return {"poses": len(found.poses), "held": found.held, **worst}
+        return f"the bracket of line {found.line_name} yields: safety {found.safety:.3g} against its yield strength"
 
 
 def bracket(

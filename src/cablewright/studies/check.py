@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,13 +71,66 @@ class PathStatics:
         )
 
 
-def _extreme(choose: Callable[[Array], float], values: Array) -> float:
-    return float("nan") if np.isnan(values).all() else float(choose(values))
+def extreme(choose: np.ufunc, values: Array) -> float:
+    """The smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
+    return float(choose.reduce(values, axis=None, initial=np.nan))
 
 
-def _of_all(choose: Callable[[Array], float], name: str) -> Callable[[Check], float]:
-    """Return a function that reads the extreme of an array of the check."""
-    return lambda found: _extreme(choose, attrgetter(name)(found))
+def median(values: Array) -> Array:
+    """The lower median along the first axis of what is not NaN; NaN where that is nothing."""
+    ranked = np.sort(values, axis=0)  # NaN comes last
+    known = np.count_nonzero(~np.isnan(ranked), axis=0)
+    at = np.maximum(known - 1, 0) // 2
+    return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])
+
+
+@dataclass(frozen=True)
+class Place:
+    """A sample of a job."""
+
+    position: tuple[float, float, float]  # m
+    layer: int
+    gcode_line: int
+
+
+class PlacedFinding(NamedTuple):
+    """A finding and where its worst sample is."""
+
+    finding: Finding
+    place: Place
+
+
+PLACE = (
+    Figure("position", "m", "Position of the nozzle."),
+    Figure("layer", "", "Layer; -1 before the first."),
+    Figure("gcode_line", "", "Line of the G-code file."),
+)
+FINDING = (
+    *(each.of_part("finding") for each in Finding.FIGURES),
+    Figure("place", "", "Place of the worst sample.", parts=PLACE, detail=True),
+)
+
+
+def _extreme_of(key: str, unit: str, meaning: str, choose: np.ufunc, array: str, **more: Any) -> Figure:
+    """The smallest or largest value of an array of the check."""
+    return Figure(key, unit, meaning, lambda found: extreme(choose, attrgetter(array)(found)), **more)
+
+
+def _of_lines(
+    key: str, unit: str, meaning: str, name: str, array: str, choose: Callable[[Array], Array] = np.fmax.reduce
+) -> Figure:
+    """One value of each line, of an array (k, m) of the check."""
+    return Figure(key, unit, meaning, lambda found: choose(attrgetter(array)(found)), name, along="line")
+
+
+def _errors() -> tuple[Figure, ...]:
+    """The largest errors, by what is compensated."""
+    named = (("none", "uncompensated"), ("elastic", "elastic_only"), ("full", "compensated"))
+    return tuple(
+        _extreme_of(f"max_error_{key}", "m", f"Largest error of the nozzle {words}.", np.fmax, f"error_{key}",
+                    name=f"max error {words}", digits=3, shown="mm")
+        for words, key in ((COMPENSATIONS[name].words, key) for name, key in named)
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,29 +139,57 @@ class Check(Result):
 
     FIGURES: ClassVar = (
         Figure("feasible", "", "Whether every sample is within all limits."),
-        Figure("verdict", "", "That in one sentence."),
-        Figure("layers", "1", "Layers of the part.", "layer_count"),
-        Figure("samples", "1", "Samples of the path.", lambda found: len(found.samples)),
+        Figure("verdict", "", "The answer in one sentence."),
+        Figure("layers", "1", "Number of layers of the part.", "layer_count"),
+        Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
-        Figure("travel_length", "m", "Length of path on which none is.", "samples.travel_length"),
-        Figure("duration", "s", "Time that the job takes.", "law.duration"),
-        Figure("min_tension", "N", "Lowest tension.", _of_all(np.nanmin, "statics.lines.lowest_tension")),
-        Figure("max_tension", "N", "Highest tension.", _of_all(np.nanmax, "statics.lines.highest_tension")),
-        *(
-            Figure(f"max_{what}_{left}", unit, f"Largest {what}, {words}.", _of_all(np.nanmax, f"{what}_{left}"))
-            for what, unit, left, words in (
-                ("error", "m", "uncompensated", "cables taken as rigid"),
-                ("error", "m", "elastic_only", "stretch alone compensated"),
-                ("error", "m", "compensated", "all compensated"),
-                ("turn", "rad", "uncompensated", "cables taken as rigid"),
-                ("turn", "rad", "compensated", "all compensated"),
-            )
-        ),
-        Figure("max_winch_speed", "m/s", "Highest speed of a cable.", _of_all(np.nanmax, "statics.lines.winch_speed")),
-        Figure("max_winch_torque", "N m", "Highest torque.", _of_all(np.nanmax, "statics.lines.winch_torque")),
-        Figure("findings", "", "What stands in its way, worst first.", "_findings"),
-        Figure("ignored_words", "1", "Words of the G-code for which nothing was done.", "unknown"),
-    )
+        Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
+        Figure("duration", "s", "Duration of the job.", "law.duration"),
+        _extreme_of("min_tension", "N", "Smallest tension, anywhere along a line.", np.fmin,
+                    "statics.lines.lowest_tension", shown="N"),
+        _extreme_of("max_tension", "N", "Largest tension, anywhere along a line.", np.fmax,
+                    "statics.lines.highest_tension", shown="N"),
+        *_errors(),
+        Figure("median_error_uncompensated", "m", "Median error of the nozzle without compensation.",
+               lambda found: float(median(found.error_uncompensated)), "median error without compensation", 3,
+               shown="mm"),
+        _extreme_of("max_turn_uncompensated", "rad", "Largest angle of the platform from its expected rotation without "
+                    "compensation; 0 for a point platform.", np.fmax, "turn_uncompensated",
+                    name="max turn without compensation", digits=3),
+        _extreme_of("max_turn_compensated", "rad", "Largest angle of the platform from its expected rotation with full "
+                    "compensation; 0 for a point platform.", np.fmax, "turn_compensated",
+                    name="max turn with full compensation", digits=3),
+        _extreme_of("max_winch_speed", "m/s", "Largest speed of a cable at its winch.", np.fmax,
+                    "statics.lines.winch_speed", digits=3),
+        _extreme_of("max_winch_torque", "N m", "Largest torque at a drum; null where no drum radius is given.", np.fmax,
+                    "statics.lines.winch_torque"),
+        Figure("lines", "", "Names of the lines.", lambda found: [line.name for line in found.robot.lines], "line",
+               along="line"),
+        _of_lines("line_min_tension", "N", "Smallest tension of each line.", "min tension",
+                  "statics.lines.lowest_tension", np.fmin.reduce),
+        _of_lines("line_median_tension", "N", "Median tension of each line at its sheave.", "median tension",
+                  "statics.tensions", median),
+        _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
+                  "statics.lines.highest_tension"),
+        Figure("line_tension_limits", "N", "Min and max tension that is allowed, of each line.",
+               lambda found: [line.tension_limits for line in found.robot.lines], "limits", shown="N", along="line"),
+        _of_lines("line_max_length", "m", "Largest unstrained length of each line.", "max length", "lengths"),
+        _of_lines("line_max_winch_speed", "m/s", "Largest speed of each cable at its winch.", "max speed",
+                  "statics.lines.winch_speed"),
+        _of_lines("line_max_winch_torque", "N m", "Largest torque of each drum; null where not known.", "max torque",
+                  "statics.lines.winch_torque"),
+        _of_lines("line_min_swing", "rad", "Min azimuth of each sheave from where its mounting faces.", "min swing",
+                  "statics.lines.swing", np.fmin.reduce),
+        _of_lines("line_max_swing", "rad", "Max azimuth of each sheave from where its mounting faces.", "max swing",
+                  "statics.lines.swing"),
+        _of_lines("line_min_lever", "rad", "Min angle of each lever above the horizontal.", "min lever",
+                  "statics.lines.lever", np.fmin.reduce),
+        _of_lines("line_max_lever", "rad", "Max angle of each lever above the horizontal.", "max lever",
+                  "statics.lines.lever"),
+        Figure("findings", "", "Every limit, those that are broken first.", "placed_findings", "limits of the robot",
+               parts=FINDING),
+        Figure("ignored_words", "1", "Words of the G-code without effect, by how often they are there.", "unknown"),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("feasible", "layers", "samples", "max_tension", "max_error_uncompensated")
 
     robot: Robot
@@ -171,16 +252,20 @@ class Check(Result):
             return np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
         return angle_between(poses[:, 3:], self.poses[:, 3:])
 
-    def _findings(self) -> list[dict[str, object]]:
-        return [finding.__dict__ | {"place": self.place(finding.sample)} for finding in self.findings]
+    @property
+    def placed_findings(self) -> tuple[PlacedFinding, ...]:
+        """The findings, with the place of each."""
+        return tuple(PlacedFinding(finding, self.place(finding.sample)) for finding in self.findings)
 
-    def place(self, sample: int) -> dict[str, object]:
-        """Place of a sample: position (m), layer and line of the G-code file."""
-        return {
-            "position": [float(x) for x in self.samples.positions[sample]],
-            "layer": int(self.samples.layer[sample]),
-            "gcode_line": int(self.samples.line[sample]),
-        }
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        return "" if self.feasible else self.verdict
+
+    def place(self, sample: int) -> Place:
+        """Where a sample is: position, layer and line of the G-code file."""
+        x, y, z = (float(each) for each in self.samples.positions[sample])
+        return Place((x, y, z), int(self.samples.layer[sample]), int(self.samples.line[sample]))
 
 
 def check(
@@ -262,7 +347,7 @@ def _verdict(found: Check, failed: Indices) -> str:
     """The verdict in one sentence; *failed*: samples at which the compensated path is not met."""
     machine, part = found.robot.name, found.job.name
     if found.feasible:
-        off = _extreme(np.nanmax, found.error_uncompensated)
+        off = extreme(np.fmax, found.error_uncompensated)
         return (
             f"{machine} can print {part}: every sample is within all limits; without compensation it prints up to "
             f"{off * 1e3:.0f} mm off, with it the model meets the path to within {MET * 1e6:g} um."

@@ -27,20 +27,21 @@ def search_all(
     *,
     time_limit: float,
     progress: Progress | None = None,
-) -> tuple[Equilibria, bool]:
+) -> Equilibria:
     """Search for equilibria that *found* lacks; resume the search in *file* if it has the same inputs.
 
-    Returns the equilibria, and whether the search is finished. *file* has the state of the search, also after an
-    interruption. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
+    Returns the equilibria, which know whether the search is finished. *file* has the state of the search, also after an
+    interruption.
+    *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
     `EnvironmentFault` where it cannot be written.
     """
     initial = begin(found.solutions.model, None if box is None else np.array(box))
     question = _question(found, initial)
     search = _read(file, question) or initial
-    all_found, search = exhaust(
+    every, _ = exhaust(
         found, search, time_limit=time_limit, save=lambda now: _write(file, question, now), progress=progress
     )
-    return all_found, search.finished
+    return every
 
 
 def _question(found: Equilibria, initial: ExhaustiveSearch) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.interference import (
+    BOUND,
     DEFAULT,
     FIGURES,
     KINDS,
@@ -50,23 +51,23 @@ class JobInterference(Distances):
     FIGURES: ClassVar = (
         *FIGURES,
         Figure("job", "", "Name of the job.", "job.name"),
-        Figure("first_layer", "", "First layer at which a line is too near to the part."),
-        Figure("first_gcode_line", "", "Line of the G-code at which that happens."),
-        Figure("layer", "", "Layer of the smallest distance.", lambda found: found.at("layer")),
-        Figure("gcode_line", "", "Line of the G-code of the smallest distance.", lambda found: found.at("line")),
-        Figure("samples", "", "How many samples of the path were looked at.", lambda found: len(found.samples)),
-        Figure("unheld", "", "How many samples have a pose that cannot be held."),
-        Figure("bound", "m", "How far a line may be from the chords that stand for it."),
-        Figure("layers", "", "Numbers of the layers.", lambda found: found.layers()[0]),
-        Figure("layer_distances", "m", "Smallest distance from the part by layer.", lambda found: found.layers()[1]),
-        Figure(
-            "free_fraction",
-            "1",
-            "Share of the places about the whole part that stays free.",
-            "region.fraction",
-        ),
-        Figure("free_box", "m", "Where that share was looked for, lowest and highest of each axis.", "region.box"),
-    )
+        Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
+        Figure("unheld", "1", "Number of samples at which the pose cannot be held.", name="samples not held"),
+        Figure("layer", "", "Layer of the smallest distance.", lambda found: found.at("layer"), "nearest in layer"),
+        Figure("gcode_line", "", "Line of the G-code at the smallest distance.", lambda found: found.at("line"),
+               "nearest at G-code line"),
+        Figure("first_layer", "", "First layer in which a line is too near to the part; null where there is none.",
+               name="first layer touched"),
+        Figure("first_gcode_line", "", "Line of the G-code at which that happens.", name="first G-code line touched"),
+        Figure("free_fraction", "1", "Share of the places beside and above the whole part, of those that can be held, "
+               "where no line is too near to it.", "region.fraction", "free beside and above the part", shown="%"),
+        BOUND,
+        Figure("layers", "", "Numbers of the layers.", lambda found: found.layers()[0], detail=True),
+        Figure("layer_distances", "m", "Smallest distance of a line from the part in each layer.",
+               lambda found: found.layers()[1], detail=True),
+        Figure("free_box", "m", "Box of the places of free_fraction: min and max of each axis.", "region.box",
+               detail=True),
+    )  # fmt: skip
 
     robot: Robot
     job: Job
@@ -108,11 +109,11 @@ class JobInterference(Distances):
         return int(np.count_nonzero(self.codes))
 
     @property
-    def verdict(self) -> str:
-        """The status in one sentence, with the place in the job."""
+    def refusal(self) -> str:
+        """Why the answer is no, with the place in the job."""
         if self.status in ("touching", "near"):
-            return f"{super().verdict} in layer {self.at('layer')}, G-code line {self.at('line')}"
-        return super().verdict.replace("held", f"held at {self.unheld} of {len(self.samples)} samples")
+            return f"{super().refusal} in layer {self.at('layer')}, G-code line {self.at('line')}"
+        return super().refusal.replace("held", f"held at {self.unheld} of {len(self.samples)} samples")
 
     def at(self, column: str) -> int | None:
         """Return the ``layer`` or G-code ``line`` of the sample with the smallest distance."""

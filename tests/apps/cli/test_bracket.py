@@ -53,9 +53,12 @@ def test_people_get_the_designs_side_by_side(cli) -> None:
     found = cli("bracket", "house-printer", *AT)
     assert (found.code, found.err) == (0, "")
     rows = found.out.splitlines()
-    assert rows[0] == "house-printer: ok"
-    assert rows[2].split() == ["universal", "joint", "conventional"]
-    assert "conventional over universal joint: 1." in found.out
+    assert rows[0].split() == ["status", "ok"]
+    assert rows[1].split() == ["robot", "house-printer"]
+    assert "conventional over universal joint  1." in found.out
+    head = next(k for k, row in enumerate(rows) if row.split() == ["universal", "joint", "conventional"])
+    assert rows[head + 1].split() == ["line", "south-west", "south-west"]
+    assert rows.count(rows[head + 1]) == 1
 
 
 def test_limits_of_the_paper_exclude_the_pose(cli) -> None:
@@ -96,12 +99,12 @@ def test_a_bracket_that_yields_is_a_no(cli, tmp_path) -> None:
 
 
 REFUSED = [
-    ((), "one of --at X,Y,Z, --job JOB and --workspace STEP is wanted"),
+    ((), "expected one of --at X,Y,Z, --job JOB and --workspace STEP"),
     (("--at", "0,0,1", "--workspace", "5"), "one of --at X,Y,Z"),
     (("--at", "0,0,1", "--times", "9"), "times = 9: one of 1, 2 is allowed"),
-    (("--at", "0,0,1", "--vtu", "b.txt"), "a name that ends in .vtu is wanted"),
-    (("--at", "0,0,1", "--plot", "b.jpg"), "a name that ends in .png is wanted"),
-    (("--at", "0,0"), "3 numbers are expected"),
+    (("--at", "0,0,1", "--vtu", "b.txt"), "expected a name that ends in .vtu"),
+    (("--at", "0,0,1", "--plot", "b.jpg"), "expected a name that ends in .png"),
+    (("--at", "0,0"), "3 numbers are wanted"),
     (("--workspace", "0", "--times", "1"), "step 0 m"),
     (("--workspace", "5", "--retraction", "1"), "--retraction is for --at"),
     (("--at", "0,0,1", "--bracket", "none.toml"), "none.toml: no such file"),

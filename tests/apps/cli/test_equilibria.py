@@ -7,7 +7,7 @@ import pytest
 
 def test_the_json_of_the_contract(cli) -> None:
     found = cli("equilibria", "paty2021", "--lengths", "33,33,33,33", "--json").json
-    assert (len(found["solutions"]), found["complete"]) == (16, False)
+    assert (len(found["solutions"]), found["found"], found["complete_for"]) == (16, 16, None)
     first = found["solutions"][0]
     assert (first["stable"], first["certified"], first["slack"]) == (True, True, [False] * 4)
     assert first["status"] == "ok"
@@ -17,9 +17,13 @@ def test_the_json_of_the_contract(cli) -> None:
 
 
 def test_the_text(cli) -> None:
-    out = cli("equilibria", "merlet2023", "--lengths", "9.7,9.9,9.7,9.7", "--sheave", "eyelet").out
-    assert out.startswith("1 equilibrium, 1 stable\nok ")
-    assert "certified, slack: " in out
+    rows = cli("equilibria", "merlet2023", "--lengths", "9.7,9.9,9.7,9.7", "--sheave", "eyelet").out.splitlines()
+    assert {"equilibria    1", "stable        1", "complete for  all equilibria whose dead spans are taut"} <= set(rows)
+    head, row = rows[-2:]
+    assert head.split("  ")[0] == "status"
+    assert row.startswith("ok ")
+    assert row.endswith("  yes")  # certified
+    assert head.split()[-1] == "certified"
 
 
 @pytest.mark.parametrize(
@@ -47,7 +51,8 @@ def test_a_search_that_leaves_nothing_out(cli, tmp_path) -> None:
     file = tmp_path / "search.npz"
     asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file), "--json")
     found = cli(*asked).json
-    assert (found["status"], found["complete"], found["undecided_boxes"]) == ("ok", True, [])
+    assert (found["status"], found["undecided_boxes"]) == ("ok", [])
+    assert "without a loop in a dead span" in found["complete_for"]
     assert len(found["solutions"]) == 1
     assert file.exists()
     assert cli(*asked).json == found
@@ -58,9 +63,12 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file))
     ended = cli(*asked, "--time-limit", "1e-6")
     assert ended.code == 1
-    assert "the same command goes on" in ended.err
+    assert "the same command resumes" in ended.err
+    assert "boxes are still to be judged" in ended.no
     assert file.exists()
-    assert "complete: the search excludes any other" in cli(*asked).out
+    out = cli(*asked).out
+    assert "complete for  all equilibria with the platform in the box and without a loop in a dead span" in out
+    assert "the search leaves no place in the box for another" in out
 
 
 @pytest.mark.parametrize(

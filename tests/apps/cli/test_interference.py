@@ -124,8 +124,8 @@ def test_a_job(cli, job: Path, tmp_path) -> None:
     assert 0.0 < found["free_fraction"] <= 1.0
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     text = cli("interference", "house-printer", job).out.splitlines()
-    assert text[0] == "house-printer: free"
-    assert text[-2] == "no layer is touched"
+    assert {tuple(row.rsplit(maxsplit=1)) for row in text[:2]} == {("status", "free"), ("robot", "house-printer")}
+    assert "first layer touched -" in {" ".join(row.split()) for row in text}
 
 
 def test_a_job_that_grows_through_a_wall(cli, job: Path, wall: Path) -> None:
@@ -159,9 +159,11 @@ def test_pictures(cli, machine: Path, wall: Path, tmp_path) -> None:
 
 def test_people_get_a_table(cli, machine: Path) -> None:
     rows = cli("interference", machine, *AT).out.splitlines()
-    assert [row.split("  ")[0] for row in rows[1:]] == ["other lines", "platform", "frame", "part"]
-    assert " mm  line " in rows[1]
-    assert rows[4].endswith("nothing to touch")
+    head, *table = rows[rows.index("nearest of each kind") + 1 :]
+    assert "distance, mm  line, nearest to" in head
+    assert [row.split()[0] for row in table] == ["line_line", "line_platform", "line_frame", "line_part"]
+    assert "beam 1" in table[2]
+    assert table[3].split() == ["line_part", "-", "-", "-"]
 
 
 def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
@@ -173,8 +175,8 @@ def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "either a JOB or --at"),
-        (["part.toml", *AT], "either a JOB or --at"),
+        ([], "expected either a JOB or --at"),
+        (["part.toml", *AT], "expected either a JOB or --at"),
         (["part.toml", "--retraction", "1.3"], "--retraction is for --at"),
         ([*AT, "--clearance", "-1"], "clearance = -1"),
         ([*AT, "--clearance", "nan"], "clearance = nan"),
@@ -182,8 +184,8 @@ def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
         ([*AT, "--tolerance", "0"], "tolerance = 0 m"),
         ([*AT, "--mesh", "no.stl"], "no such file"),
         ([*AT, "--mesh-scale", "0", "--mesh", "no.stl"], "mesh scale 0"),
-        ([*AT, "--plot", "a.pdf"], "a name that ends in .png"),
-        (["--at", "1,2"], "6 numbers are expected"),
+        ([*AT, "--plot", "a.pdf"], "expected a name that ends in .png"),
+        (["--at", "1,2"], "6 numbers are wanted"),
     ],
 )
 def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:

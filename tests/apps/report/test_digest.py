@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from apps.report.synthetic import changed, make_check, ring_robot, small_job
-from cablewright.apps.report.digest import Digest, band, extreme, median
+from cablewright.apps.report.digest import Digest, band
+from cablewright.studies.check import extreme, median
 
 
 def test_band_is_that_of_the_known_numbers():
@@ -32,9 +33,9 @@ def test_median_of_nothing_known_is_nan():
 
 def test_extreme():
     values = np.array([[np.nan, 2.0], [5.0, -1.0]])
-    assert extreme(values, highest=True) == 5.0
-    assert extreme(values, highest=False) == -1.0
-    assert np.isnan(extreme(values * np.nan, highest=True))
+    assert extreme(np.fmax, values) == 5.0
+    assert extreme(np.fmin, values) == -1.0
+    assert np.isnan(extreme(np.fmax, values * np.nan))
 
 
 def layered(tmp_path, count: int, points: int = 3):

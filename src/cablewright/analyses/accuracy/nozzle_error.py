@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, NamedTuple, Self, TypedDict
+from typing import ClassVar, NamedTuple, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.accuracy.compensation import Compensation, Reached
+from cablewright.analyses.accuracy.corners import ALL_VERTICES
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
 from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
@@ -33,6 +34,39 @@ def _most(values: Array) -> float:
     return float("nan") if np.isnan(values).all() else float(np.nanmax(values))
 
 
+class Contribution(NamedTuple):
+    """One uncertain parameter: its range, and what it alone does to the nozzle."""
+
+    range: Range
+    offset: Array  # (3,) m, displacement of the nozzle by half the range, at the pose where it is largest
+    at_max_error: float  # value at the largest error, in the parameter's unit; NaN where there is none
+
+    @property
+    def effect(self) -> float:
+        """Length of `offset`, m."""
+        return float(np.linalg.norm(self.offset))
+
+
+CONTRIBUTION = (
+    Figure("parameter", "", "Label of the uncertain parameter.", "range.parameter.label", "uncertain parameter"),
+    Figure("unit", "", "Unit of its values.", "range.parameter.unit"),
+    Figure("nominal", "SI", "Nominal value, of the robot file.", "range.nominal", digits=7),
+    Figure("low", "SI", "Min of its range.", "range.low", "min", 7),
+    Figure("high", "SI", "Max of its range.", "range.high", "max", 7),
+    Figure("standard_deviation", "SI", "Standard deviation of a normal distribution; null where it is uniform.",
+           "range.deviation", digits=6),
+    Figure("at_max_error", "SI", "Value at the largest error; null where there is none.", name="at the largest error",
+           digits=7),
+    Figure("effect", "m", "Displacement of the nozzle by half the range, largest of all poses, in first order.",
+           shown="mm"),
+    Figure("vertical_effect", "m", "Vertical part of that displacement.", lambda of: abs(of.offset[2]),
+           "vertical part", shown="mm"),
+    Figure("offset", "m", "x, y and z of that displacement.", detail=True),
+)  # fmt: skip
+TOO_CURVED = 0.05
+"""Share of the spread by which first order may be off before a note says so."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Accuracy(Result):
     """Errors of the nozzle at N poses under k uncertain parameters; SI, NaN in rows without an answer.
@@ -43,28 +77,43 @@ class Accuracy(Result):
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "robot.name"),
-        Figure("compensation", "", "The model that the commanded lengths are from."),
-        Figure("parameters", "", "What is uncertain.", "labels"),
-        Figure("places", "1", "Places asked about.", len),
-        Figure("answered", "1", "Places with an answer.", lambda found: int(found.ok.sum())),
-        Figure("refused", "1", "Places without one, by status.", "_refused"),
-        Figure("nominal_error", "m", "Largest error if all numbers are nominal.", lambda at: _most(at.nominal_error)),
-        Figure("max_error", "m", "Largest error.", lambda at: _most(at.spread.max_error)),
-        Figure("max_error_at", "m", "Where the nozzle is expected there.", "_worst_place"),
-        Figure("max_error_values", "", "Values of the uncertain numbers there.", "_worst_values"),
-        Figure("smallest_max_error", "m", "Largest error of the best place.", lambda at: -_most(-at.spread.max_error)),
-        Figure("smallest_max_error_at", "m", "Where the nozzle is expected there.", "_best_place"),
-        Figure("difference", "m", "Largest error less the nominal one, at most.", lambda at: _most(at.difference)),
-        Figure("max_deviation", "m", "Longest way from the nominal place.", lambda at: _most(at.spread.max_deviation)),
-        Figure("lowest_error", "m", "Lowest x, y and z of the error.", lambda at: _ends(np.fmin, at.spread.low)),
-        Figure("highest_error", "m", "Highest x, y and z of the error.", lambda at: _ends(np.fmax, at.spread.high)),
-        Figure("max_horizontal_error", "m", "Largest horizontal part of a place's largest error.", "_horizontal"),
-        Figure("max_vertical_error", "m", "Largest vertical part.", lambda at: _most(np.abs(at.worst_offset[:, 2]))),
-        Figure("max_turn", "rad", "Largest turn of the platform.", lambda at: _most(at.spread.max_turn)),
-        Figure("nonlinearity", "1", "Share by which first order is off.", lambda at: _most(at.spread.nonlinearity)),
-        Figure("unsolved", "1", "Sets of values without an equilibrium.", lambda at: int(at.spread.unsolved.sum())),
-        Figure("contributions", "m", "Largest own effect of each number, most first.", "_contributions"),
-    )
+        Figure("compensation", "", "Model from which the commanded lengths are."),
+        Figure("parameters", "", "Labels of the uncertain parameters.", "labels", detail=True),
+        Figure("places", "1", "Number of places.", len),
+        Figure("answered", "1", "Number of places with an answer.", lambda found: int(found.ok.sum())),
+        Figure("refused", "1", "Number of places without an answer, by status.", "_refused"),
+        Figure("nominal_error", "m", "Largest error if all parameters are nominal (Paty's delta p_n).",
+               lambda at: _most(at.nominal_error), shown="mm"),
+        Figure("max_error", "m", "Largest error (Paty's delta p_max).", lambda at: _most(at.spread.max_error),
+               shown="mm"),
+        Figure("max_error_at", "m", "Expected position of the nozzle where the error is largest.", "_worst_place",
+               shown="m"),
+        Figure("max_error_values", "", "Values of the uncertain parameters there.", "_worst_values", detail=True),
+        Figure("smallest_max_error", "m", "Largest error of the best place.",
+               lambda at: -_most(-at.spread.max_error), shown="mm"),
+        Figure("smallest_max_error_at", "m", "Expected position of the nozzle at the best place.", "_best_place",
+               shown="m"),
+        Figure("difference", "m", "Largest difference of a place's largest and nominal error (Paty's delta p).",
+               lambda at: _most(at.difference), shown="mm"),
+        Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position.",
+               lambda at: _most(at.spread.max_deviation), shown="mm"),
+        Figure("lowest_error", "m", "Min of x, y and z of the error.", lambda at: _ends(np.fmin, at.spread.low),
+               "min error, x, y, z", shown="mm"),
+        Figure("highest_error", "m", "Max of x, y and z of the error.", lambda at: _ends(np.fmax, at.spread.high),
+               "max error, x, y, z", shown="mm"),
+        Figure("max_horizontal_error", "m", "Largest horizontal part of a place's largest error.", "_horizontal",
+               shown="mm"),
+        Figure("max_vertical_error", "m", "Largest vertical part of a place's largest error.",
+               lambda at: _most(np.abs(at.worst_offset[:, 2])), shown="mm"),
+        Figure("max_turn", "rad", "Largest angle of the platform from its expected rotation; 0 for a point platform.",
+               lambda at: _most(at.spread.max_turn)),
+        Figure("nonlinearity", "1", "Largest error of the first-order estimate, as a share of the spread.",
+               lambda at: _most(at.spread.nonlinearity), digits=2, shown="%"),
+        Figure("unsolved", "1", "Number of solves without a sound equilibrium, which are left out.",
+               lambda at: int(at.spread.unsolved.sum())),
+        Figure("contributions", "", "Effect of each uncertain parameter alone, largest first.",
+               parts=CONTRIBUTION),
+    )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "compensation", "places", "nominal_error", "max_error")
 
     robot: Robot
@@ -148,9 +197,38 @@ class Accuracy(Result):
     def _horizontal(self) -> float:
         return _most(np.linalg.norm(self.worst_offset[:, :2], axis=1))
 
-    def _contributions(self) -> list[dict[str, Any]]:
-        sizes = np.fmax.reduce(np.linalg.norm(self.spread.effects, axis=1), axis=0, initial=0.0)
-        return [{"parameter": self.labels[k], "effect": float(sizes[k])} for k in np.argsort(-sizes, kind="stable")]
+    @property
+    def contributions(self) -> tuple[Contribution, ...]:
+        """Each uncertain parameter with its effect, largest first."""
+        effects = self.spread.effects if len(self) else np.zeros((1, 3, len(self.ranges)))
+        sizes = np.linalg.norm(effects, axis=1)
+        at = np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0)
+        worst = self._worst_values()
+        values = np.full(len(self.ranges), np.nan) if worst is None else worst
+        order = np.argsort([-sizes[row, k] for k, row in enumerate(at)], kind="stable")
+        return tuple(Contribution(self.ranges[k], effects[at[k], :, k], float(values[k])) for k in order)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know before the figures are used."""
+        curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
+        off = f"first order is off by up to {100.0 * curved:.2g} % of the spread"
+        notes = []
+        if curved > TOO_CURVED and self.method == "first-order":
+            notes.append(f"{off}: all figures of the spread are estimates; --method vertices solves the corners")
+        if curved > TOO_CURVED and self.method == "vertices" and len(self.ranges) > ALL_VERTICES:
+            notes.append(f"{off}, and chose the corners that were solved")
+        notes += [
+            f"{each.parameter.label}: the robot file's {each.nominal:g} is outside its range"
+            for each in self.ranges
+            if not each.low <= each.nominal <= each.high
+        ]
+        if lost:
+            solves = "solve has" if lost == 1 else "solves have"
+            notes.append(
+                f"{lost} {solves} no sound equilibrium and are left out: errors may be larger than the figures"
+            )
+        return tuple(notes)
 
 
 def _at(rows: Array, values: Array) -> Array | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.results import Figure, Result
 from cablewright.robot import Bracket, Robot
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -33,6 +34,7 @@ PLATES = ("baseplate", "uprights", "lever")
 
 TIMES = 2  # default number of divisions of the coarsest elements along each side
 
+NO_MOMENT = 1e-6  # N m: less is rounding
 _TIMES = (1, 2)  # 3 would take more than 10 GB of memory
 
 
@@ -70,9 +72,17 @@ class BracketMesh:
         return found
 
 
-@dataclass(frozen=True)
-class Peak:
-    """The largest stress of one part, Pa, on the fine and the coarse mesh, and its position, m, in the part's frame."""
+@dataclass(frozen=True, repr=False)
+class Peak(Result):
+    """The largest stress of one part: Pa, on the fine mesh and on the coarse; where, m, in the part's frame."""
+
+    FIGURES: ClassVar = (
+        Figure("max_von_mises", "Pa", "Largest linearised von Mises stress of the part.", "stress", shown="MPa"),
+        Figure("error_estimate", "1", "Estimated relative error of the stress; null on the coarsest mesh.", "error",
+               "error", 2, shown="%"),
+        Figure("place", "m", "Place of the largest stress in the part's frame.", shown="m"),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("max_von_mises", "error_estimate")
 
     part: str
     stress: float
@@ -81,13 +91,71 @@ class Peak:
     place: tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Design:
-    """One design at one pose: loads of all lines, stresses of the highest loaded bracket.
+def _plate_figure(name: str) -> Figure:
+    """The largest stress of one of `PLATES` as a figure of a design."""
+    meaning = f"Largest linearised von Mises stress of the {name}."
+    of_part = PLATES.index(name)
+    return Figure(f"{name}_von_mises", "Pa", meaning, lambda of: of.peaks[of_part].stress, name, shown="MPa")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Result):
+    """One design at one pose: loads of all lines, stresses of the highest loaded one.
 
     `sheave_motions` (m, 3): displacement of each line's sheave, m, world. With the universal joint the lever does not
     follow rotations that the joint leaves free.
     """
+
+    FIGURES: ClassVar = (
+        Figure("line", "", "Name of the line whose bracket is stressed most.", "line_name"),
+        Figure("tension", "N", "Tension of that line at its sheave.", lambda of: of.loads.held.tensions[0, of.line],
+               digits=5, shown="N"),
+        Figure("lever_angle", "rad", "Angle of its lever above the horizontal.",
+               lambda of: of.loads.lever_angle[0, of.line], digits=3),
+        Figure("pin_moment", "N m", "Moment about the pin of its lever.", "own_pin_moment", "moment about the pin"),
+        Figure("base_moment_norm", "N m", "Norm of base_moment.", lambda of: np.linalg.norm(of.base_wrench[3:]),
+               "moment at the base"),
+        Figure("part", "", "Part with the largest stress.", "worst.part", "most stressed part"),
+        Figure("max_von_mises", "Pa", "Largest linearised von Mises stress of baseplate, uprights and lever.",
+               shown="MPa"),
+        Figure("error_estimate", "1", "Estimated relative error of that stress; null on the coarsest mesh.",
+               name="error", digits=2, shown="%"),
+        Figure("parts", "", "Largest stress of each part.",
+               lambda of: {peak.part: peak for peak in of.peaks}, parts=Peak.FIGURES, detail=True),
+        *map(_plate_figure, PLATES),
+        Figure("axle_stress", "Pa", "Largest bending stress of the axle.", name="axle", shown="MPa"),
+        Figure("safety", "1", "Smallest ratio of a part's yield strength to its stress.", digits=3),
+        Figure("max_displacement", "m", "Largest displacement of base or lever.", shown="mm"),
+        Figure("platform_motion", "m, rad", "Motion of the platform because the brackets give way, lengths held; null "
+               "where cables are rigid.", detail=True),
+        Figure("platform_displacement", "m", "Norm of the translation in platform_motion; null where cables are rigid.",
+               lambda of: np.linalg.norm(of.platform_motion[:3]), "platform moves by", shown="mm"),
+        Figure("nodes", "1", "Number of nodes of the meshes of base and cheek."),
+        Figure("raw_max_von_mises", "Pa", "Largest von Mises stress at any node, singular edges too: it grows as the "
+               "mesh is refined.", "raw_peak", detail=True),
+        Figure("energy_error", "1", "Relative error of the base in the energy norm (Zienkiewicz and Zhu).",
+               detail=True),
+        Figure("imbalance", "1", "Relative difference of the bolts' reactions from the loads of the base.",
+               detail=True),
+        Figure("lines", "", "Names of the lines, in the order of the arrays below.", "line_names", detail=True),
+        Figure("line_max_von_mises", "Pa", "Largest stress in the bracket of each line.",
+               lambda of: of.plates.max(axis=0), detail=True),
+        Figure("tensions", "N", "Tension of each line at its sheave.", lambda of: of.loads.held.tensions[0],
+               detail=True),
+        Figure("lever_angles", "rad", "Angle of each lever above the horizontal.", lambda of: of.loads.lever_angle[0],
+               detail=True),
+        Figure("pin_moments", "N m", "Moment about the pin of each lever.", lambda of: of.loads.pin_moment[0],
+               detail=True),
+        Figure("spindle_moments", "N m", "Moment about the spindle of each lever.",
+               lambda of: of.loads.spindle_moment[0], detail=True),
+        Figure("base_force", "N", "Force on the base of that line's bracket, bracket's frame.",
+               lambda of: of.base_wrench[:3], detail=True),
+        Figure("base_moment", "N m", "Moment about the middle of the back of its baseplate, bracket's frame.",
+               lambda of: of.base_wrench[3:], detail=True),
+        Figure("sheave_motions", "m", "Displacement of each line's sheave because its bracket gives way, world.",
+               detail=True),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("line", "part", "max_von_mises", "safety")
 
     mesh: BracketMesh
     loads: Loads
@@ -96,37 +164,20 @@ class Design:
     sheave_motions: Array
 
     @property
-    def figures(self) -> dict[str, Any]:
-        """The design's figures as in JSON, SI."""
-        loads, i = self.loads, self.line
-        robot = loads.held.model.robot
-        return {
-            "max_von_mises": self.max_von_mises,
-            "max_displacement": self.max_displacement,
-            "safety": self.safety,
-            "error_estimate": self.error_estimate,
-            "nodes": self.nodes,
-            "line": robot.lines[i].name,
-            "part": self.worst.part,
-            "parts": {
-                peak.part: {"max_von_mises": peak.stress, "error_estimate": peak.error, "place": peak.place}
-                for peak in self.peaks
-            },
-            "axle_stress": self.axle_stress,
-            "raw_max_von_mises": self.raw_peak,
-            "energy_error": self.energy_error,
-            "imbalance": self.imbalance,
-            "lines": [line.name for line in robot.lines],
-            "line_max_von_mises": self.plates.max(axis=0),
-            "tensions": loads.held.tensions[0],
-            "lever_angles": loads.lever_angle[0],
-            "pin_moments": loads.pin_moment[0],
-            "spindle_moments": loads.spindle_moment[0],
-            "base_force": self.base_wrench[:3],
-            "base_moment": self.base_wrench[3:],
-            "sheave_motions": self.sheave_motions,
-            "platform_motion": self.platform_motion,
-        }
+    def line_names(self) -> list[str]:
+        """Names of the lines."""
+        return [line.name for line in self.loads.held.model.robot.lines]
+
+    @property
+    def line_name(self) -> str:
+        """Name of `line`."""
+        return self.line_names[self.line]
+
+    @property
+    def own_pin_moment(self) -> float:
+        """Moment about the pin of `line`, N m; rounding counts as 0."""
+        moment = float(self.loads.pin_moment[0, self.line])
+        return moment if abs(moment) > NO_MOMENT else 0.0
 
     @property
     def line(self) -> int:

@@ -1,4 +1,4 @@
-"""`accuracy`: how far off the robot prints, at a place or over a shape."""
+"""`accuracy`: how far off the robot prints, at a pose or over a shape."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
-from cablewright.apps.cli.accuracy_text import print_place, print_study, warn
-from cablewright.apps.cli.options import AsJson, Limits, LoadName, Retracted, RobotName, Wrench, command, described
-from cablewright.apps.cli.output import limits, numbers, print_json, progress
-from cablewright.errors import AnswerError, InputError
+from cablewright.apps.cli.options import AsJson, Limits, Retraction, RobotOptions, Seed
+from cablewright.apps.cli.output import answer, refused
+from cablewright.apps.cli.parsing import numbers, tension_limits
+from cablewright.apps.cli.progress_bar import progress
+from cablewright.choices import CompensationName, MethodName
+from cablewright.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import AccuracyOptions
@@ -21,7 +23,6 @@ if TYPE_CHECKING:
     from cablewright.progress import Progress
     from cablewright.robot import Robot
     from cablewright.robot.uncertainty import Range
-    from cablewright.studies.accuracy import AccuracyStudy
     from cablewright.studies.places import Places
 
 SHAPES = ("at", "helix", "path", "plane", "workspace")
@@ -36,95 +37,110 @@ STEPS = 40
 """Steps along the longest side of the frame where none is given."""
 
 
-@dataclass(frozen=True)
-class _Accuracy:
-    """How far off the robot prints: the error without compensation, and what uncertain numbers leave of it."""
+@dataclass(frozen=True, kw_only=True)
+class PlaceOptions:
+    """Where the error is computed: one of a pose, a helix, a path, a plane or the workspace."""
 
-    robot: RobotName
-    at: Annotated[str | None, typer.Option("--at", metavar="X,Y,Z[,RX,RY,RZ]", help="One pose, m and rad.")] = None
+    PANEL: ClassVar = "Places"
+
+    at: Annotated[
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="X,Y,Z[,RX,RY,RZ]",
+            help="One pose: position, m, and rotation vector, rad; `free` for what gravity decides.",
+        ),
+    ] = None
     helix: Annotated[
         str | None,
-        typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Along a helix in the frame's middle, m."),
+        typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Places on a helix about the frame's middle, m."),
     ] = None
-    path: Annotated[Path | None, typer.Option("--path", metavar="JOB", help="Along a job's path.")] = None
+    path: Annotated[Path | None, typer.Option("--path", metavar="JOB", help="Samples of a job's path.")] = None
     plane: Annotated[
-        float | None, typer.Option("--plane", metavar="Z", help="Over a horizontal square at this height, m.")
+        float | None, typer.Option("--plane", metavar="Z", help="Places in a horizontal square at height Z, m.")
     ] = None
     half_width: Annotated[
-        float | None, typer.Option("--half-width", metavar="W", help="From the middle to the sides of the plane, m.")
+        float | None,
+        typer.Option(
+            "--half-width", metavar="W", help="Half the side of that square, m; by default as far as the frame."
+        ),
     ] = None
-    workspace: Annotated[bool, typer.Option("--workspace", help="Over all that the robot can reach.")] = False
-    step: Annotated[float | None, typer.Option("--step", metavar="S", help="Distance between places, m.")] = None
-    modulus_range: Annotated[
-        str | None,
-        typer.Option("--modulus-range", metavar="LOW,HIGH", help="Factors between which moduli lie; 0.7,1.3."),
+    workspace: Annotated[
+        bool, typer.Option("--workspace", help="Nodes of a grid that are in the static workspace.")
+    ] = False
+    step: Annotated[
+        float | None,
+        typer.Option(
+            "--step",
+            metavar="S",
+            help=f"Distance between places, m; by default 0.1 on a helix, else 1/{STEPS} of the frame's longest side.",
+        ),
     ] = None
-    uncertainty: Annotated[
-        Path | None, typer.Option("--uncertainty", metavar="TOML", help="What is uncertain, and how much.")
-    ] = None
-    method: Annotated[str, typer.Option("--method", help="vertices, first-order or monte-carlo.")] = "vertices"
-    samples: Annotated[int | None, typer.Option("--samples", help="Samples of monte-carlo; 100000.")] = None
-    seed: Annotated[int, typer.Option("--seed", help="Seed of what is random.")] = 0
-    compensation: Annotated[
-        str, typer.Option("--compensation", help="Lengths from: none (rigid cables), elastic, eyelets or full.")
-    ] = "none"
-    home: Annotated[
-        str | None, typer.Option("--home", metavar="X,Y,Z[,RX,RY,RZ]", help="Where the lengths were zeroed.")
-    ] = None
-    tension_limits: Limits = None
-    retraction: Retracted = None
-    load: LoadName = None
-    wrench: Wrench = None
-    out: Annotated[Path | None, typer.Option("--out", help="Run folder; of a shape runs/accuracy-ROBOT-SHAPE.")] = None
-    as_json: AsJson = False
-
-    def run(self) -> int:
-        """Answer at one place or over a shape."""
-        try:
-            return self.at_place() if self.shape == "at" else self.over_shape()
-        except AnswerError as reason:
-            if self.as_json:
-                print_json({"status": "refused", "reason": str(reason)})
-            raise
+    retraction: Retraction = None
 
     @property
-    def options(self) -> dict[str, Any]:
-        """What was asked of the robot, by name, as a manifest and a report tell it."""
-        return {key: value for key, value in asdict(self).items() if key not in ("robot", "out", "as_json")}
-
-    @cached_property
-    def machine(self) -> Robot:
-        """The robot asked for, as loaded and retracted."""
-        machine = described(self.robot, self.load, self.wrench)
-        return machine if self.retraction is None else machine.retracted(self.retraction)
-
-    @cached_property
     def shape(self) -> str:
-        """Which of the shapes is asked for. Raises `InputError` unless it is one, with the options it takes."""
-        asked = [shape for shape in SHAPES if getattr(self, shape) is not None and getattr(self, shape) is not False]
-        if len(asked) != 1:
-            told = " and ".join(f"--{shape}" for shape in asked) or "none"
-            raise InputError(f"one of --at, --helix, --path, --plane and --workspace is wanted; got {told}")
+        """The requested shape. Raises `InputError` unless it is one, with the options it takes."""
+        given = [shape for shape in SHAPES if getattr(self, shape) is not None and getattr(self, shape) is not False]
+        if len(given) != 1:
+            names = " and ".join(f"--{shape}" for shape in given) or "none"
+            raise InputError(f"expected one of --at, --helix, --path, --plane and --workspace; got {names}")
         for option, shapes in TAKEN_BY.items():
-            if getattr(self, option) is not None and asked[0] not in shapes:
-                raise InputError(f"--{option.replace('_', '-')} does not go with --{asked[0]}")
-        return asked[0]
+            if getattr(self, option) is not None and given[0] not in shapes:
+                raise InputError(f"--{option.replace('_', '-')} does not go with --{given[0]}")
+        return given[0]
 
-    def ranges(self) -> tuple[Range, ...]:
-        """What is uncertain. Raises `InputError`."""
+    def of(self, machine: Robot) -> Places:
+        """The places of a helix, a plane or the workspace of a robot. Raises `InputError`."""
+        from cablewright.studies import places
+
+        if self.helix is not None:
+            radius, pitch, low, high = numbers(self.helix, "--helix", 4) or []
+            step = places.HELIX_STEP if self.step is None else self.step
+            return places.Places.helix(machine, radius, pitch, low, high, step)
+        ends = zip(machine.scene.frame_min, machine.scene.frame_max, strict=True)
+        step = max(high - low for low, high in ends) / STEPS if self.step is None else self.step
+        if self.workspace:
+            return places.Places.workspace(step)
+        assert self.plane is not None
+        return places.Places.plane(machine, self.plane, self.half_width, step)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertaintyOptions:
+    """What is uncertain, and how the spread is found."""
+
+    PANEL: ClassVar = "Uncertain parameters"
+
+    modulus_range: Annotated[
+        str | None,
+        typer.Option(
+            "--modulus-range", metavar="MIN,MAX", help="Factors between which moduli lie; by default 0.7,1.3."
+        ),
+    ] = None
+    uncertainty: Annotated[
+        Path | None,
+        typer.Option("--uncertainty", metavar="TOML", help="File of uncertain parameters, instead of moduli alone."),
+    ] = None
+    method: Annotated[MethodName, typer.Option("--method", help="How the spread is found.")] = "vertices"
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Number of samples of --method monte-carlo; by default 100000.")
+    ] = None
+    seed: Seed = 0
+
+    def ranges(self, machine: Robot) -> tuple[Range, ...]:
+        """What is uncertain of a robot. Raises `InputError`."""
         from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges
 
         if self.uncertainty is not None:
             if self.modulus_range is not None:
                 raise InputError("--modulus-range and --uncertainty: give one of them")
-            return load_uncertainty(self.uncertainty).of(self.machine, str(self.uncertainty))
-        values = numbers(self.modulus_range, "--modulus-range") or [0.7, 1.3]
-        if len(values) != 2:
-            raise InputError(f"--modulus-range = {self.modulus_range!r}: two factors are wanted, lowest,highest")
-        return modulus_ranges(self.machine, *values)
+            return load_uncertainty(self.uncertainty).of(machine, str(self.uncertainty))
+        low, high = numbers(self.modulus_range, "--modulus-range", 2) or (0.7, 1.3)
+        return modulus_ranges(machine, low, high)
 
     def spread_method(self) -> Method | str:
-        """How the spread is found."""
+        """How the spread is found. Raises `InputError`."""
         from cablewright.analyses.accuracy.spread import MonteCarlo
 
         if self.method == "monte-carlo":
@@ -133,94 +149,110 @@ class _Accuracy:
             raise InputError("--samples goes with --method monte-carlo")
         return self.method
 
-    def question(self, show: Any) -> AccuracyOptions:
-        """What is asked alike at one pose and over a shape."""
-        return {
-            "method": self.spread_method(),
-            "compensation": self.compensation,
-            "tension_limits": limits(self.tension_limits),
-            "home": numbers(self.home, "--home"),
-            "seed": self.seed,
-            "progress": show,
-        }
 
-    def at_place(self) -> int:
-        """One pose; a run folder only where --out asks for it."""
-        from cablewright.apps.report.accuracy import write_place
-        from cablewright.studies import store
-        from cablewright.studies.accuracy import accuracy as find
+@dataclass(frozen=True, kw_only=True)
+class Accuracy:
+    """The error of the commanded lengths, and the largest error while parameters are uncertain.
 
-        pose = numbers(self.at, "--at", free=True) or []
-        with nullcontext() if self.out is None else store.run_folder(self.out) as part, progress() as show:
-            found = find(self.machine, pose, self.ranges(), **self.question(show))
+    A shape writes a run folder with a report; one pose does so where --out is given. The answer is no (exit 1) if the
+    robot can be held at none of the places.
+    """
+
+    EXAMPLE: ClassVar = "accuracy house-printer --at 3,2,1"
+    ANSWERS: ClassVar = ("studies.accuracy_at_pose:AccuracyAtPose", "studies.accuracy:AccuracyStudy")
+
+    robot: RobotOptions
+    places: PlaceOptions
+    uncertain: UncertaintyOptions
+    compensation: Annotated[
+        CompensationName,
+        typer.Option(
+            "--compensation",
+            help="Model of the commanded lengths: rigid cables (none), stretch alone, all but sheaves, or everything.",
+        ),
+    ] = "none"
+    home: Annotated[
+        str | None,
+        typer.Option(
+            "--home",
+            metavar="X,Y,Z[,RX,RY,RZ]",
+            help="Pose, m and rad, at which the commanded lengths are true; by default at none.",
+        ),
+    ] = None
+    tension_limits: Limits = None
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Run folder; of a shape by default runs/accuracy-ROBOT-SHAPE.")
+    ] = None
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Find the errors, write the run folder, and print."""
+        from cablewright.apps.report import accuracy as report
+        from cablewright.studies import accuracy, store
+        from cablewright.studies.accuracy_at_pose import AccuracyAtPose
+
+        where, folder, options = self._where(), self._folder(), self.options
+        ranges = self.uncertain.ranges(self.machine)
+        with (
+            refused(self.as_json),
+            nullcontext() if folder is None else store.run_folder(folder) as part,
+            progress() as show,
+        ):
+            found = accuracy.accuracy(self.machine, where, ranges, **self._question(show))
             if part is not None:
                 self._write_inputs(part)
-                write_place(found.accuracy, found.region, found.to_dict(), part, self.options)
-        report = None if self.out is None else str(self.out / "report.html")
-        if self.as_json:
-            print_json(found.to_dict() | {"report": report})
-        else:
-            print_place(found, report)
-        warn(found.accuracy)
-        return 0
+                if isinstance(found, AccuracyAtPose):
+                    report.write_place(found, part, options)
+                else:
+                    store.write_places(found, part)
+                    report.write(found, part, options)
+        return answer(found, self.as_json, report=None if folder is None else folder / "report.html")
 
-    def over_shape(self) -> int:
-        """A helix, a path, a plane or the workspace, with a run folder."""
-        from cablewright.apps.report.accuracy import write
-        from cablewright.studies import store
+    @property
+    def options(self) -> dict[str, Any]:
+        """The given options by name, as the manifest and the report have them."""
+        given = asdict(self)
+        for group in ("robot", "places", "uncertain"):
+            given |= given.pop(group)
+        return {key: value for key, value in given.items() if key not in ("robot", "out", "as_json")}
 
-        folder = self.out or Path("runs") / store.folder_name("accuracy", self.machine.name, self.shape)
-        with store.run_folder(folder) as part, progress() as show:
-            found = self._studied(show)
-            self._write_inputs(part)
-            store.write_places(found, part)
-            write(found, part, self.options)
-        report = str(folder / "report.html")
-        if self.as_json:
-            print_json(found.to_dict() | {"report": report})
-        else:
-            print_study(found, report)
-        warn(found.accuracy)
-        return 0
+    @cached_property
+    def machine(self) -> Robot:
+        """The robot as loaded and retracted."""
+        return self.robot.loaded(self.places.retraction)
 
-    def _studied(self, show: Progress) -> AccuracyStudy:
-        from cablewright.studies.accuracy import accuracy as find
+    def _where(self) -> Any:
+        """What `accuracy` takes as places."""
+        if self.places.shape == "at":
+            return numbers(self.places.at, "--at", free=True)
+        return self.places.path or self.places.of(self.machine)
 
-        return find(self.machine, self.path or self._places(), self.ranges(), **self.question(show))
+    def _folder(self) -> Path | None:
+        from cablewright.studies.store import folder_name
 
-    def _places(self) -> Places:
-        from cablewright.studies.places import HELIX_STEP, Places
+        if self.out is not None or self.places.shape == "at":
+            return self.out
+        return Path("runs") / folder_name("accuracy", self.machine.name, self.places.shape)
 
-        if self.workspace:
-            return Places.workspace(self._step())
-        if self.plane is not None:
-            return Places.plane(self.machine, self.plane, self.half_width, self._step())
-        return Places.helix(self.machine, *self._helix(), HELIX_STEP if self.step is None else self.step)
-
-    def _helix(self) -> tuple[float, float, float, float]:
-        values = numbers(self.helix, "--helix") or []
-        if len(values) != 4:
-            raise InputError(f"--helix = {self.helix!r}: four numbers are wanted, RADIUS,PITCH,Z0,Z1 in m")
-        return values[0], values[1], values[2], values[3]
-
-    def _step(self) -> float:
-        """The step asked for, or one that goes along the frame's longest side in `STEPS`."""
-        if self.step is not None:
-            return self.step
-        scene = self.machine.scene
-        return max(high - low for low, high in zip(scene.frame_min, scene.frame_max, strict=True)) / STEPS
+    def _question(self, show: Progress) -> AccuracyOptions:
+        """What is asked alike at one pose and over a shape."""
+        return {
+            "method": self.uncertain.spread_method(),
+            "compensation": self.compensation,
+            "tension_limits": tension_limits(self.tension_limits),
+            "home": numbers(self.home, "--home"),
+            "seed": self.uncertain.seed,
+            "progress": show,
+        }
 
     def _write_inputs(self, part: Path) -> None:
         """Write the manifest."""
         from cablewright.printing.job import load_job
         from cablewright.studies import store
 
-        inputs = {"robot": store.robot_hash(self.robot)}
-        if self.uncertainty is not None:
-            inputs["uncertainty"] = store.file_hash(self.uncertainty)
-        if self.path is not None:
-            inputs |= store.job_hashes(self.path, load_job(self.path))
+        inputs = {"robot": store.robot_hash(self.robot.robot)}
+        if self.uncertain.uncertainty is not None:
+            inputs["uncertainty"] = store.file_hash(self.uncertain.uncertainty)
+        if self.places.path is not None:
+            inputs |= store.job_hashes(self.places.path, load_job(self.places.path))
         store.write_manifest(part, "accuracy", inputs, self.options)
-
-
-accuracy = command(_Accuracy)

@@ -1,7 +1,8 @@
 """How a command is declared: a frozen dataclass whose fields are arguments, options, or groups of options.
 
 The docstring of the class is the text below the command's summary in its help; ``EXAMPLE`` is the line there that tests
-run; ``ANSWERS`` names the results that it prints, ``module:class`` below `cablewright`. A field that is itself such a dataclass is a group of options; ``PANEL`` is the heading of the group in the help.
+run; ``ANSWERS`` names the results that it prints, ``module:class`` below `cablewright`. A field that is itself such a
+dataclass is a group of options; ``PANEL`` is the heading of the group in the help.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ class Command(Protocol):
 def command_of(kind: type[Command], name: str, summary: str) -> TyperCommand:
     """The command that a class declares. Its help is *summary* and the docstring; its epilogue is the example."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    text = f"{summary}\n\n{inspect.cleandoc(kind.__doc__ or '')}"
+    paragraphs = (summary, *inspect.cleandoc(kind.__doc__ or "").split("\n\n"))
+    text = "\n\n".join(" ".join(each.split()) for each in paragraphs)
     app.command(name, help=text, epilog=f"Example:  cablewright {kind.EXAMPLE}")(_callback(kind))
     made = get_command(app)
     assert isinstance(made, TyperCommand)

@@ -2,108 +2,101 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, LoadName, Retracted, RobotName, Sheave, Wrench, described
-from cablewright.apps.cli.output import numbers, print_json, progress, tell
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.apps.cli.options import AsJson, Lengths, Retraction, RobotOptions, Seed, SheaveChoice
+from cablewright.apps.cli.output import answer, refused, tell
+from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.progress_bar import progress
+from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.solvers.equilibria import Equilibria
+    from cablewright.solvers.equilibria import Equilibria as Found
+
+TIME_LIMIT = 600.0  # s
 
 
-def equilibria(
-    robot: RobotName,
-    lengths: Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained lengths, m.")],
+@dataclass(frozen=True, kw_only=True)
+class Equilibria:
+    """Lines may be taut or slack, equilibria stable or not. They are found from many starts.
+
+    The starts may miss some: `complete for` says what is proved.
+
+    The answer is no (exit 1) if none is found, if a line is over its breaking load in every stable one, or if an
+    exhaustive search is not finished.
+    """
+
+    EXAMPLE: ClassVar = "equilibria merlet2023 --lengths 10.1187,9.3676,10.9961,11.3476"
+    ANSWERS: ClassVar = ("solvers.equilibria:Equilibria",)
+
+    robot: RobotOptions
+    lengths: Lengths
     box: Annotated[
         str | None,
-        typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Where to look, m; the frame and a quarter beyond it."),
-    ] = None,
+        typer.Option(
+            "--box",
+            metavar="X0,X1,Y0,Y1,Z0,Z1",
+            help="Box in which the platform is, m; by default the frame and a quarter of its size beyond each side.",
+        ),
+    ] = None
     starts: Annotated[
-        int | None, typer.Option("--starts", help="Poses to begin from, for each pattern of levers on their head.")
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the poses to begin from.")] = 0,
+        int | None,
+        typer.Option(
+            "--starts",
+            help="Number of random start poses for each pattern of upside-down levers; by default 12 for a point "
+            "platform, 400 for a rigid one.",
+        ),
+    ] = None
+    seed: Seed = 0
     exhaustive: Annotated[
-        bool, typer.Option("--exhaustive", help="Prove that there are no others in the box, as far as that goes.")
-    ] = False,
+        bool,
+        typer.Option(
+            "--exhaustive",
+            help="Search the whole box of a point platform for others; loops in dead spans are not covered.",
+        ),
+    ] = False
     time_limit: Annotated[
-        float | None, typer.Option("--time-limit", metavar="S", help="Of --exhaustive, s; 600. It can be gone on with.")
-    ] = None,
+        float | None,
+        typer.Option("--time-limit", metavar="S", help=f"Time limit of --exhaustive, s; by default {TIME_LIMIT:g}."),
+    ] = None
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.npz", help="Where --exhaustive keeps how far it is; by default in runs/."),
-    ] = None,
-    sheave: Sheave = None,
-    retraction: Retracted = None,
-    load: LoadName = None,
-    wrench: Wrench = None,
-    as_json: AsJson = False,
-) -> int:
-    """Every equilibrium that many starts find for given lengths: slack or taut, stable or not."""
-    from cablewright.models.fidelity import Fidelity
-    from cablewright.models.statics import Model
-    from cablewright.solvers.equilibria import equilibria as find
+        typer.Option(
+            "--out",
+            metavar="FILE.npz",
+            help="State of --exhaustive, from which the same command resumes; by default runs/equilibria-ROBOT.npz.",
+        ),
+    ] = None
+    sheave: SheaveChoice = None
+    retraction: Retraction = None
+    as_json: AsJson = False
 
-    machine = described(robot, load, wrench)
-    if retraction is not None:
-        machine = machine.retracted(retraction)
-    model = Model(machine, Fidelity.of("catenary", sheave))
-    given, corners = numbers(lengths, "--lengths") or [], numbers(box, "--box")
-    if not exhaustive and (time_limit is not None or out is not None):
-        raise InputError("--time-limit and --out: only with --exhaustive")
-    try:
-        found = find(model, given, box=corners, starts=starts, seed=seed)
-    except AnswerError as reason:
-        if as_json:
-            print_json({"status": "refused", "reason": str(reason)})
-        raise
-    finished = True
-    if exhaustive:
-        found, finished = _search(found, corners, 600.0 if time_limit is None else time_limit, out)
-    torn = _is_torn(found)
-    if as_json:
-        print_json({"status": "unfinished" if not finished else "overstretched" if torn else "ok"} | found.to_dict())
-    else:
-        _print(found)
-    if torn:
-        tell("cablewright: the lengths cannot meet: in every stable equilibrium a line is over its breaking load")
-    return 0 if finished and not torn else 1
+    def run(self) -> int:
+        """Find the equilibria and print them."""
+        from cablewright.models.statics import Model
+        from cablewright.solvers.equilibria import equilibria
 
+        model = Model.of(self.robot.loaded(self.retraction), sheave=self.sheave)
+        given, box = numbers(self.lengths, "--lengths") or [], numbers(self.box, "--box")
+        if not self.exhaustive and (self.time_limit is not None or self.out is not None):
+            raise InputError("--time-limit and --out: only with --exhaustive")
+        with refused(self.as_json):
+            found = equilibria(model, given, box=box, starts=self.starts, seed=self.seed)
+        return answer(self._searched(found, box) if self.exhaustive else found, self.as_json)
 
-def _is_torn(found: Equilibria) -> bool:
-    """Whether there are stable equilibria, and cables would break in all of them."""
-    return set(found[found.stable].status) == {Status.OVERSTRETCHED}
+    def _searched(self, found: Found, box: list[float] | None) -> Found:
+        """With what a search of the whole box adds."""
+        from cablewright.studies.equilibria import search_all
+        from cablewright.studies.store import folder_name
 
-
-def _search(found: Equilibria, box: list[float] | None, time_limit: float, out: Path | None) -> tuple[Equilibria, bool]:
-    """Search for others; says where it is kept if the time was not enough."""
-    from cablewright.studies.equilibria import search_all
-    from cablewright.studies.store import folder_name
-
-    name = found.solutions.model.robot.name
-    file = out or Path("runs") / f"{folder_name('equilibria', name)}.npz"
-    with progress() as shown:
-        every, finished = search_all(found, box, file, time_limit=time_limit, progress=shown)
-    if not finished:
-        tell(f"ended after {time_limit:g} s; {file} has what is done: the same command goes on")
-    return every, finished
-
-
-def _print(found: Equilibria) -> None:
-    """The equilibria for people, one a line."""
-    names = [line.name for line in found.solutions.model.robot.lines]
-    count = len(found)
-    typer.echo(f"{count} equilibri{'um' if count == 1 else 'a'}, {int(found.stable.sum())} stable")
-    for one, slack, proof in zip(found, found.slack, found.certificates, strict=True):
-        pose = " ".join(f"{x:9.4f}" for x in one.pose)
-        loose = ", ".join(name for name, hangs in zip(names, slack, strict=True) if hangs) or "none"
-        proved = "certified" if proof.certified else "not certified"
-        typer.echo(f"{one.status.word:<15} {pose}  {proved}, slack: {loose}")
-    if found.outside:
-        typer.echo(f"and {found.outside} outside the box: --box widens it")
-    for box, why in zip(found.undecided, found.undecided_why, strict=True):
-        typer.echo(f"undecided: {' '.join(f'{x:.3f}' for x in box)}: {why}")
-    typer.echo(f"{'complete' if found.complete else 'not proved complete'}: {found.why}")
+        file = self.out or Path("runs") / f"{folder_name('equilibria', found.solutions.model.robot.name)}.npz"
+        limit = TIME_LIMIT if self.time_limit is None else self.time_limit
+        with progress() as show:
+            every = search_all(found, box, file, time_limit=limit, progress=show)
+        if not every.finished:
+            tell(f"the search ended after {limit:g} s; {file} keeps its state, and the same command resumes it")
+        return every

@@ -43,13 +43,17 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
 
 
 @contextmanager
-def refused(as_json: bool) -> Iterator[None]:
-    """With --json, an `AnswerError` inside is printed as a refusal before it is raised on."""
+def refused(as_json: bool, status: str = "", **known: object) -> Iterator[None]:
+    """With --json, an `AnswerError` inside is printed as a refusal, with what is *known*, before it is raised on.
+
+    With a *status* the JSON has that of the error, or *status* where the error has none.
+    """
     try:
         yield
     except AnswerError as reason:
         if as_json:
-            print_json({"status": "refused", "reason": str(reason)})
+            word = "refused" if not status else status if reason.status is None else reason.status.word
+            print_json({"status": word, "reason": str(reason)} | known)
         raise
 
 

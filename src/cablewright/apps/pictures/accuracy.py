@@ -205,29 +205,21 @@ def _surfaces(drawn: Figure, where: SubplotSpec, x: Array, y: Array, both: list[
     axes.legend(patches, ["lowest", "highest"], loc="upper left", bbox_to_anchor=(0.0, 0.97))
 
 
-def effects(accuracy: Accuracy) -> tuple[Array, Array]:
-    """Return how far each number alone moves the nozzle (k,), the largest of any place, and its vertical part there."""
-    sizes = np.linalg.norm(accuracy.spread.effects, axis=1)
-    at = np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0)
-    columns = np.arange(sizes.shape[1])
-    return sizes[at, columns], np.abs(accuracy.spread.effects[at, 2, columns])
-
-
 def contributions(accuracy: Accuracy) -> Figure:
     """Draw how far each uncertain number alone moves the nozzle, most first, with the vertical part within."""
-    sizes, vertical = (part * 1e3 for part in effects(accuracy))
-    order = np.argsort(-sizes, kind="stable")[:_MAX_BARS]
-    drawn = style.figure(8.4, 1.3 + 0.27 * len(order))
+    shown = accuracy.contributions[:_MAX_BARS]
+    sizes, vertical = np.array([(each.effect, abs(each.offset[2])) for each in shown]).T * 1e3
+    drawn = style.figure(8.4, 1.3 + 0.27 * len(shown))
     axes = drawn.add_subplot(xlabel="displacement of the nozzle by half the number's range in mm")
-    rows = np.arange(len(order))
-    axes.barh(rows, sizes[order], height=0.72, color=style.BLUE)
-    axes.barh(rows, vertical[order], height=0.3, color=style.ORANGE)
-    names = [style.label(accuracy.ranges[k].parameter.label, 44) for k in order]
+    rows = np.arange(len(shown))
+    axes.barh(rows, sizes, height=0.72, color=style.BLUE)
+    axes.barh(rows, vertical, height=0.3, color=style.ORANGE)
+    names = [style.label(each.range.parameter.label, 44) for each in shown]
     axes.set_yticks(rows, names)
-    axes.set_ylim(len(order) - 0.4, -0.6)
+    axes.set_ylim(len(shown) - 0.4, -0.6)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    for row, size in zip(rows, sizes[order], strict=True):
+    for row, size in zip(rows, sizes, strict=True):
         axes.annotate(f"{size:.3g}", (size, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8)
     axes.margins(x=0.1)
     axes.set_xlim(left=0.0)

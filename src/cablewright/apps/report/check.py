@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
+from cablewright.apps.figures import summary
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
-from cablewright.apps.quantities import count, duration, quantity
-from cablewright.apps.report.digest import Digest, extreme, median
+from cablewright.apps.quantities import count
+from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.figures import along_table
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.page import Html, cards, element, page, picture, section
-from cablewright.apps.report.per_line import line_table, unknowns
-from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
+from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section
+from cablewright.apps.report.provenance import assumptions, inputs_table, list_of, unknowns
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
@@ -60,14 +60,15 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     """Yield the page from the verdict to where everything came from."""
     yield element("h1", title)
     yield _verdict(digest.check)
-    yield cards(_key_figures(digest))
+    turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated", "max_turn_compensated")
+    yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", *turns))
     yield from _notices(digest)
     yield section("Worst place of every limit", findings_table(digest))
     yield section("The path, and how far off it is without compensation", *_path(digest, pictures))
     yield section("Tension of each line", *_tensions(digest, pictures))
     yield section("Error against height", *_errors(digest, pictures))
     yield section("Winches and sheaves", *_winches(digest, pictures))
-    yield section("What went in", inputs_table(digest))
+    yield section("Inputs", inputs_table(digest))
     yield section("What is assumed", list_of(assumptions(digest.check.robot)))
 
 
@@ -77,39 +78,17 @@ def _verdict(check: Check) -> Html:
     return element("div", element("strong", word), element("p", check.verdict), class_=f"verdict {kind}", role="status")
 
 
-def _key_figures(digest: Digest) -> Iterator[tuple[str, str, str]]:
-    """Yield what, how much and a note. Errors are those of the whole path, travel moves too."""
-    check, lines = digest.check, digest.check.statics.lines
-
-    def largest(error: np.ndarray) -> str:
-        return quantity(extreme(error, highest=True), "m")
-
-    middle = quantity(float(median(check.error_uncompensated)), "m")
-    yield "layers", count(check.layer_count), ""
-    yield "extruded length", quantity(check.samples.extruded_length, "m"), ""
-    yield "duration", duration(check.law.duration), ""
-    yield f"error {COMPENSATIONS['none'].words}", largest(check.error_uncompensated), f"largest; median {middle}"
-    yield f"error {COMPENSATIONS['full'].words}", largest(check.error_compensated), "largest, of the model itself"
-    yield f"error {COMPENSATIONS['elastic'].words}", largest(check.error_elastic_only), "largest"
-    if check.robot.n == 6:
-        yield "turn without compensation", quantity(extreme(check.turn_uncompensated, highest=True), "rad"), "largest"
-    yield "lowest tension", quantity(extreme(lines.lowest_tension, highest=False), "N"), ""
-    yield "highest tension", quantity(extreme(lines.highest_tension, highest=True), "N"), ""
-    yield "highest winch speed", quantity(extreme(lines.winch_speed, highest=True), "m/s"), "of the cable"
-    torque = extreme(lines.winch_torque, highest=True)
-    note = "the robot file gives no drum radius" if np.isnan(torque) else "at the drum"
-    yield "highest winch torque", quantity(torque, "N m"), note
-
-
 def _notices(digest: Digest) -> Iterator[Html]:
-    """Yield what a reader has to know before trusting a picture: samples that it leaves out."""
+    """Yield what a reader has to know before using a picture: samples that it leaves out."""
     total = count(len(digest.check.samples))
     for code, times in digest.unsolved():
-        yield element("p", f"At {count(times)} of {total} samples: {Status.of(code).value}.", class_="notice")
+        yield notice(f"at {count(times)} of {total} samples: {Status.of(code).value}")
     lost = int(np.isnan(digest.check.error_uncompensated).sum())
     if lost:
-        told = f"At {count(lost)} of {total} samples nothing tells where the platform hangs without compensation"
-        yield element("p", f"{told}; pictures of the error leave them out.", class_="notice")
+        yield notice(
+            f"at {count(lost)} of {total} samples it is not known where the platform hangs without compensation; "
+            "pictures of the error leave them out"
+        )
 
 
 def _path(digest: Digest, pictures: Pictures) -> Iterator[Html]:
@@ -141,7 +120,7 @@ def _tensions(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         )
     else:
         yield element("p", "Not known: no equilibrium was found.")
-    yield line_table(digest)
+    yield along_table(digest.check, "line")
 
 
 def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:
@@ -164,7 +143,7 @@ def _winches(digest: Digest, pictures: Pictures) -> Iterator[Html]:
             "Winch speed and torque, swing and lever angle that each line used and may use",
             f"Blue: what the job uses, orange where that is outside. Pale, up to the marks: what is allowed.{some}",
         )
-    missing = unknowns(digest)
+    missing = unknowns(digest.check)
     if missing:
         yield list_of(missing)
 

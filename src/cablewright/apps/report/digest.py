@@ -12,7 +12,7 @@ import numpy as np
 from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
 from cablewright.printing.layers import LayerTable
-from cablewright.studies.check import Check
+from cablewright.studies.check import Check, median
 
 _MAX_STRETCHES: Final = 300
 _FEWEST_STRETCHES: Final = 20
@@ -125,17 +125,3 @@ def band(values: Array, starts: Indices) -> Band:
     bounds = zip(starts, [*starts[1:], len(values)], strict=True)
     middle = np.stack([median(values[first:stop]) for first, stop in bounds])
     return Band(np.fmin.reduceat(values, starts), middle, np.fmax.reduceat(values, starts))
-
-
-def median(values: Array) -> Array:
-    """Return the lower median along the first axis of what is not NaN; NaN where that is nothing."""
-    ranked = np.sort(values, axis=0)  # NaN comes last
-    known = np.count_nonzero(~np.isnan(ranked), axis=0)
-    at = np.maximum(known - 1, 0) // 2
-    return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])
-
-
-def extreme(values: Array, *, highest: bool) -> float:
-    """Return the highest or lowest of what is not NaN, or NaN where that is nothing."""
-    reduce = np.fmax if highest else np.fmin
-    return float(reduce.reduce(values, axis=None, initial=np.nan))

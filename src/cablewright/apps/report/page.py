@@ -45,6 +45,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
     return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
 
 
+def notice(text: str) -> Html:
+    """Return what has to be known before a figure is used, as a sentence."""
+    return element("p", f"{text[:1].upper()}{text[1:]}.", class_="notice")
+
+
 def short_name(name: str) -> str:
     """Keep a name on one line where it is short enough."""
     return element("span", name, class_="keep") if len(name) <= _ONE_LINE else name

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
+import numpy as np
+
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Line, RigidPlatform, Robot
+from cablewright.studies.check import Check
 
 _MAX_HEIGHTS = 6
 
@@ -20,10 +23,7 @@ def inputs_table(digest: Digest) -> Html:
     check = digest.check
     robot, job = check.robot, check.job
     rows = [
-        ("robot", robot.name),
-        ("description", robot.description),
-        ("source of the robot", robot.source),
-        ("platform", f"{_body(robot)} of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
+        *robot_rows(robot),
         ("external force", _wrench(robot)),
         ("schedule", _schedule(job.schedule)),
         ("job", job.name),
@@ -33,9 +33,20 @@ def inputs_table(digest: Digest) -> Html:
         ("speeds", _speeds(digest)),
         ("samples", f"{count(len(check.samples))}, at most every {quantity(job.sampling.step, 'm')}"),
         ("G-code words without effect", ", ".join(f"{word} ({times}×)" for word, times in check.unknown.items())),
-        ("program", program()),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
+
+
+def robot_rows(robot: Robot) -> list[tuple[str, str]]:
+    """Return the rows about the robot and the program."""
+    body = "point mass" if robot.n == 3 else "rigid body"
+    return [
+        ("program", program()),
+        ("robot", robot.name),
+        ("description", robot.description),
+        ("source of the robot", robot.source),
+        ("platform", f"{body} of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
+    ]
 
 
 def assumptions(robot: Robot) -> list[str]:
@@ -62,8 +73,22 @@ def assumptions(robot: Robot) -> list[str]:
     ]
 
 
-def _body(robot: Robot) -> str:
-    return "point mass" if robot.n == 3 else "rigid body"
+def unknowns(check: Check) -> list[str]:
+    """Return what could not be judged, and what in the robot file is missing for it."""
+    robot = check.robot
+    kinds = {line.sheave.kind for line in robot.lines}
+    has_torque = not np.isnan(check.statics.lines.winch_torque).all()
+    missing = [] if has_torque else ["Winch torque is not known: the robot file gives no drum radius."]
+    for subject, part, key, applies in (
+        ("Winch torque", "winch", "max_torque", has_torque),
+        ("Winch speed", "winch", "max_speed", True),
+        ("Cable length", "winch", "capacity", True),
+        ("Swing of the sheaves", "sheave", "swing", kinds != {"eyelet"}),
+        ("Lever angle", "sheave", "lever_range", "universal-joint" in kinds),
+    ):
+        if applies and all(getattr(getattr(line, part), key, None) is None for line in robot.lines):
+            missing.append(f"{subject} has no limit to be judged by: the robot file gives no {key}.")
+    return missing
 
 
 def _wrench(robot: Robot) -> str:
