@@ -52,7 +52,7 @@ class Bracket:
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Also compute stresses with each assumed size a quarter off.")
     ] = False
-    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law.")] = CableLaw.CATENARY
+    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law of the lines.")] = CableLaw.CATENARY
     tension_limits: Limits = None
     retraction: Retraction = None
     vtu: Annotated[
