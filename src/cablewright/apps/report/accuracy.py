@@ -20,6 +20,7 @@ from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.figures import part_table
 from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
 from cablewright.apps.report.provenance import assumptions, list_of, robot_rows
+from cablewright.apps.report.terms import with_terms
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
 from cablewright.studies.accuracy import AccuracyStudy
@@ -63,7 +64,7 @@ def _written(folder: Path, title: str, drawn: Pictures, body: Callable[[Pictures
     for name, png in drawn.items():
         write_whole(folder / f"{name}.png", png)
     report = folder / "report.html"
-    write_whole(report, page(title, body(drawn), "").encode("utf-8"))
+    write_whole(report, page(title, with_terms(body(drawn)), "").encode("utf-8"))
     return report
 
 

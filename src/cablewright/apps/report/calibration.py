@@ -10,6 +10,7 @@ from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.figures import along_table, key_figures, part_table
 from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
+from cablewright.apps.report.terms import with_terms
 from cablewright.calibration.result import Calibration
 
 Pictures = dict[str, bytes]
@@ -18,7 +19,7 @@ Pictures = dict[str, bytes]
 def calibration_page(found: Calibration, data: str) -> str:
     """Return the page as HTML; *data* names the file of the measurements. The same calibration gives the same text."""
     title = f"Calibration of {found.problem.robot.name}"
-    return page(title, _body(found, title, data, _pictures(found)), "")
+    return page(title, with_terms(_body(found, title, data, _pictures(found))), "")
 
 
 def _pictures(found: Calibration) -> Pictures:

@@ -18,6 +18,7 @@ from cablewright.apps.report.figures import along_table
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of, unknowns
+from cablewright.apps.report.terms import with_terms
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
@@ -39,7 +40,7 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
         write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
     report = folder / "report.html"
-    write_whole(report, page(title, _body(digest, title, pictures), script()).encode("utf-8"))
+    write_whole(report, page(title, with_terms(_body(digest, title, pictures)), script()).encode("utf-8"))
     return report
 
 

@@ -39,6 +39,7 @@ from cablewright.apps.report.print_tables import (
     structure_table,
 )
 from cablewright.apps.report.provenance import list_of
+from cablewright.apps.report.terms import with_terms
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
 from cablewright.printing.heightfield import HeightField
@@ -69,7 +70,7 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
         write_whole(folder / "structure.glb", mesh.glb())
     title = f"Print of {name} on {found.head.robot.name}"
     report = folder / "report.html"
-    write_whole(report, page(title, _body(found, title, name, pictures), "").encode("utf-8"))
+    write_whole(report, page(title, with_terms(_body(found, title, name, pictures)), "").encode("utf-8"))
     return report
 
 
