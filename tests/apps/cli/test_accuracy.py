@@ -115,7 +115,7 @@ def test_a_no_is_one_object_and_exit_1(cli, tmp_path: Path, arguments: tuple[str
         (("--at", "0,0,0", "--modulus-range", "1"), "expected 2 finite numbers"),
         (("--at", "0,0,0", "--modulus-range", "1,2", "--uncertainty", "x.toml"), "give one of them"),
         (("--at", "0,0,0", "--uncertainty", "nowhere.toml"), "nowhere.toml: no such file"),
-        (("--at", "0,0"), "3 numbers are wanted"),
+        (("--at", "0,0"), "3 numbers are expected"),
         (("--at", "0,0,0", "--method", "vertex"), "is not one of 'vertices', 'first-order', 'monte-carlo'"),
         (("--at", "0,0,0", "--compensation", "ful"), "is not one of 'none', 'elastic', 'eyelets', 'full'"),
         (("--at", "0,0,0", "--step", "1"), "--step does not go with --at"),

@@ -104,7 +104,7 @@ REFUSED = [
     (("--at", "0,0,1", "--times", "9"), "times = 9: one of 1, 2 is allowed"),
     (("--at", "0,0,1", "--vtu", "b.txt"), "expected a name that ends in .vtu"),
     (("--at", "0,0,1", "--plot", "b.jpg"), "expected a name that ends in .png"),
-    (("--at", "0,0"), "3 numbers are wanted"),
+    (("--at", "0,0"), "3 numbers are expected"),
     (("--workspace", "0", "--times", "1"), "step 0 m"),
     (("--workspace", "5", "--retraction", "1"), "--retraction is for --at"),
     (("--at", "0,0,1", "--bracket", "none.toml"), "none.toml: no such file"),

@@ -229,7 +229,9 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
     try:
         head = _Head.model_validate_json(bytes(body[:length]))
     except ValidationError as error:
-        raise InputError(f"{path}: the snapshot's head: {error.errors()[0]['msg']}") from None
+        first = error.errors(include_url=False)[0]
+        why = first["msg"].replace("Input should be", "must be", 1)
+        raise InputError(f"{path}: the snapshot's head: {'.'.join(map(str, first['loc']))}: {why}") from None
     found, rest = dict[str, Snapshot](), body[length:]
     for name, part in head.parts.items():
         arrays = {}
