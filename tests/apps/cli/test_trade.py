@@ -152,7 +152,7 @@ def test_an_interrupted_sweep_says_that_it_goes_on(cli, monkeypatch: pytest.Monk
 
 def test_progress_is_told_with_the_time_left(cli, monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = iter(range(0, 100_000, 3))
-    monkeypatch.setattr("cablewright.apps.cli.progress_bar.time.monotonic", lambda: float(next(seconds)))
+    monkeypatch.setattr("cablewright.apps.cli.output.time.monotonic", lambda: float(next(seconds)))
     told = cli("trade", "jung2020", *VARY, *QUICK).err
     assert re.search(r"combinations: \d+ % of 6, \d+/s, \d+ s left", told)
 

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, Retraction, RobotOptions, Seed
-from cablewright.apps.cli.output import answer, refused
+from cablewright.apps.cli.output import answer, progress, refused
 from cablewright.apps.cli.parsing import numbers, tension_limits
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.choices import CompensationName, MethodName
 from cablewright.errors import InputError
 

@@ -10,9 +10,8 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import Limits, OutputOptions, Pose, Retraction, RobotOptions
-from cablewright.apps.cli.output import answer, refused
+from cablewright.apps.cli.output import answer, progress, refused
 from cablewright.apps.cli.parsing import check_suffix, numbers, tension_limits
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, RobotName, Seed
-from cablewright.apps.cli.output import answer
-from cablewright.apps.cli.progress_bar import progress
+from cablewright.apps.cli.output import answer, progress
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw

@@ -9,9 +9,8 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, JobFile, Limits, RobotOptions
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import tension_limits
-from cablewright.apps.cli.progress_bar import progress
 
 
 @dataclass(frozen=True, kw_only=True)

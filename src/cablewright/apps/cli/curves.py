@@ -8,9 +8,8 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import OutputOptions, Seed
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers
-from cablewright.apps.cli.progress_bar import progress
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, Lengths, Retraction, RobotOptions, Seed, SheaveChoice
-from cablewright.apps.cli.output import answer, refused, tell
+from cablewright.apps.cli.output import answer, progress, refused, tell
 from cablewright.apps.cli.parsing import numbers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import LawOptions, OutputOptions, Pose, Retraction, RobotOptions
-from cablewright.apps.cli.output import answer, tell
+from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import numbers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import InputError
 
 

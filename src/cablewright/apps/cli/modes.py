@@ -15,9 +15,8 @@ from cablewright.apps.cli.options import (
     RobotOptions,
     Tensions,
 )
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import InputError
 
 OF_BOUNDARY = ("criterion", "box", "point", "orientations", "retraction_law")

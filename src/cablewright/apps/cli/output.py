@@ -1,9 +1,11 @@
-"""What commands print: one JSON object, or text for people; notes and the reason for a no on stderr."""
+"""What commands print: one JSON object, or text for people; notes, progress and the reason for a no on stderr."""
 
 from __future__ import annotations
 
 import json
 import os
+import sys
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -11,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from cablewright.errors import AnswerError
+from cablewright.progress import Progress
 from cablewright.results import Result, plain
 
 if TYPE_CHECKING:
@@ -105,3 +108,58 @@ def _print_sheet(sheet: Sheet) -> None:
         typer.echo("  ".join(f"{cell:{'>' if right else '<'}{width}}" for cell, right, width in columns).rstrip())
     if len(shown) < len(sheet.rows):
         typer.echo(f"{'the first ' if sheet.ranked else ''}{len(shown)} of {len(sheet.rows)} rows; --json has all")
+
+
+class _Plain:
+    """Progress for a log: a line every few seconds."""
+
+    EVERY = 2.0
+
+    def __init__(self) -> None:
+        self.stage, self.begin, self.last = "", 0.0, 0.0
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        now = time.monotonic()
+        if stage != self.stage:
+            self.stage, self.begin, self.last = stage, now, now
+        if now - self.last < self.EVERY or not done:
+            return
+        self.last = now
+        rate = done / (now - self.begin)
+        tell(f"{stage}: {100 * done // total} % of {total}, {rate:.0f}/s, {(total - done) / rate:.0f} s left")
+
+
+class _Bar:
+    """Progress for a terminal."""
+
+    def __init__(self) -> None:
+        from rich import progress as shown
+        from rich.console import Console
+
+        columns = (
+            shown.TextColumn("{task.description}"),
+            shown.BarColumn(),
+            shown.MofNCompleteColumn(),
+            shown.TextColumn("{task.fields[rate]}"),
+            shown.TimeRemainingColumn(),
+        )
+        self.bar = shown.Progress(*columns, console=Console(stderr=True), transient=True)
+        self.tasks: dict[str, Any] = {}
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if stage not in self.tasks:
+            self.tasks[stage] = self.bar.add_task(stage, total=total, rate="")
+        task = self.tasks[stage]
+        speed = next(t.speed for t in self.bar.tasks if t.id == task)
+        self.bar.update(task, completed=done, total=total, rate=f"{speed:,.0f}/s" if speed else "")
+
+
+@contextmanager
+def progress() -> Iterator[Progress]:
+    """A callback that shows rate and time left: a bar in a terminal, lines in a log."""
+    if not sys.stderr.isatty():
+        yield _Plain()
+        return
+    shown = _Bar()
+    with shown.bar:
+        yield shown

@@ -9,8 +9,7 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed
-from cablewright.apps.cli.output import answer, tell
-from cablewright.apps.cli.progress_bar import progress
+from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.choices import EstimatorName, HeightRule, LawName
 
 

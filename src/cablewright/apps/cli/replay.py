@@ -9,9 +9,8 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import OutputOptions
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import lasers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.choices import ReplayName
 
 

@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import OutputOptions, RegionOptions, RobotOptions
-from cablewright.apps.cli.output import answer, refused
-from cablewright.apps.cli.progress_bar import progress
+from cablewright.apps.cli.output import answer, progress, refused
 
 
 @dataclass(frozen=True, kw_only=True)

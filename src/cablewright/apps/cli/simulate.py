@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Plant, RobotName, Seed
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.apps.cli.robots import LibraryFile
 from cablewright.errors import InputError
 from cablewright.results import Figure, Result

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, LawOptions, Lengths, Pose, Retraction, RobotOptions, SheaveChoice
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, slack_excess
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 

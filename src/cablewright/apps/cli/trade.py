@@ -16,9 +16,8 @@ from cablewright.apps.cli.options import (
     RobotOptions,
     Tensions,
 )
-from cablewright.apps.cli.output import answer, tell
+from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import numbers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.choices import InertiaName
 from cablewright.errors import InputError
 

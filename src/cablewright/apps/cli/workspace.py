@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.options import CountOptions, OrientedRegionOptions, OutputOptions, RobotOptions
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import check_suffix, numbers
-from cablewright.apps.cli.progress_bar import progress
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 

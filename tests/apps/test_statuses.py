@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.errors import Status
 
-PAGE = (Path(__file__).parents[3] / "docs" / "statuses.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "statuses.md").read_text("utf-8")
 STATUSES = re.findall(r"^\| `([\w-]+)` \|[^|]*\| `cablewright (.*)` \|$", PAGE, re.MULTILINE)
 CODES = re.findall(r"^\| (\d) \|[^|]*\| `cablewright (.*)` \|$", PAGE, re.MULTILINE)
 BAD = re.findall(r"^\| [a-z ]+ \| `cablewright (.*)` \|$", PAGE.partition("## Errors of input")[2], re.MULTILINE)

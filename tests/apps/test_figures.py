@@ -16,7 +16,7 @@ import pytest
 from cablewright.apps.cli.main import COMMANDS
 from cablewright.results import Figure
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 TOOL = runpy.run_path(str(ROOT / "tools" / "figures_page.py"))
 HOMES = {name: home for commands in COMMANDS.values() for name, (home, _) in commands.items()}
 
