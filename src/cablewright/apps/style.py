@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -50,6 +50,7 @@ _DASHES: Final[Any] = ("-", (0, (5, 1.5)), "-.", (0, (1, 1.2)))
 _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _OUTLIERS: Final = 0.002  # of the values at each end, left out where they would take much of a colour scale
 _DPI: Final = 150
+_BELOW: Final[Any] = {side: f"outside lower {side}" for side in ("left", "center", "right")}
 _LONGEST_LABEL: Final = 28
 _MISSING: Final = "\N{WHITE SQUARE}"
 
@@ -168,8 +169,9 @@ def error_bar(
 
 def cells(axes: Axes, across: Array, up: Array, values: Array, colours: ScalarMappable, **options: Any) -> Any:
     """Draw a map of *values* (U, A) around the nodes *across* (A,) and *up* (U,); cells without a value stay white."""
-    shown = {"cmap": colours.get_cmap(), "norm": Normalize(*colours.get_clim())} | options
-    return axes.pcolormesh(across, up, np.ma.masked_invalid(values), shading="nearest", **shown)
+    norm = Normalize(*colours.get_clim())
+    shown = np.ma.masked_invalid(values)
+    return axes.pcolormesh(across, up, shown, shading="nearest", cmap=colours.get_cmap(), norm=norm, **options)
 
 
 def pieces(axes: Axes, flat: Array, begin: Indices, end: Indices, values: Array, **look: Any) -> LineCollection:
@@ -180,7 +182,9 @@ def pieces(axes: Axes, flat: Array, begin: Indices, end: Indices, values: Array,
     return bundle
 
 
-def panels(count: int, height: float, *, spare: float = 0.0, **shared: bool) -> tuple[Figure, list[Axes], int]:
+def panels(
+    count: int, height: float, *, spare: float = 0.0, sharex: bool = False, sharey: bool = False
+) -> tuple[Figure, list[Axes], int]:
     """Return a figure with *count* axes of *height* inches in up to two columns, those axes, and the columns.
 
     *spare* is the height in inches of what stands around them.
@@ -188,7 +192,7 @@ def panels(count: int, height: float, *, spare: float = 0.0, **shared: bool) -> 
     columns = min(2, count)
     rows = -(-count // columns)
     drawn = figure(9.6, spare + height * rows)
-    grid = drawn.subplots(rows, columns, squeeze=False, **shared).ravel()  # type: ignore[arg-type]
+    grid = drawn.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey).ravel()
     for axes in grid[count:]:
         axes.set_visible(False)
     return drawn, list(grid[:count]), columns
@@ -204,11 +208,11 @@ def outer_labels(panels: Sequence[Axes], columns: int, below: str, beside: str) 
             axes.tick_params(labelbottom=True)
 
 
-def legend_below(drawn: Figure, *axes: Axes, columns: int, side: str = "center") -> None:
+def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left", "center", "right"] = "center") -> None:
     """Draw one legend of all that is labelled in *axes*, each name once, below the figure."""
     known = {name: handle for each in axes for handle, name in zip(*each.get_legend_handles_labels(), strict=True)}
     if known:
-        drawn.legend(known.values(), known.keys(), loc=f"outside lower {side}", ncols=columns)  # type: ignore[arg-type]
+        drawn.legend(list(known.values()), list(known), loc=_BELOW[side], ncols=columns)
 
 
 def headline(drawn: Figure, text: str) -> None:
@@ -219,7 +223,7 @@ def headline(drawn: Figure, text: str) -> None:
 def rectangle(axes: Axes, low: ArrayLike, high: ArrayLike, plane: tuple[int, int] = (0, 1), **look: Any) -> Rectangle:
     """Draw the outline of a box from *low* to *high* (3,) in the plane of two of its axes."""
     (left, bottom), (right, top) = (np.asarray(corner, dtype=float)[list(plane)] for corner in (low, high))
-    made = Rectangle((left, bottom), right - left, top - bottom, **({"fill": False, "edgecolor": GREY} | look))
+    made = Rectangle((left, bottom), right - left, top - bottom, fill=False, edgecolor=GREY, **look)
     axes.add_patch(made)
     return made
 

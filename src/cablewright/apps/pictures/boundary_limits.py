@@ -94,5 +94,5 @@ def _ends(axes: Axes, found: BoundaryLimits, near: Mask) -> None:
         own = found.points[near & (found.ended_by == limit)]
         colour = _LIMIT_COLOURS[place % len(_LIMIT_COLOURS)]
         name = style.label(found.limits[limit], 40)
-        look = {"markeredgecolor": "white", "markeredgewidth": 0.6, "markersize": 5.5, "zorder": 3}
+        look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.6, "markersize": 5.5, "zorder": 3}
         axes.plot(own[:, 0], own[:, 2], _MARKERS[place], color=colour, label=name, **look)

@@ -87,7 +87,9 @@ def _layers(axes: Any, found: JobInterference) -> None:
     numbers, nearest = found.layers()
     shown = np.isfinite(nearest) & (numbers >= 0)
     axes.plot(numbers[shown], nearest[shown] * 1e3, color=style.ORANGE, label="min distance")
-    axes.axhline(found.clearance * 1e3, color=style.RED, linewidth=1.0, label="required clearance")
+    axes.axhline(
+        found.clearance * 1e3, color=style.RED, linewidth=1.0, linestyle=style.DASHED, label="required clearance"
+    )
     if found.first_layer is not None:
         axes.axvline(
             found.first_layer, color=style.INK, linestyle=":", label=f"first too near: layer {found.first_layer}"
@@ -105,5 +107,5 @@ def _floor(drawn: Figure, where: SubplotSpec, found: JobInterference) -> None:
     scale = style.ErrorScale(known.min(), known.max(), "neither") if len(known) else style.scale_of(known)
     style.cells(axes, x, y, floor.T, style.error_bar(drawn, axes, scale, "height of the nozzle in m", shrink=0.9))
     share = 100.0 * found.region.fraction
-    title = "min height without contact" + (f"\n{share:.0f} % of the region is free" if np.isfinite(share) else "")
+    title = "min height without contact" + (f"\n{share:.0f} % of all positions are free" if np.isfinite(share) else "")
     axes.set(xlabel="x in m", ylabel="y in m", title=title)

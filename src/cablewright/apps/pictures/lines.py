@@ -82,8 +82,8 @@ def _draw_tension_limits(axes: Axes, line: Line, top: float) -> None:
     if high <= _FAR * max(top, low):
         axes.axhline(high, **limit)
     else:
-        text, right = f"max allowed {quantity(high, 'N')}, far above", {"ha": "right", "va": "top"}
-        axes.text(0.99, 0.97, text, transform=axes.transAxes, fontsize=8, color=style.RED, **right)
+        text = f"max allowed {quantity(high, 'N')}, far above"
+        axes.text(0.99, 0.97, text, ha="right", va="top", transform=axes.transAxes, fontsize=8, color=style.RED)
 
 
 def uses(digest: Digest) -> list[Use]:

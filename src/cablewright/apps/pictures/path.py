@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -132,5 +132,5 @@ def _text(axes: Axes, at: ArrayLike, offset: tuple[float, float], text: str, sid
     """Write beside the point *at* (2,); *offset* in points of 1/72 inch."""
     x, y = np.asarray(at).tolist()
     box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
-    look = {"color": style.INK, "fontsize": 8.5, "zorder": 6, "bbox": box}
+    look: dict[str, Any] = {"color": style.INK, "fontsize": 8.5, "zorder": 6, "bbox": box}
     axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", ha=side, **look)

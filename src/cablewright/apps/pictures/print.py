@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -103,7 +103,7 @@ def _by_layer(axes: Axes, best: PathFollowing, printed: Indices) -> None:
     number = layers.number[printed] + 1.0
     mean, spread = 1e3 * layers.mean[printed], 1e3 * layers.deviation[printed]
     low, high = 1e3 * layers.min[printed], 1e3 * layers.max[printed]
-    blue = {"color": style.BLUE}
+    blue: dict[str, Any] = {"color": style.BLUE}
     if len(printed) > 12:
         axes.fill_between(number, low, high, alpha=0.15, linewidth=0, label="min to max", **blue)
         axes.fill_between(number, mean - spread, mean + spread, alpha=0.3, linewidth=0, label="one sigma", **blue)

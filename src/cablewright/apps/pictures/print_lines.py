@@ -65,8 +65,8 @@ def tensions_picture(found: PrintRecord) -> Figure | None:
     """Draw the tension of each line in the last layer: true, and as estimated from the lines that are taut."""
     rows = _last_layer(found)
     kinds = (
-        ("true", found.rows["tensions"][rows], {"color": style.GREY, "linewidth": 2.0}),
-        ("estimated", found.rows["estimated_tensions"][rows], {"color": style.BLUE, "linewidth": 0.8}),
+        ("true", found.rows["tensions"][rows], style.GREY, 2.0),
+        ("estimated", found.rows["estimated_tensions"][rows], style.BLUE, 0.8),
     )
     known = [each for each in kinds if np.isfinite(each[1]).any()]
     if not known:
@@ -74,8 +74,8 @@ def tensions_picture(found: PrintRecord) -> Figure | None:
     time, unit = _time(found, rows)
     drawn, axes, columns = style.panels(min(len(found.lines), _MAX_LINES), 1.6, spare=1.0, sharex=True, sharey=True)
     for i, axis in enumerate(axes):
-        for name, values, look in known:
-            axis.plot(time, values[:, i], label=name, **look)
+        for name, values, colour, width in known:
+            axis.plot(time, values[:, i], color=colour, linewidth=width, label=name)
         axis.set_title(f"line {style.label(found.lines[i].name)}")
         axis.margins(x=0.01)
     axes[0].set_ylim(bottom=min(0.0, -0.03 * axes[0].get_ylim()[1]))  # a slack line's tension, 0 N, is seen
@@ -92,12 +92,12 @@ def coiling_picture(found: PrintRecord) -> Figure | None:
     drawn, axes, columns = style.panels(len(known), 1.9, spare=1.0, sharey=True)
     for axis, i in zip(axes, known, strict=True):
         each = found.spools[i]
-        for name, radii, look in (
-            ("even winding", each.regular, {"color": style.INK, "linewidth": 0.9, "linestyle": style.DASHED}),
-            ("true", each.true_radii, {"color": style.GREY, "linewidth": 2.4}),
-            ("estimated", each.radii, {"color": style.BLUE, "linewidth": 1.1}),
+        for name, radii, colour, width, dashes in (
+            ("even winding", each.regular, style.INK, 0.9, style.DASHED),
+            ("true", each.true_radii, style.GREY, 2.4, "-"),
+            ("estimated", each.radii, style.BLUE, 1.1, "-"),
         ):
-            axis.plot(each.lengths, 1e3 * radii, label=name, **look)
+            axis.plot(each.lengths, 1e3 * radii, color=colour, linewidth=width, linestyle=dashes, label=name)
         uneven = f": irregularity {1e3 * each.irregularity:.2f} mm" if np.isfinite(each.irregularity) else ""
         axis.set_title(style.label(found.lines[i].name) + uneven)
     style.outer_labels(axes, columns, "cable paid out in m", "radius in mm")

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
@@ -48,8 +48,8 @@ def maps_picture(found: PrintRecord) -> Figure | None:
 
 def _map(axes: Axes, field: HeightField, values: Array, ends: tuple[float, float], colours: Colormap) -> AxesImage:
     (left, right), (bottom, top) = ((field.low[k], field.low[k] + field.cell * field.shape[k]) for k in (0, 1))
-    look = {"origin": "lower", "cmap": colours, "vmin": ends[0], "vmax": ends[1], "interpolation": "nearest"}
-    return axes.imshow(values.T, extent=(left, right, bottom, top), **look)
+    norm, extent = Normalize(*ends), (left, right, bottom, top)
+    return axes.imshow(values.T, origin="lower", extent=extent, cmap=colours, norm=norm, interpolation="nearest")
 
 
 def _difference(drawn: Figure, axes: Axes, true: HeightField, seen: HeightField) -> None:
@@ -82,7 +82,5 @@ def _draw_cut(axes: Axes, cut: CrossSection) -> None:
         axes.fill_between(across, 0.0, true, color=style.GREY, alpha=0.35, linewidth=0, label="true")
     if np.isfinite(rebuilt).any():
         axes.plot(across, rebuilt, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans")
-    if not axes.has_data():
-        axes.text(0.5, 0.5, "no height is known here", ha="center", transform=axes.transAxes)
     title = style.minus(f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m")
     axes.set(xlabel="offset from the path in cm, positive to the left", title=title)

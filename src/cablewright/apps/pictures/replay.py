@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -52,7 +52,7 @@ def _draw_errors(axis: Axes, found: Sequence[Replay], traces: Sequence[Array], c
         return
     for one, trace, colour in zip(found, traces, colours, strict=True):
         if np.isfinite(trace[6]).any():
-            bound = {"color": style.GREY, "alpha": 0.35, "linewidth": 0.0, "label": "95 % bound"}
+            bound: dict[str, Any] = {"color": style.GREY, "alpha": 0.35, "linewidth": 0.0, "label": "95 % bound"}
             axis.fill_between(trace[0], 0.0, 1e3 * trace[6], **bound)
         axis.plot(trace[0], 1e3 * trace[5], color=colour, linewidth=1.0, label=one.estimator)
     axis.set_ylim(0.0, 1.25e3 * max(float(np.nanmax(trace[5], initial=0.0)) for trace in traces))

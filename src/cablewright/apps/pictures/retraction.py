@@ -37,5 +37,5 @@ def retraction_picture(found: RetractionStudy) -> Figure:
     right.set(xlabel="area of the slice in m²", ylabel=height, ylim=extent[:2])
     right.set_xlim(left=0.0)
     right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
-    right.set_title(f"volume {found.held.volume:.3g} m³ with the law, {100 * found.share:.1f} % of the largest")
+    right.set_title(f"volume {found.held.volume:.3g} m³ with the law, {100 * found.share:.1f} % of max")
     return drawn

@@ -20,7 +20,7 @@ def simulation_picture(simulated: Simulation) -> Figure:
     above = drawn.add_subplot(grid[:, 0])
     above.plot(x, y, color=style.BLUE)
     above.plot(x[:1], y[:1], "o", color=style.ORANGE, label="start")
-    above.set(xlabel="x in m", ylabel="y in m", title="path of the platform point B, from above")
+    above.set(xlabel="x in m", ylabel="y in m", title="path of the platform, from above")
     above.set_aspect("equal", adjustable="datalim")
     above.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12))
     axes = [drawn.add_subplot(grid[0, 1])]

@@ -51,12 +51,12 @@ def _draw_room(axes: Axes, found: Survey) -> None:
                 part = found.covariance[first : first + 2, first : first + 2]
                 style.ellipse(axes, place[:2], part, _MAGNIFIED * _SIGMAS, colour)
                 first += 3
-    for places, look in (
-        (winches, {"marker": "s", "color": style.ORANGE, "markersize": 8, "fillstyle": "none", "label": "winch exit"}),
-        (exits, {"marker": "o", "color": style.BLUE, "markersize": 4, "label": "exit point"}),
-    ):
-        if places:
-            axes.plot(*np.array([place[:2] for _, place in places]).T, linestyle="none", **look)
+    if winches:
+        xy = np.array([place[:2] for _, place in winches])
+        axes.plot(*xy.T, "s", color=style.ORANGE, markersize=8, fillstyle="none", label="winch exit")
+    if exits:
+        xy = np.array([place[:2] for _, place in exits])
+        axes.plot(*xy.T, "o", color=style.BLUE, markersize=4, label="exit point")
     for line, place in exits or winches:
         name = style.label(line, 16)
         axes.annotate(name, (place[0], place[1]), xytext=(7, 7), textcoords="offset points", fontsize=8)

@@ -42,7 +42,13 @@ def _draw_curves(axes: Axes, test: TensileTest, result: TensileResult) -> None:
     start = result.length - result.initial_length
     ends = np.array([start, start + result.stretch])
     secant = f"secant, {result.modulus / 1e9:.4g} GPa"
-    look = {"color": style.INK, "linestyle": style.DASHED, "linewidth": 1.2, "marker": "o", "markersize": 4}
+    look: dict[str, Any] = {
+        "color": style.INK,
+        "linestyle": style.DASHED,
+        "linewidth": 1.2,
+        "marker": "o",
+        "markersize": 4,
+    }
     axes.plot(ends * 1e3, np.array(result.loads) / 1e3, label=secant, **look)
     axes.set(xlabel="elongation in mm", ylabel="force in kN")
     axes.set_title("force over elongation")

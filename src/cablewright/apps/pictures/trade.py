@@ -41,7 +41,7 @@ def trade_picture(found: Trade) -> Figure:
         spread = frequencies[rows].T
         middle.fill_between(values[rows, 0], spread[0], spread[2], color=style.BLUE, alpha=0.13, linewidth=0.0)
         middle.plot(values[rows, 0], spread[1], "--", color=style.BLUE)
-    middle.set(ylabel="lowest frequency in Hz", title="its min along the boundary")
+    middle.set(ylabel="lowest frequency in Hz", title="lowest frequency: min on the boundary")
     middle.set_ylim(bottom=min(0.0, float(np.nanmin(frequencies, initial=0.0))))
     _against(right, found, volumes, frequencies[:, 0], groups)
     _legend(drawn, found, values, groups)

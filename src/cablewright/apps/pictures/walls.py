@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def walls_picture(found: Walls) -> Figure:
         axes.plot(*line.ends.T, color=colour, linewidth=2.0, label=about if i < 12 else None)
         away = (11 * np.cos(line.angle), 11 * np.sin(line.angle))
         x, y = line.ends[0] + _LABEL_AT[i % len(_LABEL_AT)] * (line.ends[1] - line.ends[0])
-        look = {"ha": "center", "va": "center", "color": colour, "fontweight": "bold"}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "color": colour, "fontweight": "bold"}
         axes.annotate(str(i + 1), (x, y), xytext=away, textcoords="offset points", **look)
     axes.plot(0, 0, "+", color=style.INK, markersize=10, label="lidar")
     axes.set_aspect("equal", adjustable="datalim")
