@@ -15,6 +15,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -209,10 +210,15 @@ def outer_labels(panels: Sequence[Axes], columns: int, below: str, beside: str) 
 
 
 def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left", "center", "right"] = "center") -> None:
-    """Draw one legend of all that is labelled in *axes*, each name once, below the figure."""
-    known = {name: handle for each in axes for handle, name in zip(*each.get_legend_handles_labels(), strict=True)}
-    if known:
-        drawn.legend(list(known.values()), list(known), loc=_BELOW[side], ncols=columns)
+    """Draw one legend of all that is labelled in *axes* below the figure, without what earlier axes have labelled."""
+    handles: list[Artist] = []
+    names: list[str] = []
+    for each in axes:
+        own = [pair for pair in zip(*each.get_legend_handles_labels(), strict=True) if pair[1] not in names]
+        handles += [handle for handle, _ in own]
+        names += [name for _, name in own]
+    if names:
+        drawn.legend(handles, names, loc=_BELOW[side], ncols=columns)
 
 
 def headline(drawn: Figure, text: str) -> None:
@@ -237,11 +243,11 @@ def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colou
     axes.add_patch(Ellipse((x, y), width, height, angle=angle, fill=False, edgecolor=colour, linewidth=1.2))
 
 
-def enlargement(wished: float, size: float) -> float:
-    """Return the factor, 1 or more, that enlarges *size* to at most *wished*: 1, 2 or 5 times a power of ten."""
-    if not 0.0 < size < wished:
+def enlargement(goal: float, size: float) -> float:
+    """Return the factor, 1 or more, that enlarges *size* to at most *goal*: 1, 2 or 5 times a power of ten."""
+    if not 0.0 < size < goal:
         return 1.0
-    factor = wished / size * (1.0 + 1e-9)
+    factor = goal / size * (1.0 + 1e-9)
     power = 10.0 ** math.floor(math.log10(factor))
     return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= factor)
 
@@ -252,7 +258,7 @@ def curve(number: int) -> dict[str, Any]:
 
 
 def round_ticks(axes: Axes, count: int = 6) -> None:
-    """Let the ticks of both axes be at most *count* intervals of 1, 2 or 5 times a power of ten."""
+    """Put ticks on both axes, at most *count* intervals of 1, 2 or 5 times a power of ten."""
     for side in (axes.xaxis, axes.yaxis):
         side.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
 

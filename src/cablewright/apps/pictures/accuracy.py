@@ -176,10 +176,7 @@ def _surfaces(drawn: Figure, where: SubplotSpec, x: Array, y: Array, both: list[
 
 
 def effects(accuracy: Accuracy) -> tuple[Array, Array]:
-    """Return how far each number alone moves the nozzle, m, at the place where it does most, and the vertical part.
-
-    Both are (k,), over half of the number's range.
-    """
+    """Return how far each number alone moves the nozzle (k,), the largest of any place, and its vertical part there."""
     sizes = np.linalg.norm(accuracy.spread.effects, axis=1)
     at = np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0)
     columns = np.arange(sizes.shape[1])
@@ -187,7 +184,7 @@ def effects(accuracy: Accuracy) -> tuple[Array, Array]:
 
 
 def contributions(accuracy: Accuracy) -> Figure:
-    """Draw how far each uncertain number alone moves the nozzle, the largest first, with its vertical part."""
+    """Draw how far each uncertain number alone moves the nozzle, most first, with the vertical part within."""
     sizes, vertical = (part * 1e3 for part in effects(accuracy))
     order = np.argsort(-sizes, kind="stable")[:_MAX_BARS]
     drawn = style.figure(8.4, 1.3 + 0.27 * len(order))

@@ -50,9 +50,9 @@ def workspace(study: AccuracyStudy) -> Figure | None:
     return drawn
 
 
-def _near(places: Array, errors: Array, wanted: Array) -> Array:
-    """Return errors at *wanted* (F, 3), m: the mean of those of the nearest *places*, by inverse squared distance."""
-    away, rows = cKDTree(places).query(wanted, range(1, min(_BETWEEN, len(places)) + 1))
+def _near(places: Array, errors: Array, points: Array) -> Array:
+    """Return errors at *points* (F, 3), m: the mean of those of the nearest *places*, by inverse squared distance."""
+    away, rows = cKDTree(places).query(points, range(1, min(_BETWEEN, len(places)) + 1))
     return np.asarray(np.average(errors[rows], axis=1, weights=1.0 / np.maximum(away, 1e-9) ** 2))
 
 

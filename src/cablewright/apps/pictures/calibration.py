@@ -38,7 +38,7 @@ def residuals_picture(found: Calibration) -> Figure:
     if out:
         axes.plot(out, np.zeros(len(out)), "x", color=style.RED, ms=7, mew=1.6, label="left out", clip_on=False)
     axes.set(xlabel="pose", ylabel=f"residual in {unit}", xlim=(0, found.problem.poses + 1))
-    axes.set_title("residuals of the lengths: measured minus fitted")
+    axes.set_title("residuals of the lengths")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     style.legend_below(drawn, axes, columns=6)
     return drawn

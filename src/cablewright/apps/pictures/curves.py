@@ -12,7 +12,7 @@ from cablewright.apps import style
 from cablewright.printing.curve import Curves
 
 _WIDTH = 12.0  # inches
-_WIDE = 14  # curves side by side, at most, of an area as long as wide
+_WIDE = 14  # max number of curves side by side, of a square area
 _GAP = 0.12  # between two, of the area's shorter side
 _TITLE = 0.19  # inches, for a curve's number
 

@@ -18,7 +18,7 @@ from cablewright.robot import RigidPlatform
 
 _ROOM: Final = 0.45  # of the platform's largest side: the space shown around it
 _ZOOM: Final = 0.78  # leaves room for the labels of tall boxes too
-_MIN_ROOM: Final = 0.1  # of the frame's largest side: the least that counts as the platform's
+_MIN_ROOM: Final = 0.1  # of the frame's largest side: the min size counted for a platform
 _SWING: Final = 0.3  # of the picture's largest side: the longest arrow
 
 

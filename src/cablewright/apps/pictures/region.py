@@ -18,7 +18,7 @@ from cablewright.arrays import Array
 _VIEWS: Final = {"xy": "from above", "xz": "from the front", "yz": "from the side"}
 _NEAR: Final = 1.5  # of the region's radius: a commanded place farther off would shrink the region to a dot
 _MAX_DOTS: Final = 3000
-_FEW: Final = 400  # triangles, whose edges can be told apart
+_FEW: Final = 400  # triangles, whose edges are drawn
 _SLENDER: Final = 12.0  # ratio of the sides above which one scale for both axes would leave a line
 
 
