@@ -271,7 +271,7 @@ def log_ticks(axis: Axis, low: float, high: float) -> None:
     decades = math.log10(high / low)
     steps = (1.0,) if decades > 3.0 else (1.0, 2.0, 5.0)
     axis.set_major_locator(LogLocator(subs=steps, numticks=12) if decades > 1.0 else MaxNLocator(6))
-    axis.set_major_formatter(lambda value, _: power(value))
+    axis.set_major_formatter(lambda value, _: power(value) if value > 0.0 else "")  # 0 may be a tick out of sight
     axis.set_minor_formatter(NullFormatter())
 
 

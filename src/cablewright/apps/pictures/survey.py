@@ -70,12 +70,12 @@ def _draw_room(axes: Axes, found: Survey) -> None:
 
 def _within(point: Array, along: Array, low: Array, high: Array) -> Array:
     """Return the ends (2, 2) of the part of a line within a box, or of one metre of it where it passes the box by."""
+    slanted = np.abs(along) > 1e-9
+    steps = np.concatenate([((bound - point) / np.where(slanted, along, 1.0))[slanted] for bound in (low, high)])
     reach = []
     for end in (-1.0, 1.0):
-        steps = [(bound - p) / a for p, a, lo, hi in zip(point, along, low, high, strict=True) if abs(a) > 1e-9
-                 for bound in (lo, hi)]  # fmt: skip
-        ahead = [step for step in steps if step * end > 0]
-        reach.append(min(ahead, key=abs) if ahead else end * 0.5)
+        ahead = steps[steps * end > 0]
+        reach.append(float(ahead[np.abs(ahead).argmin()]) if len(ahead) else 0.5 * end)
     return np.array([point + step * along for step in reach])
 
 
