@@ -23,7 +23,7 @@ def survey_picture(found: Survey) -> Figure:
     room, bars = drawn.subplots(1, 2, width_ratios=(1.15, 1.0))
     _draw_room(room, found)
     _draw_residuals(bars, found)
-    style.legend_below(drawn, room, columns=5)
+    style.legend_below(drawn, room, bars, columns=3)
     return drawn
 
 
@@ -91,9 +91,8 @@ def _draw_residuals(axes: Axes, found: Survey) -> None:
     places = np.arange(len(rows))
     colours = [style.RED if row.suspect else style.BLUE for row in rows]
     axes.barh(places, [1e3 * row.residual for row in rows], color=colours, height=0.6)
-    axes.plot([1e3 * row.sigma for row in rows], places, "|", color=style.INK, markersize=9, label="expected (sigma)")
+    axes.plot([1e3 * row.sigma for row in rows], places, "|", color=style.INK, markersize=9, label="expected residual, one sigma")
     axes.set_yticks(places, [style.label(row.point, 14) for row in rows], fontsize=7.5 if len(rows) < 25 else 5.5)
     axes.invert_yaxis()
     axes.set_xlim(left=0)
     axes.set_xlabel("distance from the fit in mm")
-    axes.legend(loc="lower right")
