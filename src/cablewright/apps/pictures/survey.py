@@ -91,7 +91,8 @@ def _draw_residuals(axes: Axes, found: Survey) -> None:
     places = np.arange(len(rows))
     colours = [style.RED if row.suspect else style.BLUE for row in rows]
     axes.barh(places, [1e3 * row.residual for row in rows], color=colours, height=0.6)
-    axes.plot([1e3 * row.sigma for row in rows], places, "|", color=style.INK, markersize=9, label="expected residual, one sigma")
+    expected = [1e3 * row.sigma for row in rows]
+    axes.plot(expected, places, "|", color=style.INK, markersize=9, label="expected residual, one sigma")
     axes.set_yticks(places, [style.label(row.point, 14) for row in rows], fontsize=7.5 if len(rows) < 25 else 5.5)
     axes.invert_yaxis()
     axes.set_xlim(left=0)
