@@ -18,7 +18,7 @@ _BEFORE_LINES: Final = 7  # columns of a trace before the lines'
 
 
 def replay_picture(replayed: Replay | Sequence[Replay]) -> Figure:
-    """Draw the replays of one log by one estimator or two; the lines by the last."""
+    """Draw the replays of one log by one estimator or two; lines by the last. Call within `style.drawing`."""
     found = [replayed] if isinstance(replayed, Replay) else replayed
     last = found[-1]
     m = last.head.robot.m
