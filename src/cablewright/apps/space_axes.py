@@ -1,28 +1,24 @@
-"""Pictures in space: axes of one scale without perspective, the machine's frame, and the colours of an error."""
+"""Pictures in space: axes of one scale without perspective, the machine's frame, and what stands in it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from itertools import combinations, product
 from typing import Any, Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
 
 from cablewright.apps import style
-from cablewright.apps.pictures.path import ErrorScale, box_edges
 from cablewright.arrays import Array
 from cablewright.robot import Robot
 from cablewright.triangle_mesh import TriangleMesh
 
-_OUTLIERS: Final = 0.002  # of the values at each end, if they would take much of the scale
 _FLATTEST: Final = 0.3  # of the longest side: a thinner box has no room for its labels
-_ZOOM: Final = 0.88  # leaves room for the labels, of which layouts do not know
+_ZOOM: Final = 0.88  # leaves room for the labels, which matplotlib's layout does not count
 _ELEVATION: Final = 22.0  # degrees
 _AZIMUTH: Final = -62.0
 _LIGHT: Final = np.array([0.2, -0.55, 0.81]) / np.linalg.norm([0.2, -0.55, 0.81])
@@ -34,7 +30,7 @@ def space(
 ) -> tuple[Any, bool]:
     """Return axes from *low* to *high* (3,), seen from a corner, and whether they all have one scale.
 
-    What has the higher zorder lies above, wherever it is.
+    What has the higher zorder is drawn over the rest, wherever it is.
     """
     extent = np.maximum(high - low, 1e-12)
     shown = np.maximum(extent, _FLATTEST * extent.max())
@@ -42,12 +38,31 @@ def space(
     return _axes(drawn, where, (low, low + extent), shown, labels, zoom), bool((shown == extent).all())
 
 
-def heights(drawn: Figure, where: SubplotSpec, low: Sequence[float], high: Sequence[float]) -> Any:
+def heights(drawn: Figure, where: SubplotSpec, low: ArrayLike, high: ArrayLike) -> Any:
     """Return axes for an error in mm over a plane in m, from *low* to *high* (3,); heights have their own scale."""
-    lower, upper = np.array(low), np.array(high)
+    lower, upper = np.asarray(low), np.asarray(high)
     sides = upper[:2] - lower[:2]
     shown = np.append(sides, 0.7 * sides.max())
     return _axes(drawn, where, (lower, upper), shown, ["x in m", "y in m", "vertical error in mm"], _ZOOM)
+
+
+def machine(drawn: Figure, where: SubplotSpec, robot: Robot, *points: ArrayLike) -> Any:
+    """Return axes around frame, exit points and *points*, (3,) or (k, 3), m, with the frame and exit points drawn."""
+    low, high = bounds(*frame_points(robot), *points)
+    axes, _ = space(drawn, where, low, high, "m")
+    draw_frame(axes, robot)
+    return axes
+
+
+def frame_points(robot: Robot) -> tuple[ArrayLike, ...]:
+    """Return two opposite corners of the frame and the exit points, each (3,), m."""
+    return (robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines))
+
+
+def bounds(*points: ArrayLike) -> tuple[Array, Array]:
+    """Return the lowest and the highest corner (3,) of the box around *points*, each (3,) or (k, 3)."""
+    stacked = np.vstack([np.atleast_2d(np.asarray(each, dtype=float)) for each in points])
+    return np.nanmin(stacked, axis=0), np.nanmax(stacked, axis=0)
 
 
 def _axes(
@@ -73,10 +88,16 @@ def _axes(
     return axes
 
 
+def box_edges(low: ArrayLike, high: ArrayLike) -> Array:
+    """Return the edges (12, 2, 3) of a box: four along x, four along y, four along z."""
+    corners = np.array(list(product(*zip(np.asarray(low), np.asarray(high), strict=True))))
+    pairs = [pair for pair in combinations(range(8), 2) if (pair[0] ^ pair[1]) in (1, 2, 4)]
+    return corners[sorted(pairs, key=lambda pair: -(pair[0] ^ pair[1]))]
+
+
 def draw_frame(axes: Any, robot: Robot) -> None:
     """Draw the frame's edges and the exit points."""
-    edges = box_edges(robot.scene.frame_min, robot.scene.frame_max)
-    axes.add_collection3d(Line3DCollection(edges, colors=style.GREY, linewidths=0.8, zorder=1), autolim=False)
+    add_lines(axes, box_edges(robot.scene.frame_min, robot.scene.frame_max), 1, 0.8, style.GREY)
     exits = np.array([line.exit_point for line in robot.lines])
     axes.scatter(*exits.T, s=16, c=style.INK, marker="s", depthshade=False, zorder=2)
 
@@ -84,7 +105,7 @@ def draw_frame(axes: Any, robot: Robot) -> None:
 def add_faces(
     axes: Any, corners: Array, colours: Any, zorder: float, alpha: float = 1.0, edge: Any = None, width: float = 0.25
 ) -> None:
-    """Draw faces (F, c, 3) in their colours, with edges of the same unless told."""
+    """Draw faces (F, c, 3) in their colours; the edges have the same colours unless *edge* is given."""
     if len(corners):
         drawn = Poly3DCollection(
             corners,
@@ -113,10 +134,10 @@ def add_lines(axes: Any, pieces: Array, zorder: float, width: float, colours: An
         )
 
 
-def point(axes: Any, at: Array, name: str, *, above: bool, label: str) -> None:
+def add_point(axes: Any, at: Array, name: str, *, above: bool, label: str) -> None:
     """Mark a point with a name of few letters, above or below it; *label* is for the legend."""
-    ring = {"color": "white", "markeredgecolor": style.INK, "markeredgewidth": 1.5, "markersize": 7}
-    axes.plot(*at[:, None], "o", **ring, label=label, zorder=20)
+    axes.plot(*at[:, None], **(style.RING | {"markersize": 7, "fillstyle": "full"}), markerfacecolor="white",
+              markeredgewidth=1.5, label=label, zorder=20)  # fmt: skip
     size = max(high - low for low, high in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim()))
     lifted = at + np.array([0.0, 0.0, (1 if above else -1) * 0.04 * size])
     box = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
@@ -131,27 +152,7 @@ def towards_eye() -> Array:
     return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
 
 
-def scale_of(values: Array) -> ErrorScale:
-    """Return the scale of some finite values, over which a few outliers have no power."""
-    if len(values) == 0:
-        return ErrorScale(0.0, 1.0, "neither")
-    low, high = float(values.min()), float(values.max())
-    core = np.quantile(values, [_OUTLIERS, 1.0 - _OUTLIERS])
-    if high - low > 1.5 * np.ptp(core) > 0.0:
-        extend = {(True, True): "both", (True, False): "min", (False, True): "max"}
-        beyond = extend.get((low < core[0], high > core[1]), "neither")
-        return ErrorScale(float(core[0]), float(core[1]), beyond)
-    margin = 0.0 if high - low > 1e-9 else max(1e-6, 0.05 * abs(high))
-    return ErrorScale(low - margin, high + margin, "neither")
-
-
-def bar(drawn: Figure, axes: Axes | list[Axes], scale: ErrorScale, text: str, **where: Any) -> ScalarMappable:
-    """Draw the scale of an error's colours beside *axes* and return what turns values into colours."""
-    colours = ScalarMappable(Normalize(scale.low, scale.high), style.error_colours())
-    made = drawn.colorbar(
-        colours, ax=axes, extend=scale.extend, **({"shrink": 0.75, "aspect": 28, "pad": 0.02} | where)
-    )
-    made.set_label(text)
-    made.ax.yaxis.set_major_locator(MaxNLocator(7))
-    made.outline.set_visible(False)
-    return colours
+def as_seen(points: Array) -> Array:
+    """Project *points* (k, 3), m, on a plane before the eye: (k, 2), m, to the right and upwards."""
+    right = np.array([-np.sin(np.radians(_AZIMUTH)), np.cos(np.radians(_AZIMUTH)), 0.0])
+    return np.asarray(points @ np.stack([right, np.cross(towards_eye(), right)], axis=1))

@@ -1,32 +1,57 @@
-"""How every picture looks: colours told apart by all eyes, one font, units on every axis; and how it becomes PNG.
+"""The look of every picture, what several of them draw, and how a picture becomes a PNG.
 
-Matplotlib's object interface with Agg: no window, no figure that outlives its function.
+Colours can be told apart by colour-blind readers. Matplotlib's object interface with Agg is used: no window, and no
+figure that outlives its function.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.patches import Ellipse, Rectangle
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from numpy.typing import ArrayLike
 
-# Okabe and Ito's palette, the colours a picture means something by.
+from cablewright.arrays import Array, Indices
+
+# The palette of Okabe and Ito.
 BLUE: Final = "#0072b2"
 ORANGE: Final = "#e69f00"
 GREEN: Final = "#009e73"
 RED: Final = "#d55e00"
 INK: Final = "#1c2430"
 GREY: Final = "#8a93a0"
+SKY: Final = "#56b4e9"
+PINK: Final = "#cc79a7"
+YELLOW: Final = "#f0e442"
 
+COLOURS: Final = (BLUE, ORANGE, GREEN, RED, INK, GREY)
+"""Colours of curves in one pair of axes."""
+DASHED: Final = (0, (4, 2))
+RING: Final[Any] = {"marker": "o", "linestyle": "none", "markersize": 11, "fillstyle": "none", "color": INK}
+"""How a picture marks the place with the largest value."""
+
+_DASHES: Final[Any] = ("-", (0, (5, 1.5)), "-.", (0, (1, 1.2)))
+_RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_OUTLIERS: Final = 0.002  # of the values at each end, left out where they would take much of a colour scale
 _DPI: Final = 150
+_BELOW: Final[Any] = {side: f"outside lower {side}" for side in ("left", "center", "right")}
 _LONGEST_LABEL: Final = 28
 _MISSING: Final = "\N{WHITE SQUARE}"
 
@@ -87,20 +112,190 @@ def png(drawn: Figure) -> bytes:
 
 @cache
 def error_colours() -> Colormap:
-    """Colours of an error, from dark blue (small) to orange (large): all of them dark enough to be seen on white."""
+    """Return colours of an error, from dark blue (small) to orange (large): all are dark enough on white."""
     plasma = mpl.colormaps["plasma"]
     return ListedColormap(plasma(np.linspace(0.0, 0.82, 256)), name="error")
 
 
 @cache
 def stress_colours() -> Colormap:
-    """Colours of a stress, from pale blue (none) over green to red: a part that bears nothing is seen too."""
+    """Return colours of a stress, from pale blue (none) over green to red: a part without load is seen too."""
     turbo = mpl.colormaps["turbo"]
     return ListedColormap(turbo(np.linspace(0.06, 0.92, 256)), name="stress")
 
 
+@cache
+def signed_colours() -> Colormap:
+    """Return colours of a signed value: blue below zero, at zero a grey that is seen on white, red above."""
+    return LinearSegmentedColormap.from_list("signed", [BLUE, "#c3cad2", RED])
+
+
+class ErrorScale(NamedTuple):
+    """The ends of a colour scale, in the unit of its values, and beyond which of them there are values."""
+
+    low: float
+    high: float
+    extend: str  # neither, min, max or both
+
+
+def scale_of(values: Array) -> ErrorScale:
+    """Return a colour scale for finite *values* (k,); a few outliers do not stretch it."""
+    if len(values) == 0:
+        return ErrorScale(0.0, 1.0, "neither")
+    low, high = float(values.min()), float(values.max())
+    core = np.quantile(values, [_OUTLIERS, 1.0 - _OUTLIERS])
+    if high - low > 1.5 * np.ptp(core) > 0.0:
+        extend = {(True, True): "both", (True, False): "min", (False, True): "max"}
+        beyond = extend.get((low < core[0], high > core[1]), "neither")
+        return ErrorScale(float(core[0]), float(core[1]), beyond)
+    margin = 0.0 if high - low > 1e-9 else max(1e-6, 0.05 * abs(high))
+    return ErrorScale(low - margin, high + margin, "neither")
+
+
+def colour_bar(drawn: Figure, axes: Axes | Sequence[Axes], colours: ScalarMappable, text: str, **options: Any) -> None:
+    """Draw the colour scale of *colours* beside *axes*; *text* names its quantity and unit."""
+    bar = drawn.colorbar(colours, ax=axes, **({"shrink": 0.75, "aspect": 28, "pad": 0.02} | options))
+    bar.set_label(text)
+    bar.outline.set_visible(False)
+
+
+def error_bar(
+    drawn: Figure, axes: Axes | Sequence[Axes], scale: ErrorScale, text: str, **options: Any
+) -> ScalarMappable:
+    """Draw the colour scale of an error beside *axes*; return what turns values into colours."""
+    colours = ScalarMappable(Normalize(scale.low, scale.high), error_colours())
+    colour_bar(drawn, axes, colours, text, extend=scale.extend, ticks=MaxNLocator(7), **options)
+    return colours
+
+
+def cells(axes: Axes, across: Array, up: Array, values: Array, colours: ScalarMappable, **options: Any) -> Any:
+    """Draw a map of *values* (U, A) around the nodes *across* (A,) and *up* (U,); cells without a value stay white."""
+    norm = Normalize(*colours.get_clim())
+    shown = np.ma.masked_invalid(values)
+    return axes.pcolormesh(across, up, shown, shading="nearest", cmap=colours.get_cmap(), norm=norm, **options)
+
+
+def pieces(axes: Axes, flat: Array, begin: Indices, end: Indices, values: Array, **look: Any) -> LineCollection:
+    """Draw pieces of a path, from rows *begin* to rows *end* of its points *flat* (k, 2), coloured by *values*."""
+    ends = np.stack([flat[begin], flat[end]], axis=1)
+    bundle = LineCollection(ends, array=values, capstyle="round", **look)  # type: ignore[arg-type]  # (p, 2, 2) is one
+    axes.add_collection(bundle)
+    return bundle
+
+
+def panels(
+    count: int, height: float, *, spare: float = 0.0, sharex: bool = False, sharey: bool = False
+) -> tuple[Figure, list[Axes], int]:
+    """Return a figure with *count* axes of *height* inches in up to two columns, those axes, and the columns.
+
+    *spare* is the height in inches of what stands around them.
+    """
+    columns = min(2, count)
+    rows = -(-count // columns)
+    drawn = figure(9.6, spare + height * rows)
+    grid = drawn.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey).ravel()
+    for axes in grid[count:]:
+        axes.set_visible(False)
+    return drawn, list(grid[:count]), columns
+
+
+def outer_labels(panels: Sequence[Axes], columns: int, below: str, beside: str) -> None:
+    """Label the lowest of the *panels* in each column below, and those in the first column beside."""
+    for i, axes in enumerate(panels):
+        if i % columns == 0:
+            axes.set_ylabel(beside)
+        if i + columns >= len(panels):
+            axes.set_xlabel(below)
+            axes.tick_params(labelbottom=True)
+
+
+def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left", "center", "right"] = "center") -> None:
+    """Draw one legend of all that is labelled in *axes* below the figure, without what earlier axes have labelled."""
+    handles: list[Artist] = []
+    names: list[str] = []
+    for each in axes:
+        own = [pair for pair in zip(*each.get_legend_handles_labels(), strict=True) if pair[1] not in names]
+        handles += [handle for handle, _ in own]
+        names += [name for _, name in own]
+    if names:
+        drawn.legend(handles, names, loc=_BELOW[side], ncols=columns)
+
+
+def headline(drawn: Figure, text: str) -> None:
+    """Write a title over the whole figure."""
+    drawn.suptitle(text, x=0.01, ha="left", fontsize=11, fontweight="bold")
+
+
+def rectangle(axes: Axes, low: ArrayLike, high: ArrayLike, plane: tuple[int, int] = (0, 1), **look: Any) -> Rectangle:
+    """Draw the outline of a box from *low* to *high* (3,) in the plane of two of its axes."""
+    (left, bottom), (right, top) = (np.asarray(corner, dtype=float)[list(plane)] for corner in (low, high))
+    made = Rectangle((left, bottom), right - left, top - bottom, fill=False, edgecolor=GREY, **look)
+    axes.add_patch(made)
+    return made
+
+
+def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colour: str) -> None:
+    """Draw the ellipse of one sigma, *times* its size, around *place* (2,) for its *covariance* (2, 2)."""
+    values, vectors = np.linalg.eigh(covariance)
+    width, height = 2.0 * times * np.sqrt(values.clip(min=0.0))
+    angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+    x, y = np.asarray(place).tolist()
+    axes.add_patch(Ellipse((x, y), width, height, angle=angle, fill=False, edgecolor=colour, linewidth=1.2))
+
+
+def enlargement(goal: float, size: float) -> float:
+    """Return the factor, 1 or more, that enlarges *size* to at most *goal*: 1, 2 or 5 times a power of ten."""
+    if not 0.0 < size < goal:
+        return 1.0
+    factor = goal / size * (1.0 + 1e-9)
+    power = 10.0 ** math.floor(math.log10(factor))
+    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= factor)
+
+
+def curve(number: int) -> dict[str, Any]:
+    """Return colour and dashes of the curve of that number, so that many curves differ in one of the two."""
+    return {"color": COLOURS[number % len(COLOURS)], "linestyle": _DASHES[number % len(_DASHES)]}
+
+
+def round_ticks(axes: Axes, count: int = 6) -> None:
+    """Put ticks on both axes, at most *count* intervals of 1, 2 or 5 times a power of ten."""
+    for side in (axes.xaxis, axes.yaxis):
+        side.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
+
+
+def log_ticks(axis: Axis, low: float, high: float) -> None:
+    """Label a logarithmic *axis* that shows values from *low* to *high* in plain text.
+
+    Matplotlib's own labels are formulas, which pictures do not typeset since a name may have a dollar in it.
+    """
+    decades = math.log10(high / low)
+    steps = (1.0,) if decades > 3.0 else (1.0, 2.0, 5.0)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=12) if decades > 1.0 else MaxNLocator(6))
+    axis.set_major_formatter(lambda value, _: power(value) if value > 0.0 else "")  # 0 may be a tick out of sight
+    axis.set_minor_formatter(NullFormatter())
+
+
+def power(value: float) -> str:
+    """Write a tick of a logarithmic axis: plainly from a thousandth to a million, as a power of ten beyond."""
+    if 0.999e-3 <= value < 1e6:
+        return f"{value:g}"
+    exponent = math.floor(math.log10(value) + 1e-9)
+    factor = f"{value / 10.0**exponent:.3g}"
+    return ("" if factor == "1" else f"{factor}·") + "10" + str(exponent).translate(_RAISED)
+
+
+def time_unit(duration: float) -> tuple[float, str]:
+    """Return the unit of an axis that shows *duration*, s: its size in seconds, and its name."""
+    return next(((size, name) for size, name in ((3600.0, "h"), (60.0, "min")) if duration >= 3.0 * size), (1.0, "s"))
+
+
+def minus(text: str) -> str:
+    """Return *text* with its hyphens as minus signs."""
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
 def label(text: str, longest: int = _LONGEST_LABEL) -> str:
-    """Return a foreign text as a picture can show it: short, one line, no missing glyphs."""
+    """Return a text from a file as a picture can show it: at most *longest* characters, one line, no missing glyphs."""
     known = _glyphs()
     shown = "".join(c if ord(c) in known else _MISSING for c in " ".join(text.split()))
     return shown if len(shown) <= longest else shown[: longest - 1] + "\N{HORIZONTAL ELLIPSIS}"
@@ -108,5 +303,5 @@ def label(text: str, longest: int = _LONGEST_LABEL) -> str:
 
 @cache
 def _glyphs() -> frozenset[int]:
-    """Code points that the font of `_STYLE` can draw."""
+    """Return the code points that the font of `_STYLE` can draw."""
     return frozenset(get_font(findfont(FontProperties(family="DejaVu Sans"))).get_charmap())

@@ -295,7 +295,7 @@ def test_wanted_place_is_told_where_it_is_too_far_to_draw():
         assert "500\N{NO-BREAK SPACE}mm from the nominal one" in region_picture(far).get_supxlabel()
         drawn = region_picture(near)
     assert drawn.get_supxlabel() == ""
-    assert "wanted" in [text.get_text() for text in drawn.legends[0].get_texts()]
+    assert "commanded place" in [text.get_text() for text in drawn.legends[0].get_texts()]
 
 
 def test_most_important_numbers_come_first_and_are_twenty():

@@ -1,1 +1,1 @@
-"""Matplotlib pictures of results."""
+"""Matplotlib pictures of results. Functions that draw are called within `style.drawing`."""

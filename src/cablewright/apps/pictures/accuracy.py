@@ -1,14 +1,13 @@
-"""How far off the nozzle is along a path and over a plane, and what each uncertain number has in it."""
+"""How far off the nozzle is along a path and over a plane, and how much each uncertain number contributes."""
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Patch
@@ -16,15 +15,13 @@ from matplotlib.ticker import MaxNLocator
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
-from cablewright.apps.report.digest import Band
-from cablewright.apps.space_axes import add_faces, add_lines, bar, draw_frame, heights, scale_of, space
+from cablewright.apps.space_axes import add_faces, add_lines, bounds, frame_points, heights, machine, space
 from cablewright.arrays import Array, Indices
-from cablewright.robot import Robot
 from cablewright.studies.accuracy import AccuracyStudy
 
 _MAX_PIECES: Final = 4000
 _MAX_BINS: Final = 240
-_MANY_TURNS: Final = 15
+_MANY_TURNS: Final = 15  # of a helix, each of which is then one stretch
 _MAX_NODES: Final = 60  # along one side of a surface
 _MAX_BARS: Final = 20
 _DISPLACED: Final = 0.12  # of the size of the path: about how far the displaced one is drawn from it
@@ -39,60 +36,46 @@ def along(study: AccuracyStudy) -> Figure:
     drawn = style.figure(10.6, 5.2)
     grid = drawn.add_gridspec(1, 2, width_ratios=(1.05, 1.0))
     kept = _worst_of_each(errors, _MAX_PIECES)
-    path, offset = study.places.positions[kept], found.worst_offset[kept]
+    path, offset, shown = study.places.positions[kept], found.worst_offset[kept], errors[kept]
     times = displaced_by(study)
     moved = path + times * offset
-    axes, even = _room(drawn, grid[0], found.robot, np.vstack([path, moved]))
-    whole = np.isfinite(errors[kept])
-    both = whole[1:] & whole[:-1]
+    low, high = bounds(path, moved)
+    frame = bounds(*frame_points(found.robot))
+    if (high - low).max() > _SMALL * (frame[1] - frame[0]).max():
+        axes, even = machine(drawn, grid[0], found.robot, low, high), True
+    else:
+        axes, even = space(drawn, grid[0], low, high, "m")
+    known = np.isfinite(shown)
+    both = known[1:] & known[:-1]
     # Where the worst corner changes to the other side, the displaced path jumps: it is not drawn through.
     steady = both & ((offset[1:] * offset[:-1]).sum(axis=1) > 0.0)
-    colours = bar(drawn, axes, scale_of(errors[np.isfinite(errors)]), "largest error in mm", shrink=0.7, pad=0.12)
-    add_lines(axes, np.stack([path[:-1], path[1:]], axis=1)[~both], 2, 0.8, style.GREY)
+    scale = style.scale_of(errors[np.isfinite(errors)])
+    colours = style.error_bar(drawn, axes, scale, "largest error in mm", shrink=0.7, pad=0.12)
+    pieces = np.stack([path[:-1], path[1:]], axis=1)
+    add_lines(axes, pieces[~both], 2, 0.8, style.GREY)
     add_lines(axes, np.stack([moved[:-1], moved[1:]], axis=1)[steady], 3, 0.9, style.INK)
-    pieces = np.stack([path[:-1], path[1:]], axis=1)[both]
-    add_lines(axes, pieces, 4, 2.4, colours.to_rgba(np.maximum(errors[kept][1:], errors[kept][:-1])[both]))
-    alone = whole & ~np.append(False, both) & ~np.append(both, False)
-    axes.scatter(*path[alone].T, s=14, c=colours.to_rgba(errors[kept][alone]), depthshade=False, zorder=4)
+    add_lines(axes, pieces[both], 4, 2.4, colours.to_rgba(np.maximum(shown[1:], shown[:-1])[both]))
+    alone = known & ~np.append(False, both) & ~np.append(both, False)
+    axes.scatter(*path[alone].T, s=14, c=colours.to_rgba(shown[alone]), depthshade=False, zorder=4)
     size = f"{times:g} × the error" if times != 1 else "the error"
     note = "" if even else "\nthin side not to scale"
-    axes.set_title(f"wanted path, in colour; thin: displaced by {size}{note}")
+    axes.set_title(f"commanded path, in colour; thin: displaced by {size}{note}")
     _components(drawn.add_subplot(grid[1]), study)
     return drawn
 
 
-def _room(drawn: Figure, where: SubplotSpec, robot: Robot, points: Array) -> tuple[Any, bool]:
-    """Return axes with the machine's frame, or only around the *points* where they would be too small in it.
-
-    And whether all three have one scale.
-    """
-    frame = np.array([robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)])
-    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    whole = bool((high - low).max() > _SMALL * np.ptp(frame, axis=0).max())
-    if whole:
-        low, high = np.minimum(low, frame.min(axis=0)), np.maximum(high, frame.max(axis=0))
-    axes, even = space(drawn, where, low, high, "m")
-    if whole:
-        draw_frame(axes, robot)
-    return axes, even
-
-
 def displaced_by(study: AccuracyStudy) -> float:
-    """Return how many times its error a path is displaced in the picture: 1, 2 or 5 times a power of ten."""
+    """Return the factor by which the error is enlarged where the picture displaces the path: 1, 2 or 5 times 10ⁿ."""
     offsets = np.linalg.norm(study.accuracy.worst_offset, axis=1)
     largest = float(np.nanmax(offsets)) if np.isfinite(offsets).any() else 0.0
     size = float(np.linalg.norm(np.ptp(study.places.positions, axis=0)))
-    if largest <= 0.0 or size <= 0.0:
-        return 1.0
-    wanted = _DISPLACED * size / largest
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return max(1.0, next(step * power for step in (5.0, 2.0, 1.0) if step * power <= wanted * (1 + 1e-9)))
+    return style.enlargement(_DISPLACED * size, largest)
 
 
 def _components(axes: Axes, study: AccuracyStudy) -> None:
-    """Draw the error's components: the middle of each stretch as a line, the whole of it as a band."""
-    found, heights = study.accuracy, study.places.positions[:, 2]
-    distance = study.places.distance
+    """Draw the error's components: the median of each stretch as a line, the range in it as a band."""
+    found, distance = study.accuracy, study.places.distance
+    heights = study.places.positions[:, 2]
     size = float(np.linalg.norm(np.ptp(study.places.positions, axis=0)))
     upright = distance is None or float(np.ptp(heights)) > _LEVEL * size
     at = heights if upright or distance is None else distance
@@ -118,7 +101,7 @@ def _components(axes: Axes, study: AccuracyStudy) -> None:
 
 
 def _bins(study: AccuracyStudy) -> int:
-    """Return in how many stretches to gather values: of a helix with many turns each is one, so that it looks even."""
+    """Return the number of stretches: one for each turn of a helix with many turns, so that the curves are even."""
     if study.places.shape != "helix":
         return _MAX_BINS
     away = study.places.positions[:, :2] - study.places.positions[:, :2].mean(axis=0)
@@ -127,7 +110,7 @@ def _bins(study: AccuracyStudy) -> int:
 
 
 def _binned(at: Array, values: Array, bins: int) -> tuple[Array, Array, Array, Array]:
-    """Return place, lowest, middle and highest value of each stretch that has any."""
+    """Return mean place, min, median and max of the values of each stretch that has any."""
     known = np.isfinite(values)
     at, values = at[known], values[known]
     if not len(at):
@@ -139,12 +122,12 @@ def _binned(at: Array, values: Array, bins: int) -> tuple[Array, Array, Array, A
     starts = np.flatnonzero(np.append(True, stretch[1:] != stretch[:-1]))
     parts = np.split(values[order], starts[1:])
     places = np.array([part.mean() for part in np.split(at[order], starts[1:])])
-    found = Band(*(np.array([take(part) for part in parts]) for take in (np.min, np.median, np.max)))
-    return places, found.low, found.middle, found.high
+    low, middle, high = (np.array([take(part) for part in parts]) for take in (np.min, np.median, np.max))
+    return places, low, middle, high
 
 
 def _worst_of_each(errors: Array, limit: int) -> Indices:
-    """Return rows in order: of each run of neighbours that with the largest error, and both ends."""
+    """Return up to *limit* rows in order: the one with the largest error of each run of neighbours, and both ends."""
     if len(errors) <= limit:
         return np.arange(len(errors))
     edges = np.linspace(0, len(errors), limit - 1).astype(np.intp)
@@ -163,32 +146,19 @@ def plane(study: AccuracyStudy) -> Figure:
     _surfaces(drawn, grid[0], x, y, [(part[:, 2] * 1e3).reshape(shape) for part in (spread.low, spread.high)])
     above = drawn.add_subplot(grid[1], aspect="equal", xlabel="x in m", ylabel="y in m")
     errors = (spread.max_error * 1e3).reshape(shape)
-    scale = scale_of(errors[np.isfinite(errors)])
-    colours = bar(drawn, above, scale, "largest error in mm")
-    above.pcolormesh(
-        x,
-        y,
-        np.ma.masked_invalid(errors.T),
-        shading="nearest",
-        cmap=colours.get_cmap(),
-        norm=Normalize(*colours.get_clim()),
-    )
-    if np.isfinite(errors).sum() > 3 and np.ptp(errors[np.isfinite(errors)]) > 0.0:
-        rings = above.contour(
-            x,
-            y,
-            np.ma.masked_invalid(errors.T),
-            MaxNLocator(6).tick_values(scale.low, scale.high),
-            colors="white",
-            linewidths=0.8,
-        )
+    known = errors[np.isfinite(errors)]
+    scale = style.scale_of(known)
+    style.cells(above, x, y, errors.T, style.error_bar(drawn, above, scale, "largest error in mm"))
+    if len(known) > 3 and np.ptp(known) > 0.0:
+        levels = MaxNLocator(6).tick_values(scale.low, scale.high)
+        rings = above.contour(x, y, np.ma.masked_invalid(errors.T), levels, colors="white", linewidths=0.8)
         above.clabel(rings, fontsize=7.5)
     above.set_title(f"largest error at a height of {study.places.positions[0, 2]:.3g} m")
     return drawn
 
 
 def _surfaces(drawn: Figure, where: SubplotSpec, x: Array, y: Array, both: list[Array]) -> None:
-    """Draw two surfaces over a grid, the lower one first; heights are to a scale of their own."""
+    """Draw two surfaces over a grid, the lower one first; heights have their own scale."""
     kept = [np.unique(np.append(np.arange(0, len(a), -(-len(a) // _MAX_NODES)), len(a) - 1)) for a in (x, y)]
     values = [one[np.ix_(*kept)] for one in both]
     known = np.concatenate([one[np.isfinite(one)] for one in values])

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from scipy.spatial import cKDTree
 
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.space_axes import add_surface, bar, draw_frame, point, scale_of, space
+from cablewright.apps.space_axes import add_point, add_surface, machine
 from cablewright.arrays import Array, Mask
 from cablewright.studies.accuracy import AccuracyStudy
 
-_Where = Literal["outside lower left", "outside lower right"]
-
-_LIMIT_COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, "#cc79a7", "#56b4e9", "#f0e442")
+_LIMIT_COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.PINK, style.SKY, style.YELLOW)
 _MARKERS: Final = "osD^v<>Pp"
 _BETWEEN: Final = 8  # places whose errors colour a point of the boundary
 _MAX_LIMITS: Final = 8  # that a legend has room for
-
-
-def extremes(errors: Array) -> tuple[int, int] | None:
-    """Return the rows of the smallest and the largest error, or None where none is known."""
-    return (int(np.nanargmin(errors)), int(np.nanargmax(errors))) if np.isfinite(errors).any() else None
 
 
 def workspace(study: AccuracyStudy) -> Figure | None:
@@ -39,14 +30,12 @@ def workspace(study: AccuracyStudy) -> Figure | None:
     if found is None or not known.any():
         return None
     robot = study.accuracy.robot
-    ends = np.array([robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)])
     sides = np.subtract(robot.scene.frame_max, robot.scene.frame_min)
     drawn = style.figure(10.6, float(np.clip(1.5 + 3.8 * sides[2] / sides[0], 4.6, 6.5)))
     grid = drawn.add_gridspec(1, 3, width_ratios=(1.0, 0.1, 1.0))
-    axes, _ = space(drawn, grid[0], ends.min(axis=0), ends.max(axis=0), "m")
+    axes = machine(drawn, grid[0], robot)
     section = drawn.add_subplot(grid[2], aspect="equal", xlabel="x in m", ylabel="z in m")
-    colours = bar(drawn, [axes, section], scale_of(errors[known]), "largest error in mm")
-    draw_frame(axes, robot)
+    colours = style.error_bar(drawn, [axes, section], style.scale_of(errors[known]), "largest error in mm")
     places = study.places.positions
     mesh = found.surface()
     shown = _near(places[known], errors[known], mesh.corners.mean(axis=1))
@@ -54,38 +43,27 @@ def workspace(study: AccuracyStudy) -> Figure | None:
     _mark(axes, places, errors)
     axes.set_title("boundary of the workspace")
     _section(section, study, found, colours)
-    sides_of: tuple[tuple[Any, _Where, int], ...] = (
-        (axes, "outside lower left", 1),
-        (section, "outside lower right", 3),
-    )
-    for part, at, columns in sides_of:
-        handles, names = part.get_legend_handles_labels()
-        if handles:
-            drawn.legend(handles, names, loc=at, ncols=columns, columnspacing=1.2, handletextpad=0.2)
-    drawn.set_layout_engine(
-        "constrained", rect=(0.0, 0.0, 1.0, 0.95)
-    )  # axes of a fixed shape leave no room for their titles
+    style.legend_below(drawn, axes, columns=1, side="left")
+    style.legend_below(drawn, section, columns=3, side="right")
+    # Axes of a fixed shape leave no room for their titles.
+    drawn.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 0.95))
     return drawn
 
 
-def _near(places: Array, errors: Array, wanted: Array) -> Array:
-    """Errors at *wanted* (F, 3), m, between those of the nearest *places*: the nearer one is, the more it counts."""
-    away, rows = cKDTree(places).query(wanted, range(1, min(_BETWEEN, len(places)) + 1))
+def _near(places: Array, errors: Array, points: Array) -> Array:
+    """Return errors at *points* (F, 3), m: the mean of those of the nearest *places*, by inverse squared distance."""
+    away, rows = cKDTree(places).query(points, range(1, min(_BETWEEN, len(places)) + 1))
     return np.asarray(np.average(errors[rows], axis=1, weights=1.0 / np.maximum(away, 1e-9) ** 2))
 
 
 def _mark(axes: Any, places: Array, errors: Array) -> None:
-    """Mark the places with the smallest and the largest error; the lower one of them below it."""
-    found = extremes(errors)
-    if found is None:
-        return
-    low, high = found
-    for at, name in ((low, "P1"), (high, "P2")):
-        other = high if at == low else low
-        above = bool(places[at, 2] > places[other, 2]) or (at == high and bool(places[at, 2] == places[other, 2]))
-        where = ", ".join(f"{v:.3g}" for v in places[at]).replace("-", "\N{MINUS SIGN}")
-        told = f"{name}: {'smallest' if name == 'P1' else 'largest'}, {quantity(float(errors[at]) / 1e3, 'm')}"
-        point(axes, places[at], name, above=above, label=f"{told} at ({where}) m")
+    """Mark the places with the smallest and the largest error; the name of the lower one stands below it."""
+    low, high = int(np.nanargmin(errors)), int(np.nanargmax(errors))
+    highest_above = bool(places[high, 2] >= places[low, 2])
+    for at, name, kind, above in ((low, "P1", "smallest", not highest_above), (high, "P2", "largest", highest_above)):
+        where = style.minus(", ".join(f"{v:.3g}" for v in places[at]))
+        text = f"{name}: {kind}, {quantity(float(errors[at]) / 1e3, 'm')} at ({where}) m"
+        add_point(axes, places[at], name, above=above, label=text)
 
 
 def _section(axes: Axes, study: AccuracyStudy, found: BoundaryLimits, colours: ScalarMappable) -> None:
@@ -97,19 +75,15 @@ def _section(axes: Axes, study: AccuracyStudy, found: BoundaryLimits, colours: S
     at = int(held[np.abs(y[held] - 0.5 * (y[0] + y[-1])).argmin()])
     values = np.full(found.nodes.inside.shape, np.nan)
     values[found.nodes.inside] = study.accuracy.spread.max_error * 1e3
-    shown = np.ma.masked_invalid(values[:, at, :].T)
-    cells = axes.pcolormesh(
-        x, z, shown, shading="nearest", cmap=colours.get_cmap(), norm=Normalize(*colours.get_clim()), zorder=1
-    )
-    low, high = study.accuracy.robot.scene.frame_min, study.accuracy.robot.scene.frame_max
-    frame = Rectangle((low[0], low[2]), high[0] - low[0], high[2] - low[2], fill=False, edgecolor=style.GREY)
-    axes.add_patch(frame)
+    cells = style.cells(axes, x, z, values[:, at, :].T, colours, zorder=1)
+    scene = study.accuracy.robot.scene
+    frame = style.rectangle(axes, scene.frame_min, scene.frame_max, (0, 2))
     cells.set_clip_path(frame)  # the cell of a node on a side is half outside
     near = np.abs(found.points[:, 1] - y[at]) < 1e-6 * (y[1] - y[0])
     _ends(axes, found, near)
-    axes.set_title(f"section at y = {y[at]:.3g} m, and what ends the workspace there".replace("-", "\N{MINUS SIGN}"))
-    axes.set_xlim(x[0] - 0.04 * (x[-1] - x[0]), x[-1] + 0.04 * (x[-1] - x[0]))
-    axes.set_ylim(z[0] - 0.04 * (x[-1] - x[0]), z[-1] + 0.04 * (x[-1] - x[0]))
+    axes.set_title(style.minus(f"section at y = {y[at]:.3g} m, and which limit ends the workspace"))
+    spare = 0.04 * (x[-1] - x[0])
+    axes.set(xlim=(x[0] - spare, x[-1] + spare), ylim=(z[0] - spare, z[-1] + spare))
 
 
 def _ends(axes: Axes, found: BoundaryLimits, near: Mask) -> None:
@@ -118,15 +92,7 @@ def _ends(axes: Axes, found: BoundaryLimits, near: Mask) -> None:
     order = [int(limit) for limit in np.argsort(-counts, kind="stable") if counts[limit]]
     for place, limit in enumerate(order[:_MAX_LIMITS]):
         own = found.points[near & (found.ended_by == limit)]
-        axes.plot(
-            own[:, 0],
-            own[:, 2],
-            _MARKERS[place % len(_MARKERS)],
-            color=_LIMIT_COLOURS[place % len(_LIMIT_COLOURS)],
-            markeredgecolor="white",
-            markeredgewidth=0.6,
-            markersize=5.5,
-            linestyle="none",
-            label=style.label(found.limits[limit], 40),
-            zorder=3,
-        )
+        colour = _LIMIT_COLOURS[place % len(_LIMIT_COLOURS)]
+        name = style.label(found.limits[limit], 40)
+        look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.6, "markersize": 5.5, "zorder": 3}
+        axes.plot(own[:, 0], own[:, 2], _MARKERS[place], color=colour, label=name, **look)

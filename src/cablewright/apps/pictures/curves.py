@@ -1,4 +1,4 @@
-"""Contact sheet of random curves to choose from."""
+"""Contact sheet of random curves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.apps import style
 from cablewright.printing.curve import Curves
 
 _WIDTH = 12.0  # inches
-_WIDE = 14  # curves side by side, at most, of an area as long as wide
+_WIDE = 14  # max number of curves side by side, of a square area
 _GAP = 0.12  # between two, of the area's shorter side
 _TITLE = 0.19  # inches, for a curve's number
 
@@ -28,15 +28,14 @@ def curves_picture(found: Curves) -> Figure:
     pitch = np.array([x + gap, y + gap + _TITLE / scale])
     drawn = style.figure(_WIDTH, rows * pitch[1] * scale + 0.4)
     axes = drawn.add_subplot()
-    axes.set_title(f"{len(curves)} closed curves of {required.length:g} m in {x:g} x {y:g} m, the best cover first")
-    lines, frames = [], []
+    axes.set_title(f"{len(curves)} closed curves of {required.length:g} m in {x:g} × {y:g} m, the best cover first")
+    half, lines = 0.5 * np.array([x, y]), []
     for place, one in enumerate(curves):
         row, column = divmod(place, columns)
         centre = pitch * [column, -row]
         lines.append(one.curve.even(400) + centre)
-        frames.append(centre + 0.5 * np.array([[-x, -y], [x, -y], [x, y], [-x, y], [-x, -y]]))
+        style.rectangle(axes, centre - half, centre + half, linewidth=0.5)
         axes.text(centre[0], centre[1] + 0.5 * y, str(one.number), ha="center", va="bottom", fontsize=7.5)
-    axes.add_collection(LineCollection(frames, colors=style.GREY, linewidths=0.5))
     axes.add_collection(LineCollection(lines, colors=style.BLUE, linewidths=1.0))
     ends = 0.5 * pitch
     axes.set(aspect="equal", xlim=(-ends[0], columns * pitch[0] - ends[0]), ylim=(ends[1] - rows * pitch[1], ends[1]))

@@ -1,4 +1,4 @@
-"""Which picture shows which result: what `Pictured.plot` draws."""
+"""The picture of each result, which `Pictured.plot` draws."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PICTURES: Final = {
 
 
 def draw(result: Pictured, file: str | Path | None = None) -> Figure:
-    """Return the picture of *result*, written as PNG to *file* where one is named. Raises `EnvironmentFault`."""
+    """Return the picture of *result*, and write it as PNG to *file* if one is given. Raises `EnvironmentFault`."""
     module, function = PICTURES[type(result).__name__]
     with style.drawing():
         drawn: Figure = getattr(import_module(f"cablewright.apps.pictures.{module}"), function)(result)

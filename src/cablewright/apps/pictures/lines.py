@@ -1,4 +1,4 @@
-"""What each line goes through: its tension along the print, and how much of its limits it uses."""
+"""The tension of each line along the print, and the part of its limits that it uses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cablewright.arrays import Array
 from cablewright.robot import Line
 
 MAX_LINES: Final = 8
-"""Lines that one picture shows; of more, those nearest to their limits."""
+"""Lines that one picture shows; where there are more, those nearest to their limits."""
 
 _USED: Final = {
     "winch speed": ("winch speed", "m/s", 1.0),
@@ -27,11 +27,11 @@ _USED: Final = {
 }
 """Title, unit and the factor to it from SI of the limits that are drawn, by name."""
 
-_FAR: Final = 4.0  # a limit this many times above the highest tension is told, not drawn
+_FAR: Final = 4.0  # a limit this many times above the highest tension is written, not drawn
 
 
 class Use(NamedTuple):
-    """What the lines used of one kind of range. NaN where a line has no value, infinite where it has no bound."""
+    """The part of one limit's range that each line uses. NaN where a line has no value, infinite where no bound."""
 
     title: str
     unit: str  # as it is drawn
@@ -41,7 +41,7 @@ class Use(NamedTuple):
 
 
 def tensions(digest: Digest) -> Figure | None:
-    """Draw one panel per line on common axes: lowest, median and highest tension along the print, and its limits.
+    """Draw one panel per line on common axes: min, median and max tension along the print, and its limits.
 
     Nothing is drawn where no tension is known.
     """
@@ -49,40 +49,25 @@ def tensions(digest: Digest) -> Figure | None:
     if np.isnan(check.statics.tensions).all():
         return None
     lines = digest.nearest_lines(MAX_LINES)
-    columns = 1 if len(lines) == 1 else 2
-    rows = -(-len(lines) // columns)
-    drawn = style.figure(9.0, 0.7 + 1.9 * rows)
-    grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    drawn, panels, columns = style.panels(len(lines), 1.9, spare=0.7, sharex=True, sharey=True)
     starts = digest.stretches
-    unit, seconds = _time_unit(check.law.duration)
+    seconds, unit = style.time_unit(check.law.duration)
     time = np.append(check.law.time[starts], check.law.duration) / seconds
     low = np.fmin.reduceat(check.statics.lines.lowest_tension, starts)
     middle = band(check.statics.tensions, starts).middle
     high = np.fmax.reduceat(check.statics.lines.highest_tension, starts)
     top = float(np.nanmax(high[:, lines], initial=0.0))
-    for i, axes in zip(lines, grid.flat, strict=False):
+    for i, axes in zip(lines, panels, strict=True):
         axes.fill_between(time, _held(low[:, i]), _held(high[:, i]), step="post", color=style.BLUE, alpha=0.3, lw=0)
         marker = "o" if len(starts) == 1 else ""
         axes.step(time, _held(middle[:, i]), where="post", color=style.BLUE, linewidth=1.3, marker=marker)
         _draw_tension_limits(axes, check.robot.lines[i], top)
         axes.set_title(style.label(check.robot.lines[i].name), fontsize=9.5)
-    grid[0, 0].margins(x=0)
-    bottom, upper = grid[0, 0].get_ylim()
-    grid[0, 0].set_ylim(bottom, upper + 0.12 * (upper - bottom))  # room for what is told of a limit
-    for axes in grid.flat[len(lines) :]:
-        axes.set_axis_off()
-    for i, axes in enumerate(grid.flat[: len(lines)]):
-        axes.tick_params(labelbottom=i + columns >= len(lines))
-    drawn.supxlabel(f"time in {unit}", fontsize=9)
-    drawn.supylabel("tension in N", fontsize=9)
+    panels[0].margins(x=0)
+    bottom, upper = panels[0].get_ylim()
+    panels[0].set_ylim(bottom, upper + 0.12 * (upper - bottom))  # room for the text on a limit far above
+    style.outer_labels(panels, columns, f"time in {unit}", "tension in N")
     return drawn
-
-
-def _time_unit(duration: float) -> tuple[str, float]:
-    """Return the unit that a print of that many seconds is told in, and the seconds it has."""
-    if duration < 120:
-        return "s", 1.0
-    return ("min", 60.0) if duration < 7200 else ("h", 3600.0)
 
 
 def _held(values: Array) -> Array:
@@ -92,24 +77,17 @@ def _held(values: Array) -> Array:
 
 def _draw_tension_limits(axes: Axes, line: Line, top: float) -> None:
     low, high = line.tension_limits
-    limit: dict[str, Any] = {"color": style.RED, "linewidth": 1.2, "linestyle": (0, (4, 2))}
+    limit: dict[str, Any] = {"color": style.RED, "linewidth": 1.2, "linestyle": style.DASHED}
     axes.axhline(low, **limit)
     if high <= _FAR * max(top, low):
         axes.axhline(high, **limit)
     else:
-        axes.annotate(
-            f"highest allowed {quantity(high, 'N')}, far above",
-            (0.99, 0.97),
-            xycoords="axes fraction",
-            ha="right",
-            va="top",
-            fontsize=8,
-            color=style.RED,
-        )
+        text = f"max allowed {quantity(high, 'N')}, far above"
+        axes.text(0.99, 0.97, text, ha="right", va="top", transform=axes.transAxes, fontsize=8, color=style.RED)
 
 
 def uses(digest: Digest) -> list[Use]:
-    """Return what is known of winch speed, winch torque, swing and lever, in the units that are drawn."""
+    """Return the known uses of winch speed, winch torque, swing and lever, in the units that are drawn."""
     lines, known = digest.check.robot.lines, []
     for limit in LIMITS:
         if limit.name in _USED:
@@ -122,19 +100,14 @@ def uses(digest: Digest) -> list[Use]:
 
 
 def limits(digest: Digest) -> Figure | None:
-    """Draw for each quantity and line the range used, and the range allowed; nothing if nothing is known."""
+    """Draw for each quantity and line the range used, and the range allowed; None if nothing is known."""
     known = uses(digest)
     if not known:
         return None
     lines = digest.nearest_lines(MAX_LINES)
-    columns = min(2, len(known))
-    rows = -(-len(known) // columns)
-    drawn = style.figure(9.0, rows * (1.15 + 0.24 * len(lines)))
-    grid = drawn.subplots(rows, columns, squeeze=False)
-    for use, axes in zip(known, grid.flat, strict=False):
+    drawn, panels, _ = style.panels(len(known), 1.15 + 0.24 * len(lines))
+    for use, axes in zip(known, panels, strict=True):
         _draw_use(axes, use, lines, [style.label(digest.check.robot.lines[i].name, 16) for i in lines])
-    for axes in grid.flat[len(known) :]:
-        axes.set_axis_off()
     return drawn
 
 
@@ -151,10 +124,9 @@ def _draw_use(axes: Axes, use: Use, lines: list[int], names: list[str]) -> None:
                 axes.plot([end, end], [place - 0.36, place + 0.36], color=style.INK, linewidth=2, zorder=3)
     outside = (low < allowed[:, 0]) | (high > allowed[:, 1])
     colours = [style.RED if out else style.BLUE for out in outside]
-    span = float(np.nanmax([*high, *allowed[np.isfinite(allowed)]]) - np.nanmin([*low, *allowed[np.isfinite(allowed)]]))
-    width = np.maximum(
-        high - low, 0.004 * (span or float(np.nanmax(np.abs(high))))
-    )  # a range of one value is still seen
+    ends = np.concatenate([low, high, allowed[np.isfinite(allowed)]])
+    span = float(np.nanmax(ends) - np.nanmin(ends)) or float(np.nanmax(np.abs(high)))
+    width = np.maximum(high - low, 0.004 * span)  # a range of one value is still seen
     axes.barh(places, width, left=low, height=0.34, color=colours, zorder=2)
     axes.set_yticks(places, names)
     axes.set_ylim(len(lines) - 0.4, -0.6)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
@@ -15,13 +14,13 @@ from cablewright.apps import style
 from cablewright.arrays import Array
 from cablewright.printing.heightfield import HeightField
 from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.structure import CrossSection, PrintedStructure
+from cablewright.studies.prints.structure import CrossSection
 
-_MARGIN: Final = 0.5  # m about the path that is drawn
+_MARGIN: Final = 0.5  # m that are drawn around the path
 
 
 def maps_picture(found: PrintRecord) -> Figure | None:
-    """Heights from above."""
+    """Draw heights from above: true, rebuilt from scans, and their difference."""
     structure = found.structure
     if structure is None:
         return None
@@ -34,16 +33,12 @@ def maps_picture(found: PrintRecord) -> Figure | None:
     drawn = style.figure(3.2 * columns + 0.4, float(np.clip(2.7 * deep / wide, 2.0, 7.0)) + 1.3)
     axes = drawn.subplots(1, columns, sharex=True, sharey=True, squeeze=False).ravel()
     top = 1e3 * max(structure.highest, 1e-3)
-    shown = None
     for axis, (title, field) in zip(axes, known, strict=False):
         shown = _map(axis, field, 1e3 * field.heights, (0.0, top), style.stress_colours())
         axis.set_title(title)
-    assert shown is not None
-    bar = drawn.colorbar(shown, ax=list(axes[: len(known)]), location="bottom", shrink=0.7, aspect=30, pad=0.02)
-    bar.set_label("height in mm")
-    bar.outline.set_visible(False)
+    style.colour_bar(drawn, list(axes[: len(known)]), shown, "height in mm", location="bottom", shrink=0.7)
     if structure.estimated is not None and structure.true is not None:
-        _difference(drawn, axes[-1], structure, structure.estimated)
+        _difference(drawn, axes[-1], structure.true, structure.estimated)
     for axis in axes:
         axis.set(xlabel="x in m", aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         axis.grid(visible=False)
@@ -52,33 +47,23 @@ def maps_picture(found: PrintRecord) -> Figure | None:
 
 
 def _map(axes: Axes, field: HeightField, values: Array, ends: tuple[float, float], colours: Colormap) -> AxesImage:
-    extent = (
-        field.low[0],
-        field.low[0] + field.cell * field.shape[0],
-        field.low[1],
-        field.low[1] + field.cell * field.shape[1],
-    )
-    return axes.imshow(
-        values.T, origin="lower", extent=extent, cmap=colours, vmin=ends[0], vmax=ends[1], interpolation="nearest"
-    )
+    (left, right), (bottom, top) = ((field.low[k], field.low[k] + field.cell * field.shape[k]) for k in (0, 1))
+    norm, extent = Normalize(*ends), (left, right, bottom, top)
+    return axes.imshow(values.T, origin="lower", extent=extent, cmap=colours, norm=norm, interpolation="nearest")
 
 
-def _difference(drawn: Figure, axes: Axes, structure: PrintedStructure, seen: HeightField) -> None:
-    assert structure.true is not None
+def _difference(drawn: Figure, axes: Axes, true: HeightField, seen: HeightField) -> None:
     x, y = np.meshgrid(seen.centres(0), seen.centres(1), indexing="ij")
-    true = structure.true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(seen.shape)
-    off = 1e3 * (seen.heights - true)
+    off = 1e3 * (seen.heights - true.at(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(seen.shape))
     known = np.abs(off[np.isfinite(off)])
     limit = max(float(np.quantile(known, 0.995)) if len(known) else 1.0, 1.0)
-    shown = _map(axes, seen, off, (-limit, limit), mpl.colormaps["RdBu_r"])
-    axes.set_title("rebuilt less true")
-    bar = drawn.colorbar(shown, ax=axes, location="bottom", shrink=0.95, aspect=20, pad=0.02, extend="both")
-    bar.set_label("mm")
-    bar.outline.set_visible(False)
+    shown = _map(axes, seen, off, (-limit, limit), style.signed_colours())
+    axes.set_title("rebuilt minus true")
+    style.colour_bar(drawn, axes, shown, "difference in mm", location="bottom", shrink=0.95, aspect=20, extend="both")
 
 
 def cuts_picture(found: PrintRecord) -> Figure | None:
-    """Heights across the path where it passes once, and where the structure is highest."""
+    """Draw heights across the path where it passes once, and where the structure is highest."""
     if found.structure is None or not found.structure.sections:
         return None
     cuts = found.structure.sections
@@ -87,19 +72,15 @@ def cuts_picture(found: PrintRecord) -> Figure | None:
     for axis, cut in zip(axes, cuts, strict=True):
         _draw_cut(axis, cut)
     axes[0].set_ylabel("height in mm")
-    handles, names = axes[0].get_legend_handles_labels()
-    drawn.legend(handles, names, loc="outside lower center", ncols=2)
+    style.legend_below(drawn, *axes, columns=2)
     return drawn
 
 
 def _draw_cut(axes: Axes, cut: CrossSection) -> None:
-    if np.isfinite(cut.true).any():
-        axes.fill_between(
-            1e2 * cut.offsets, 0.0, 1e3 * cut.true, color=style.GREY, alpha=0.35, linewidth=0, label="true"
-        )
-    if np.isfinite(cut.estimated).any():
-        axes.plot(
-            1e2 * cut.offsets, 1e3 * cut.estimated, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans"
-        )
-    title = f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m".replace("-", "\N{MINUS SIGN}")
-    axes.set(xlabel="cm beside the path, left of it positive", title=title)
+    across, true, rebuilt = 1e2 * cut.offsets, 1e3 * cut.true, 1e3 * cut.estimated
+    if np.isfinite(true).any():
+        axes.fill_between(across, 0.0, true, color=style.GREY, alpha=0.35, linewidth=0, label="true")
+    if np.isfinite(rebuilt).any():
+        axes.plot(across, rebuilt, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans")
+    title = style.minus(f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m")
+    axes.set(xlabel="offset from the path in cm, positive to the left", title=title)

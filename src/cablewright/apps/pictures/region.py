@@ -8,67 +8,67 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
-from matplotlib.ticker import MaxNLocator
 
 from cablewright.analyses.accuracy.region import PLANES, Region
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.space_axes import add_faces, add_lines, bar, scale_of, space, towards_eye
+from cablewright.apps.space_axes import add_faces, add_lines, bounds, space, towards_eye
 from cablewright.arrays import Array
 
 _VIEWS: Final = {"xy": "from above", "xz": "from the front", "yz": "from the side"}
-_NEAR: Final = 1.5  # of the region's radius: a wanted place farther off would shrink the region to a dot
+_NEAR: Final = 1.5  # of the region's radius: a commanded place farther off would shrink the region to a dot
 _MAX_DOTS: Final = 3000
-_FEW: Final = 400  # triangles, whose edges can be told apart
-_SLENDER: Final = 12.0  # from which one scale for both axes leaves a line
+_FEW: Final = 400  # triangles, whose edges are drawn
+_SLENDER: Final = 12.0  # ratio of the sides above which one scale for both axes would leave a line
 
 
 def region(found: Region, corners: Array | None = None) -> Figure:
-    """Draw the hull, coloured by the distance from where the nominal numbers lead, and its three shadows.
+    """Draw the hull, coloured by the distance from the nominal place, and its three shadows.
 
     *corners* (S, 3), m, are drawn as dots in place of the region's own points.
     """
     points = (found.points - found.nominal) * 1e3
     dots = points if corners is None else (corners - found.nominal) * 1e3
-    wanted = (found.wanted - found.nominal) * 1e3
+    commanded = (found.wanted - found.nominal) * 1e3
     reach = float(np.linalg.norm(points, axis=1).max()) if len(points) else 0.0
-    near = bool(np.linalg.norm(wanted) <= _NEAR * max(reach, 1e-6))
+    near = bool(np.linalg.norm(commanded) <= _NEAR * max(reach, 1e-6))
     drawn = style.figure(9.6, 7.6)
     grid = drawn.add_gridspec(2, 2, width_ratios=(1.15, 1.0))
-    _solid(drawn, grid[0, 0], found, points, wanted if near else None)
+    _solid(drawn, grid[0, 0], found, points, commanded if near else None)
     for (name, axes_of), where in zip(PLANES.items(), (grid[0, 1], grid[1, 0], grid[1, 1]), strict=True):
         axes = drawn.add_subplot(where)
         index = list(axes_of)
         outline = (found.hull.projections[name] - found.nominal[index]) * 1e3
-        even = _shadow(axes, outline, _some(dots)[:, index], wanted[index] if near else None)
+        some = dots[:: max(1, -(-len(dots) // _MAX_DOTS)), index]
+        even = _shadow(axes, outline, some, commanded[index] if near else None)
         axes.set(xlabel=f"{name[0]} in mm", ylabel=f"{name[1]} in mm")
         axes.set_title(_VIEWS[name] if even else f"{_VIEWS[name]}; scales differ")
     handles, names = drawn.axes[-1].get_legend_handles_labels()
     if not near:
-        far = quantity(float(np.linalg.norm(wanted)) / 1e3, "m")
-        drawn.supxlabel(f"The wanted place is out of the picture: {far} from the nominal one.", fontsize=8.5)
+        far = quantity(float(np.linalg.norm(commanded)) / 1e3, "m")
+        drawn.supxlabel(f"The commanded place is outside the picture: {far} from the nominal one.", fontsize=8.5)
     drawn.legend(handles, names, loc="outside upper right", ncols=4)
     return drawn
 
 
-def _solid(drawn: Figure, where: SubplotSpec, found: Region, points: Array, wanted: Array | None) -> None:
+def _solid(drawn: Figure, where: SubplotSpec, found: Region, points: Array, commanded: Array | None) -> None:
     """Draw the hull in space; of a flat one its points."""
-    shown = points if wanted is None else np.vstack([points, wanted])
-    shown = np.vstack([shown, np.zeros(3)])
-    margin = 0.04 * max(float(np.ptp(shown, axis=0).max()), 1e-6)
-    axes, even = space(drawn, where, shown.min(axis=0) - margin, shown.max(axis=0) + margin, "mm", zoom=1.0)
+    low, high = bounds(np.zeros(3), points, *([] if commanded is None else [commanded]))
+    margin = 0.04 * max(float((high - low).max()), 1e-6)
+    axes, even = space(drawn, where, low - margin, high + margin, "mm", zoom=1.0)
     distance = np.linalg.norm(points, axis=1)
     corners = points[found.hull.triangles]
     # Large triangles are cut so that each piece has the colour of its own place, not of three far corners.
     pieces = _cut(corners, 3) if len(corners) <= _FEW else corners
-    colours = bar(drawn, axes, scale_of(distance), "from the nominal place in mm", location="left", pad=0.0)
+    text = "distance from the nominal place in mm"
+    colours = style.error_bar(drawn, axes, style.scale_of(distance), text, location="left", pad=0.0)
     if len(pieces):
         far = np.linalg.norm(pieces.mean(axis=1), axis=1)
         add_faces(axes, pieces, colours.to_rgba(far), zorder=3)
         _edges(axes, corners)
     else:
         axes.scatter(*points.T, s=10, c=colours.to_rgba(distance), depthshade=False, zorder=3)
-    for at, marker, colour in ((np.zeros(3), "o", style.INK), (wanted, "*", style.RED)):
+    for at, marker, colour in ((np.zeros(3), "o", style.INK), (commanded, "*", style.RED)):
         if at is not None:
             axes.plot(*at[:, None], marker, color=colour, markeredgecolor="white", markersize=8, zorder=9)
     what = "region" if len(pieces) else "region: flat, without a volume"
@@ -76,7 +76,7 @@ def _solid(drawn: Figure, where: SubplotSpec, found: Region, points: Array, want
 
 
 def _edges(axes: Any, corners: Array) -> None:
-    """Draw the edges in front of a hull that has few triangles; of many they would cover it."""
+    """Draw the front edges of a hull with few triangles; those of many would cover it."""
     if len(corners) > _FEW:
         return
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -87,7 +87,7 @@ def _edges(axes: Any, corners: Array) -> None:
 
 
 def _cut(corners: Array, times: int) -> Array:
-    """Cut triangles (F, 3, 3) into four, so many *times*."""
+    """Cut each of the triangles (F, 3, 3) into four, *times* over."""
     for _ in range(times):
         a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
         ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
@@ -96,11 +96,7 @@ def _cut(corners: Array, times: int) -> Array:
     return corners
 
 
-def _some(points: Array) -> Array:
-    return points[:: max(1, -(-len(points) // _MAX_DOTS))]
-
-
-def _shadow(axes: Axes, outline: Array, dots: Array, wanted: Array | None) -> bool:
+def _shadow(axes: Axes, outline: Array, dots: Array, commanded: Array | None) -> bool:
     """Draw one shadow with the points that cast it; return whether both axes have one scale."""
     if len(outline) > 2:
         axes.fill(*outline.T, color=style.BLUE, alpha=0.14, linewidth=0)
@@ -108,8 +104,10 @@ def _shadow(axes: Axes, outline: Array, dots: Array, wanted: Array | None) -> bo
     axes.plot(*closed.T, color=style.BLUE, linewidth=1.3, label="outline")
     axes.plot(*dots.T, ".", color=style.BLUE, markersize=3.0, alpha=0.7, label="corner of the ranges")
     axes.plot(0.0, 0.0, "o", color=style.INK, markeredgecolor="white", markersize=8, label="nominal place", zorder=5)
-    if wanted is not None:
-        axes.plot(*wanted, "*", color=style.RED, markeredgecolor="white", markersize=13, label="wanted", zorder=6)
+    if commanded is not None:
+        axes.plot(
+            *commanded, "*", color=style.RED, markeredgecolor="white", markersize=13, label="commanded place", zorder=6
+        )
     axes.margins(0.08)
     axes.autoscale_view()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
@@ -117,6 +115,5 @@ def _shadow(axes: Axes, outline: Array, dots: Array, wanted: Array | None) -> bo
     even = bool(sides[1] <= _SLENDER * sides[0])
     if even:
         axes.set_aspect("equal", adjustable="datalim")
-    for side in (axes.xaxis, axes.yaxis):
-        side.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    style.round_ticks(axes)
     return even

@@ -1,15 +1,16 @@
-"""A replay as Merlet and Papegay 2023 draw theirs: yaw (Fig. 5), tilt (Fig. 6), angles of two lines (Fig. 7)."""
+"""A replayed log: yaw, tilt, angles of two lines (Merlet and Papegay 2023, Figs. 5 to 7), and position errors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
+from cablewright.apps.pictures.over_time import line_angle, platform_angle
 from cablewright.arrays import Array
 from cablewright.studies.replay import Replay, Replays
 
@@ -29,61 +30,30 @@ def replay_picture(replayed: Replay | Replays) -> Figure:
     for place in (grid[0, 0], grid[0, 1], grid[1, 0], grid[1, 1], grid[2, :]):
         axes.append(drawn.add_subplot(place, sharex=axes[0] if axes else None))
     names = ["estimated"] if len(found) == 1 else [one.estimator for one in found]
+    colours = [style.ORANGE, style.BLUE][-len(found) :]
     for axis, (own, true), name in ((axes[0], (1, 3), "yaw"), (axes[1], (2, 4), "tilt")):
-        if np.isfinite(trace[true]).any():
-            axis.plot(trace[0], np.degrees(trace[true]), color=style.GREY, linewidth=2.4, label="true")
-        for each, colour, whose in zip(traces, _colours(found), names, strict=True):
-            axis.plot(each[0], np.degrees(each[own]), color=colour, linewidth=1.0, label=whose)
-        axis.set(ylabel=f"{name} in degrees", title=f"{name} of the drum")
-        axis.legend(loc="upper right", ncols=3)
-        axis.margins(y=0.18)
+        estimated = {whose: (each[own], colour) for each, colour, whose in zip(traces, colours, names, strict=True)}
+        platform_angle(axis, trace[0], name, trace[true], estimated)
     axes[1].set_ylim(bottom=0.0)
     taut, measured = trace[_BEFORE_LINES : _BEFORE_LINES + m], trace[_BEFORE_LINES + m :]
     order = np.argsort(last.slack_steps)
     for axis, line in ((axes[2], int(order[0])), (axes[3], int(order[-1]))):
-        _draw_line(axis, last, line, trace[0], taut[line], measured[line])
-    _draw_errors(axes[4], found, traces)
+        share = 1.0 - last.slack_steps[line] / max(last.valid, 1)
+        line_angle(axis, trace[0], last.head.robot.lines[line].name, share, measured[line], taut[line])
+    _draw_errors(axes[4], found, traces, colours)
     return drawn
 
 
-def _colours(found: Sequence[Replay]) -> list[str]:
-    """Blue is the last, orange one before it."""
-    return [style.ORANGE, style.BLUE][-len(found) :]
-
-
-def _draw_errors(axis: Axes, found: Sequence[Replay], traces: Sequence[Array]) -> None:
-    """How far the position was off, and under what it should be in 95 of 100 steps."""
-    axis.set(xlabel="time in s", ylabel="error in mm", title="position: how far from the true one")
+def _draw_errors(axis: Axes, found: Sequence[Replay], traces: Sequence[Array], colours: Sequence[str]) -> None:
+    """Draw the errors of the position, and the bound below which an estimator expects 95 % of them."""
+    axis.set(xlabel="time in s", ylabel="error in mm", title="position error")
     if not any(np.isfinite(trace[5]).any() for trace in traces):
-        axis.text(0.5, 0.5, "the log does not have the truth", transform=axis.transAxes, ha="center")
+        axis.text(0.5, 0.5, "the log has no true positions", transform=axis.transAxes, ha="center")
         return
-    labelled = len(found) > 1
-    for one, trace, colour in zip(found, traces, _colours(found), strict=True):
+    for one, trace, colour in zip(found, traces, colours, strict=True):
         if np.isfinite(trace[6]).any():
-            axis.fill_between(
-                trace[0], 0.0, 1e3 * trace[6], color=style.GREY, alpha=0.35, linewidth=0.0, label="95 % bound"
-            )
-            labelled = True
+            bound: dict[str, Any] = {"color": style.GREY, "alpha": 0.35, "linewidth": 0.0, "label": "95 % bound"}
+            axis.fill_between(trace[0], 0.0, 1e3 * trace[6], **bound)
         axis.plot(trace[0], 1e3 * trace[5], color=colour, linewidth=1.0, label=one.estimator)
-    errors = np.concatenate([trace[5] for trace in traces])
-    axis.set_ylim(0.0, 1.25e3 * float(np.nanmax(errors)))
-    if labelled:
-        axis.legend(loc="upper right", ncols=3)
-
-
-def _draw_line(
-    axis: Axes,
-    found: Replay,
-    line: int,
-    time: Array,
-    taut: Array,
-    told: Array,
-) -> None:
-    """Angles of one line, and how long it was taut."""
-    share = 100.0 * (1.0 - found.slack_steps[line] / max(found.valid, 1))
-    axis.plot(time, np.degrees(told), color=style.ORANGE, linewidth=0.9, label="measured")
-    axis.plot(time, np.degrees(taut), color=style.BLUE, linewidth=1.2, label="if it were taut")
-    name = style.label(found.head.robot.lines[line].name)
-    axis.set(ylabel="angle in degrees", title=f"line {name}: taut {share:.0f} % of the time")
-    axis.legend(loc="upper right", ncols=2)
-    axis.margins(y=0.2)
+    axis.set_ylim(0.0, 1.25e3 * max(float(np.nanmax(trace[5], initial=0.0)) for trace in traces))
+    axis.legend(loc="upper right", ncols=3)

@@ -1,4 +1,4 @@
-"""A survey from above: walls, exits and winches with their ellipses, and how far each marker is off."""
+"""A survey from above: walls, exit points and winch exits with their ellipses; and the residual of each marker."""
 
 from __future__ import annotations
 
@@ -12,24 +12,23 @@ from cablewright.apps import style
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
 
-_MAGNIFIED: Final = 100.0  # how much larger than the room the ellipses are drawn
+_MAGNIFIED: Final = 100.0  # times that the ellipses are enlarged
 _SIGMAS: Final = 2.4477  # of an ellipse that holds 95 %
 _MAX_BARS: Final = 40
 
 
 def survey_picture(found: Survey) -> Figure:
-    """Draw a survey. Call within `style.drawing`."""
+    """Draw the plan and the residuals of a survey."""
     drawn = style.figure(9.6, 5.2)
     room, bars = drawn.subplots(1, 2, width_ratios=(1.15, 1.0))
     _draw_room(room, found)
     _draw_residuals(bars, found)
-    handles, names = room.get_legend_handles_labels()
-    drawn.legend(handles, names, loc="outside lower center", ncols=5)
+    style.legend_below(drawn, room, bars, columns=3)
     return drawn
 
 
 def _draw_room(axes: Axes, found: Survey) -> None:
-    """Draw the plan: places with ellipses of 95 %, magnified, and each wall as far as the places go."""
+    """Draw the plan: points with enlarged 95 % ellipses, and each wall within the box around the points."""
     exits = [(one.line, one.exit_point) for one in found.exits if one.exit_point is not None]
     winches = [(one.line, one.winch_exit) for one in found.exits if one.winch_exit is not None]
     everything = [place[:2] for _, place in exits + winches] + [axis.point[:2] for axis in found.axes] + [np.zeros(2)]
@@ -50,19 +49,18 @@ def _draw_room(axes: Axes, found: Survey) -> None:
         for place, colour in ((one.exit_point, style.BLUE), (one.winch_exit, style.ORANGE)):
             if place is not None:
                 part = found.covariance[first : first + 2, first : first + 2]
-                axes.plot(*(place[:2, None] + _MAGNIFIED * _ellipse(part)), color=colour, linewidth=0.9)
+                style.ellipse(axes, place[:2], part, _MAGNIFIED * _SIGMAS, colour)
                 first += 3
     if winches:
         xy = np.array([place[:2] for _, place in winches])
-        axes.plot(*xy.T, "s", color=style.ORANGE, markersize=8, markerfacecolor="none", label="winch exit")
+        axes.plot(*xy.T, "s", color=style.ORANGE, markersize=8, fillstyle="none", label="winch exit")
     if exits:
         xy = np.array([place[:2] for _, place in exits])
         axes.plot(*xy.T, "o", color=style.BLUE, markersize=4, label="exit point")
     for line, place in exits or winches:
-        axes.annotate(
-            style.label(line, 16), (place[0], place[1]), xytext=(7, 7), textcoords="offset points", fontsize=8
-        )
-    axes.plot([], [], color=style.BLUE, linewidth=0.9, label=f"95 % ellipse, {_MAGNIFIED:g} times as large")
+        name = style.label(line, 16)
+        axes.annotate(name, (place[0], place[1]), xytext=(7, 7), textcoords="offset points", fontsize=8)
+    axes.plot([], [], color=style.BLUE, linewidth=0.9, label=f"95 % ellipse, enlarged {_MAGNIFIED:g} times")
     axes.plot(0, 0, "+", color=style.INK, markersize=8, label="origin")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
@@ -71,27 +69,18 @@ def _draw_room(axes: Axes, found: Survey) -> None:
 
 
 def _within(point: Array, along: Array, low: Array, high: Array) -> Array:
-    """Return the part (2, 2) of a line that passes a box, or a metre of it."""
+    """Return the ends (2, 2) of the part of a line within a box, or of one metre of it where it passes the box by."""
+    slanted = np.abs(along) > 1e-9
+    steps = np.concatenate([((bound - point) / np.where(slanted, along, 1.0))[slanted] for bound in (low, high)])
     reach = []
     for end in (-1.0, 1.0):
-        steps = [(bound - p) / a for p, a, lo, hi in zip(point, along, low, high, strict=True) if abs(a) > 1e-9
-                 for bound in (lo, hi)]  # fmt: skip
-        ahead = [step for step in steps if step * end > 0]
-        reach.append(min(ahead, key=abs) if ahead else end * 0.5)
+        ahead = steps[steps * end > 0]
+        reach.append(float(ahead[np.abs(ahead).argmin()]) if len(ahead) else 0.5 * end)
     return np.array([point + step * along for step in reach])
 
 
-def _ellipse(covariance: Array) -> Array:
-    """(2, k) of the ellipse that holds 95 %."""
-    values, axes = np.linalg.eigh(covariance)
-    turn = np.linspace(0.0, 2.0 * np.pi, 60)
-    sizes = _SIGMAS * np.sqrt(np.maximum(values, 0.0))
-    drawn: Array = axes @ (sizes[:, None] * np.array([np.cos(turn), np.sin(turn)]))
-    return drawn
-
-
 def _draw_residuals(axes: Axes, found: Survey) -> None:
-    """Draw how far each marker is off, the worst first, with what is expected."""
+    """Draw the residual of each marker, the largest first, with the expected one."""
     rows = [row for row in found.residuals if not np.isnan(row.residual)]
     rows = sorted(rows, key=lambda row: row.residual, reverse=True)[:_MAX_BARS]
     axes.set_title("residuals")
@@ -102,9 +91,9 @@ def _draw_residuals(axes: Axes, found: Survey) -> None:
     places = np.arange(len(rows))
     colours = [style.RED if row.suspect else style.BLUE for row in rows]
     axes.barh(places, [1e3 * row.residual for row in rows], color=colours, height=0.6)
-    axes.plot([1e3 * row.sigma for row in rows], places, "|", color=style.INK, markersize=9, label="expected (sigma)")
+    expected = [1e3 * row.sigma for row in rows]
+    axes.plot(expected, places, "|", color=style.INK, markersize=9, label="expected residual, one sigma")
     axes.set_yticks(places, [style.label(row.point, 14) for row in rows], fontsize=7.5 if len(rows) < 25 else 5.5)
     axes.invert_yaxis()
     axes.set_xlim(left=0)
-    axes.set_xlabel("distance from what was fitted, in mm")
-    axes.legend(loc="lower right")
+    axes.set_xlabel("distance from the fit in mm")

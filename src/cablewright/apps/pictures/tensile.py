@@ -1,8 +1,8 @@
-"""A tensile test: force over elongation with the band and the secant, and how stiff the cable is at each force."""
+"""A tensile test: force over elongation with the band and the secant, and the cable's tangent modulus by force."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,11 +13,11 @@ from cablewright.arrays import Array
 from cablewright.calibration.tensile.recording import TensileTest
 from cablewright.calibration.tensile.result import PAPER_SPREAD, TensileResult
 
-_MAX_POINTS: Final = 20_000  # of a curve: more cannot be told apart in the picture
+_MAX_POINTS: Final = 20_000  # of a curve: the picture cannot show more
 
 
 def tensile_picture(result: TensileResult) -> Figure:
-    """Draw the test and what was found. Call within `style.drawing`."""
+    """Draw the test, the modulus found, and the tangent moduli."""
     drawn = style.figure(9.0, 4.4)
     curves, slopes = drawn.subplots(1, 2, sharey=True, width_ratios=(1.25, 1))
     low, high = (load / 1e3 for load in result.loads)
@@ -27,15 +27,13 @@ def tensile_picture(result: TensileResult) -> Figure:
     _draw_slopes(slopes, result)
     name = f"band, {100 * result.band[0]:g} to {100 * result.band[1]:g} % of the breaking load"
     curves.fill_between([], [], color=style.GREY, alpha=0.13, linewidth=0, label=name)
-    handles, names = curves.get_legend_handles_labels()
-    more, others = slopes.get_legend_handles_labels()
-    drawn.legend(handles + more, names + others, loc="outside lower center", ncols=3)
+    style.legend_below(drawn, curves, slopes, columns=3)
     return drawn
 
 
 def _draw_curves(axes: Axes, test: TensileTest, result: TensileResult) -> None:
     """Draw the whole test thinly, the branches in their colours, and the secant."""
-    _curve(axes, test.elongation, test.force, color=style.GREY, linewidth=0.6, label="the whole test")
+    _curve(axes, test.elongation, test.force, color=style.GREY, linewidth=0.6, label="whole test")
     last = {branch.rising: branch for branch in result.branches}
     for branch in result.branches:
         name = f"last {branch.word} (earlier ones pale)" if branch is last[branch.rising] else None
@@ -44,8 +42,14 @@ def _draw_curves(axes: Axes, test: TensileTest, result: TensileResult) -> None:
     start = result.length - result.initial_length
     ends = np.array([start, start + result.stretch])
     secant = f"secant, {result.modulus / 1e9:.4g} GPa"
-    ends, loads, dashed = ends * 1e3, np.array(result.loads) / 1e3, (0, (4, 2))
-    axes.plot(ends, loads, color=style.INK, linestyle=dashed, linewidth=1.2, marker="o", ms=4, label=secant)
+    look: dict[str, Any] = {
+        "color": style.INK,
+        "linestyle": style.DASHED,
+        "linewidth": 1.2,
+        "marker": "o",
+        "markersize": 4,
+    }
+    axes.plot(ends * 1e3, np.array(result.loads) / 1e3, label=secant, **look)
     axes.set(xlabel="elongation in mm", ylabel="force in kN")
     axes.set_title("force over elongation")
 
@@ -56,7 +60,7 @@ def _draw_slopes(axes: Axes, result: TensileResult) -> None:
     name = f"nominal ±{100 * PAPER_SPREAD:.0f} %"
     spread = (1 - PAPER_SPREAD) * nominal, (1 + PAPER_SPREAD) * nominal
     axes.axvspan(*spread, color=style.GREEN, alpha=0.13, linewidth=0, label=name)
-    axes.axvline(nominal, color=style.INK, linestyle=(0, (4, 2)))
+    axes.axvline(nominal, color=style.INK, linestyle=style.DASHED)
     last = {branch.rising: branch for branch in result.branches}
     for branch in result.branches:
         shade = 1.0 if branch is last[branch.rising] else 0.35
@@ -67,18 +71,9 @@ def _draw_slopes(axes: Axes, result: TensileResult) -> None:
     axes.set_title("stiffness by force")
 
 
-def _curve(
-    axes: Axes,
-    elongation: Array,
-    force: Array,
-    color: str,
-    label: str | None,
-    linewidth: float = 1.6,
-    alpha: float = 1.0,
-) -> None:
+def _curve(axes: Axes, elongation: Array, force: Array, **look: Any) -> None:
     step = -(-len(force) // _MAX_POINTS)
-    shown = elongation[::step] * 1e3, force[::step] / 1e3
-    axes.plot(*shown, color=color, linewidth=linewidth, alpha=alpha, label=label)
+    axes.plot(elongation[::step] * 1e3, force[::step] / 1e3, **look)
 
 
 def _colour(rising: bool) -> str:
