@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.apps.pictures.over_time import platform_angle
+from cablewright.apps.over_time import platform_angle
 from cablewright.arrays import Array, Indices
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PathFollowing, PrintRecord

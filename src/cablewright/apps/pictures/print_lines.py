@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.apps.pictures.over_time import line_angle
+from cablewright.apps.over_time import line_angle
 from cablewright.arrays import Array, Indices
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord

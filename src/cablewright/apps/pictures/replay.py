@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.apps.pictures.over_time import line_angle, platform_angle
+from cablewright.apps.over_time import line_angle, platform_angle
 from cablewright.arrays import Array
 from cablewright.studies.replay import Replay, Replays
 
