@@ -36,7 +36,7 @@ class Case:
     def squares(self, x: np.ndarray) -> np.ndarray:
         """The residuals of Eq. 14, m^2: squared lengths of the model less those of encoders and home lengths."""
         lengths = self.problem.lengths(x[:16], x[16:].reshape(-1, 3))
-        return (lengths**2 - (self.made.measured.counted + x[12:16]) ** 2).ravel()
+        return np.ravel(lengths**2 - (self.made.measured.counted + x[12:16]) ** 2)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Eq. 26: 2 l u, -2 l u and -2 (dl + l0)."""
@@ -60,7 +60,8 @@ class Case:
         """A bounded trust-region solver of the same kind as the paper's, with its two tolerances."""
         how = self.jacobian if analytic else "2-point"
         bounds = self.truth - BOUND, self.truth + BOUND
-        return least_squares(self.squares, start, how, bounds, "trf", ftol=ftol, xtol=xtol, gtol=None, max_nfev=500).x
+        tolerances = {"ftol": ftol, "xtol": xtol, "gtol": None}
+        return np.array(least_squares(self.squares, start, how, bounds, "trf", **tolerances, max_nfev=500).x)
 
     def ours(self) -> np.ndarray:
         """Where all starts end."""
