@@ -7,10 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.printing.gcode import Toolpath, parse
+from cablewright.printing.gcode import parse
 from cablewright.printing.layers import layer_table
 from cablewright.printing.path import sample
 from cablewright.printing.timing import time_law
+from cablewright.printing.toolpath import Toolpath
 
 WORD = st.builds(
     str.__add__,
