@@ -26,12 +26,13 @@ class LineType(IntEnum):
     SKIRT = 11
     """Skirt, brim, raft or shield."""
     PRIME = 12
-    """Wipe tower, or the user's own code before the part."""
+    """Wipe tower, the user's own code, or whatever is laid before the first layer marker."""
     OTHER = 13
     """Material of a type that is not in this list; the file's word for it is among the ignored words."""
 
 
 _NAMES: Final = {
+    LineType.UNSPECIFIED: "unknown, undefined, mixed, multiple, none, destring/wipe/jump path",
     LineType.OUTER_PERIMETER: (
         "external perimeter, outer wall, wall outer, outer perimeter, outer shell, perimeter outer, loop outer, "
         "edge outer, external single extrusion, perimeter path"

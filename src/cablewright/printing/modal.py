@@ -158,39 +158,42 @@ class Controller:
             else:
                 self._count(macro[0])
             return
-        action, switch, foreign = "", "", False  # the words after an unknown code belong to it
+        action, foreign = "", False  # the words after an unknown code belong to it
         taken = []
         words, rest = split(text)
         for letter, number in words:
-            if (letter == "T" and not foreign) or (letter in "GM" and (number or not foreign)):
-                code = letter + number if letter == "T" else code_of(letter, number)
-                if code in _REFUSED:
-                    raise WordError(_REFUSED[code])
-                if code in _LETTERS and action:
-                    raise WordError(f"{action} and {code} in one line; one of them is allowed")
-                if code in _LETTERS:
-                    action = code
-                elif code in _SETTINGS:
-                    self._set(code)
-                elif code == "M486":
-                    self.notes.read_m486(self._line, len(self.lines))
-                    foreign = True
-                else:
-                    self._count(code)
-                    switch = code if code in _SWITCHES else switch
-                    foreign = True
-                if code in _FREE_TEXT:
-                    break
-            else:
+            if not ((letter == "T" and not foreign) or (letter in "GM" and (number or not foreign))):
                 taken.append((self._spelling.get(letter, letter), number))
-        if switch:
-            name, on = _SWITCHES[switch]
-            off = any(letter == "S" and number and not number.strip("+-.0") for letter, number in taken)
-            self.switches[name].set(len(self.lines), on and not off)
+                continue
+            code = letter + number if letter == "T" else code_of(letter, number)
+            if code in _LETTERS:
+                if action:
+                    raise WordError(f"{action} and {code} in one line; one of them is allowed")
+                action = code
+            elif code in _SETTINGS:
+                self._set(code)
+            else:
+                self._pass(code, words)
+                foreign = True
+            if code in _FREE_TEXT:
+                break
         if action or not foreign:
             if rest:
                 raise WordError(why_unread(words, rest))
             self._act(action, taken)
+
+    def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
+        """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is refused."""
+        if code in _REFUSED:
+            raise WordError(_REFUSED[code])
+        if code == "M486":
+            self.notes.read_m486(self._line, len(self.lines))
+            return
+        self._count(code)
+        if code in _SWITCHES:
+            name, on = _SWITCHES[code]
+            stopped = any(letter == "S" and number and not number.strip("+-.0") for letter, number in words)
+            self.switches[name].set(len(self.lines), on and not stopped)
 
     def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
         """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes."""

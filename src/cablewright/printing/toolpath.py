@@ -118,9 +118,10 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
     for row, seconds in controller.dwells:
         dwell[row] = seconds
     notes = controller.notes
-    kind = notes.types.spread(k, LineType.UNSPECIFIED)
-    kind[~extruding] = LineType.TRAVEL
     layer, layers_by = _layers(notes, points[1:, 2], extruding)
+    kind = notes.types.spread(k, LineType.UNSPECIFIED)
+    kind[(kind == LineType.UNSPECIFIED) & (layer < 0)] = LineType.PRIME
+    kind[~extruding] = LineType.TRAVEL
     columns = {
         "extrusion": extrusion,
         "feed": rows[:, 4].copy(),
