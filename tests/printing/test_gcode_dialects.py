@@ -115,8 +115,9 @@ class TestLineTypes:
 class TestObjects:
     def test_klipper_labels(self, read):
         path = read(
-            "M83\nEXCLUDE_OBJECT_DEFINE NAME=a CENTER=1,2 POLYGON=[[0,0],[1,1]]\nEXCLUDE_OBJECT_START NAME=Abc_1\nG1 X1 E1\n"
-            "EXCLUDE_OBJECT_END NAME=Abc_1\nG1 X2\nEXCLUDE_OBJECT_START NAME='b c'\nG1 X3 E1\nEXCLUDE_OBJECT_START NAME=Abc_1\nG1 X4 E1\n"
+            "M83\nEXCLUDE_OBJECT_DEFINE NAME=a CENTER=1,2 POLYGON=[[0,0],[1,1]]\n"
+            "EXCLUDE_OBJECT_START NAME=Abc_1\nG1 X1 E1\nEXCLUDE_OBJECT_END NAME=Abc_1\nG1 X2\n"
+            "EXCLUDE_OBJECT_START NAME='b c'\nG1 X3 E1\nEXCLUDE_OBJECT_START NAME=Abc_1\nG1 X4 E1\n"
         )
         assert path.objects == ("Abc_1", "b c")
         assert path.object.tolist() == [0, -1, 1, 0]
