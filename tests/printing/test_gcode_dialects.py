@@ -97,6 +97,26 @@ class TestLineTypes:
         assert path.kind.tolist() == [1, 2, 0, 5, 0, 5]
         assert not path.kind.flags.writeable
 
+    @pytest.mark.parametrize(
+        ("comment", "kind"),
+        [
+            (";TYPE:Overhang perimeter", LineType.OVERHANG),
+            ("; FEATURE: Internal Bridge", LineType.BRIDGE),
+            (";TYPE:SUPPORT-INTERFACE", LineType.SUPPORT),
+            (";TYPE:PRIME_TOWER", LineType.PRIME),
+            (";TYPE:Gap fill", LineType.GAP_FILL),
+            ("; feature raft", LineType.SKIRT),
+            ("; outer perimeter", LineType.OUTER_PERIMETER),
+            ("; solid layer", LineType.SOLID_INFILL),
+            ("; 'Stacked Sparse Infill Path', 1.0 [feed mm/s]", LineType.INFILL),
+            ("(<loop> outer )", LineType.OUTER_PERIMETER),
+            ("(<edge> inner )\r", LineType.INNER_PERIMETER),
+            ("(<infill>)\n(</infill>)", LineType.UNSPECIFIED),
+        ],
+    )
+    def test_of_slicers(self, comment, kind, read):
+        assert read(f"M83\n{comment}\nG1 X1 E1\n").kind.tolist() == [kind]
+
     def test_an_unknown_type_is_named(self, read):
         path = read("M83\n;TYPE:Zigzag seam\nG1 X1 E1\n;TYPE:Zigzag seam\nG1 X2 E1\n")
         assert path.kind.tolist() == [LineType.OTHER] * 2
