@@ -20,13 +20,13 @@ WORD = st.builds(
     st.sampled_from("GGGXYZEFIJRSPMTNK*;( \tge"),
     st.one_of(st.integers(-5, 120).map(str), st.floats(-1e3, 1e3).map(lambda v: f"{v:.3f}"), st.text(max_size=3)),
 )
-CODE = st.sampled_from(
-    (
-        "G0,G1,G2,G3,G4,G20,G28,G90,G91,G92,M82,M83,M3,M5,M101,M103,M106,M107,M486 S1,M486 AName,M486 S-1,"
-        ";LAYER:1,;LAYER_CHANGE,; CHANGE_LAYER,;Z:0.3,;Z:0.4,;HEIGHT:0.2,;TYPE:FILL,;TYPE:x,(<layer> 0.2 ),(<infill>),"
-    ).split(",")
-    + ["; printing object a", "; stop printing object a", "EXCLUDE_OBJECT_START NAME=a", "EXCLUDE_OBJECT_END"]
-)
+CODES = [
+    "G0", "G1", "G2", "G3", "G4", "G20", "G28", "G90", "G91", "G92", "M82", "M83", "M3", "M5", "M101", "M103", "M106",
+    "M107", "M486 S1", "M486 AName", "M486 S-1", "EXCLUDE_OBJECT_START NAME=a", "EXCLUDE_OBJECT_END", ";LAYER:1",
+    ";LAYER_CHANGE", "; CHANGE_LAYER", ";Z:0.3", ";Z:0.4", ";HEIGHT:0.2", ";TYPE:FILL", ";TYPE:x", "(<layer> 0.2 )",
+    "(<infill>)", "; printing object a", "; stop printing object a",
+]  # fmt: skip
+CODE = st.sampled_from(CODES)
 LINE = st.lists(st.one_of(CODE, WORD), max_size=6).map(" ".join)
 GCODE = st.lists(LINE, max_size=12).map("\n".join)
 
