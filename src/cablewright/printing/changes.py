@@ -36,5 +36,5 @@ class Changes:
 
     def spread(self, count: int, before: float) -> Array:
         """Return the number of each of *count* rows, (count,); *before* holds until the first change."""
-        values = np.array([before, *self.values])
-        return np.repeat(values, np.diff([0, *self.rows, count]))
+        ends = np.concatenate([[0], np.array(self.rows, dtype=np.int64), [count]])
+        return np.repeat(np.concatenate([[before], np.array(self.values)]), np.diff(ends))

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 import re
+import struct
 from array import array
 from typing import Final, NoReturn
 
@@ -36,6 +37,7 @@ MAX_TURNS: Final = 1000  # of one arc
 MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others are counted together
 COLUMNS: Final = 5  # of a row: x, y, z (m, machine), extrusion (m), feed (m/s)
 
+_ROW: Final = struct.Struct(f"={COLUMNS}d")
 _Word = bytes | float | None
 
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
@@ -263,7 +265,7 @@ class Controller:
         x, y, z = self._x, self._y, self._z
         if not x * x + y * y + z * z <= _FARTHEST_SQUARED:  # nan and inf too
             self._refuse(f"farther than {MAX_COORDINATE:.0f} m from the origin")
-        self.rows.extend((x, y, z, extrusion, self._feed))
+        self.rows.frombytes(_ROW.pack(x, y, z, extrusion, self._feed))
         self.lines.append(self._number)
 
     def _extrude(self, written: float) -> float:

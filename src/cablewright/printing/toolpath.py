@@ -154,7 +154,7 @@ def _layers(notes: Annotations, height: Array, extruding: Mask) -> tuple[NDArray
         changes = notes.layers.get(marker)
         if changes is None or not len(changes) or not extruding[changes.rows[0] :].any():
             continue
-        shift = min(0.0, *changes.values)  # a raft has negative numbers
+        shift = min(0.0, min(changes.values))  # a raft has negative numbers
         layer = np.where(np.arange(k) < changes.rows[0], -1.0, changes.spread(k, -1.0) - shift)
         return layer.astype(np.int32), LAYER_MARKERS[marker]
     grains = np.round(height[extruding] / _HEIGHT_GRAIN)
