@@ -83,6 +83,13 @@ def test_every_file_is_known():
     assert [file.stem for file in FILES] == sorted(KNOWN)
 
 
+def test_the_house_of_the_examples():
+    file = CORPUS.parents[2] / "examples" / "house.gcode"
+    path, plain = toolpath(file), plain_gcode.read(file.read_bytes())
+    require_same_lengths(path, plain)
+    assert path.layer_count == len(plain.layers) == 140
+
+
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 class TestAgainstThePlainInterpreter:
     @pytest.fixture
