@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import pytest
 
-from cablewright.printing.gcode import Toolpath, parse
+from cablewright.printing.gcode import parse
+from cablewright.printing.toolpath import Toolpath
 
 
 def read_text(text: str | bytes, arc_step: float = 1e-3) -> Toolpath:

@@ -1,5 +1,6 @@
 """Laws of arcs: every point on the circle or helix, the end exact, pieces equal and short."""
 
+import io
 import math
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablewright.printing.arc import centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
+from cablewright.printing.gcode import parse
 
 NUMBER = st.floats(-100, 100).map(lambda v: round(v, 3))
 
@@ -62,7 +64,26 @@ def test_pieces_are_not_many_more_than_needed(read):
     _, _, points, _ = arc_of(read, "G1 X0 Y0\nG3 I50 E1\n", 1e-3)
     assert len(points) == math.ceil(math.tau * 50)
     _, _, points, _ = arc_of(read, "G1 X0 Y0\nG3 I1 E1\n", 1e-3)
-    assert len(points) == math.ceil(math.pi / math.acos(1 - 1 / 50))
+    assert len(points) == 64
+
+
+@pytest.mark.parametrize("arc_error", [1e-3, 1e-5, 1e-6])
+def test_pieces_are_cut_by_their_error(arc_error):
+    path = parse(io.BytesIO(b"G1 X0 Y0\nG3 I50 E1\n"), 0.5, arc_error=arc_error)
+    assert len(path.line) - 1 == max(64, math.ceil(math.pi / math.acos(1 - arc_error / 0.05)))
+    middle = (path.start + path.end)[1:, :2] / 2 - [0.05, 0.0]
+    assert 0.05 - np.hypot(*middle.T).min() <= arc_error * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("line", "turns"), [("G3 I5 P1", 1), ("G3 I5 P3", 3), ("G3 X5 Y5 I5 P1", 0.75), ("G3 X5 Y5 I5 P2", 1.75)]
+)
+@pytest.mark.parametrize("rise", [0, 0.6])
+def test_turns(line, turns, rise, read):
+    _, start, points, _ = arc_of(read, f"G1 X0 Y0 Z0\n{line} Z{rise} E1\n", 1e-3)
+    length = np.linalg.norm(np.diff(np.vstack([start, points]), axis=0), axis=1).sum()
+    assert length == pytest.approx(math.hypot(turns * math.tau * 5, rise), rel=1e-3)
+    assert points[-1][2] == pytest.approx(rise)
 
 
 def test_a_helix_keeps_its_step_along_the_slope(read):
@@ -109,7 +130,7 @@ def test_offset_spelling_ends_exactly(x, y, radius, begin, turn, clockwise):
     found = centre_from_offset(start[:2], end[:2], (x - start[0], y - start[1]))
     sweep = swept_angle(start[:2], end[:2], found, clockwise)
     assert sweep == pytest.approx(sign * turn, abs=1e-6)
-    count = piece_count(radius, sweep, 1.0, 0.05)
+    count = piece_count(radius, sweep, 1.0, 0.05, 0.001)
     points = pieces(start, end, found, sweep, count)
     assert tuple(points[-1]) == end
     assert np.hypot(points[:, 0] - centre[0], points[:, 1] - centre[1]) == pytest.approx(radius, rel=1e-9)

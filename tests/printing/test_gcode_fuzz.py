@@ -1,30 +1,39 @@
 """Whatever stands in a file, the answer is a toolpath or one line."""
 
 import io
+from typing import get_args
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.printing.gcode import Toolpath, parse
+from cablewright.printing.gcode import parse
 from cablewright.printing.layers import layer_table
+from cablewright.printing.line_types import LineType
 from cablewright.printing.path import sample
 from cablewright.printing.timing import time_law
+from cablewright.printing.toolpath import Material, Toolpath
 
 WORD = st.builds(
     str.__add__,
     st.sampled_from("GGGXYZEFIJRSPMTNK*;( \tge"),
     st.one_of(st.integers(-5, 120).map(str), st.floats(-1e3, 1e3).map(lambda v: f"{v:.3f}"), st.text(max_size=3)),
 )
-CODE = st.sampled_from(["G0", "G1", "G2", "G3", "G4", "G20", "G28", "G90", "G91", "G92", "M82", "M83", ";LAYER:1"])
+CODES = [
+    "G0", "G1", "G2", "G3", "G4", "G20", "G28", "G90", "G91", "G92", "M82", "M83", "M3", "M5", "M101", "M103", "M106",
+    "M107", "M486 S1", "M486 AName", "M486 S-1", "EXCLUDE_OBJECT_START NAME=a", "EXCLUDE_OBJECT_END", ";LAYER:1",
+    ";LAYER_CHANGE", "; CHANGE_LAYER", ";Z:0.3", ";Z:0.4", ";HEIGHT:0.2", ";TYPE:FILL", ";TYPE:x", "(<layer> 0.2 )",
+    "(<infill>)", "; printing object a", "; stop printing object a",
+]  # fmt: skip
+CODE = st.sampled_from(CODES)
 LINE = st.lists(st.one_of(CODE, WORD), max_size=6).map(" ".join)
 GCODE = st.lists(LINE, max_size=12).map("\n".join)
 
 
-def check(data: bytes) -> None:
+def check(data: bytes, material: Material = "E") -> None:
     try:
-        path = parse(io.BytesIO(data), arc_step=0.01)
+        path = parse(io.BytesIO(data), arc_step=0.01, material=material)
     except InputError:  # one line, by its constructor
         return
     k = len(path.line)
@@ -37,6 +46,10 @@ def check(data: bytes) -> None:
     assert (np.diff(path.line) >= 0).all()
     assert (path.start[1:] == path.end[:-1]).all()
     assert path.extruding.any()
+    assert path.in_part.shape == path.homing.shape == path.bead_height.shape == (k,)
+    assert ((path.kind == LineType.TRAVEL) == ~path.extruding).all()
+    assert (path.object >= -1).all()
+    assert (path.object < len(path.objects)).all()
     check_motion(path)
 
 
@@ -62,9 +75,9 @@ def test_text(text):
 
 
 @settings(max_examples=500)
-@given(GCODE, st.booleans())
-def test_words(text, prefixed):
-    check(("G1 X1 Y1 E1 F100\n" * prefixed + text).encode("utf-8", "surrogatepass"))
+@given(GCODE, st.booleans(), st.sampled_from(get_args(Material)))
+def test_words(text, prefixed, material):
+    check(("G1 X1 Y1 E1 F100\n" * prefixed + text).encode("utf-8", "surrogatepass"), material)
 
 
 @given(st.binary(max_size=40), st.integers(0, 60))

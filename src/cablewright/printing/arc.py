@@ -10,8 +10,7 @@ from cablewright.arrays import Array
 
 _ROUNDING = 5e-6  # m, tolerance for files with three decimals of a millimetre, as in GRBL
 _SAME_POINT = 1e-9  # m, distance from start to end below which an arc is a full circle
-_SAGITTA = 1 / 50  # of the arc step, maximum distance of a chord from its arc
-_WIDEST_PIECE = math.pi / 4  # rad, so that a circle smaller than the arc step keeps its shape
+_WIDEST_PIECE = math.pi / 32  # rad, so that a circle of any size keeps its shape, and its length to 0.04 %
 
 Point2 = tuple[float, float]
 
@@ -61,10 +60,13 @@ def swept_angle(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> 
     return math.fmod(to_angle - from_angle + full, full) or full
 
 
-def piece_count(radius: float, sweep: float, rise: float, arc_step: float) -> int:
-    """Return the number of equal sub-arcs of at most ``arc_step`` (m), with a sagitta of at most a fiftieth of it."""
+def piece_count(radius: float, sweep: float, rise: float, arc_step: float, arc_error: float) -> int:
+    """Return the number of equal sub-arcs.
+
+    They are at most ``arc_step`` (m) long, at most a 64th of a turn, and their chords at most ``arc_error`` (m) off.
+    """
     length = math.hypot(radius * sweep, rise)
-    flattest = math.acos(max(0.0, 1 - arc_step * _SAGITTA / radius))
+    flattest = math.acos(max(0.0, 1 - arc_error / radius))
     widest = min(2 * flattest, _WIDEST_PIECE)
     return max(1, math.ceil(length / arc_step - 1e-9), math.ceil(abs(sweep) / widest - 1e-9) if widest > 0 else 1)
 

@@ -15,12 +15,13 @@ from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
-from cablewright.printing.gcode import SHORTEST_ARC_STEP, Toolpath, parse
+from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.numeric_path import Helix, RandomCurve
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.printing.timing import TimeLaw, time_law
+from cablewright.printing.toolpath import Material, Toolpath
 from cablewright.progress import Progress
 from cablewright.toml_input import read_table, require_schema
 from cablewright.units import Acceleration, Jerk, Length, Speed
@@ -57,9 +58,12 @@ class Motion(Description):
 
 
 class Sampling(Description):
-    """Maximum distance between samples of the path, m."""
+    """How finely the path is sampled, m, machine."""
 
     step: _Distance = 0.05
+    """Maximum distance between samples."""
+    arc_error: _Distance = 1e-4
+    """Maximum distance of the pieces of an arc (G2, G3) from it."""
 
 
 class Job(FileDescription):
@@ -69,6 +73,8 @@ class Job(FileDescription):
     robot: Annotated[str, Field(min_length=1, max_length=300)] | None = None
     """Name of the only robot that may print it; None: any."""
     gcode: Path | None = None
+    material: Material = "E"
+    """What lays material in the G-code. See `printing/toolpath.py`."""
     curve: RandomCurve | None = None
     helix: Helix | None = None
     scale: Annotated[float, Field(strict=True, ge=1e-4, le=1e4)] = 1.0
@@ -85,6 +91,8 @@ class Job(FileDescription):
         given = [key for key in ("gcode", "curve", "helix") if getattr(self, key) is not None]
         if len(given) != 1:
             raise ValueError(f"{' and '.join(given) or 'no path'} given: give one of gcode, [curve] and [helix]")
+        if self.material != "E" and self.gcode is None:
+            raise refusal("material", "is for G-code; a path in numbers lays material on all of it")
         for low, high in pairwise(step.z for step in self.schedule):
             if not low < high:
                 raise refusal("schedule", f"heights must rise; {high:g} m follows {low:g} m")
@@ -106,9 +114,11 @@ class Job(FileDescription):
         return "piece" if self.gcode is None else "G-code line"
 
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
-        """Read the G-code, with arcs cut as finely as the samples, or compute the path. Raises `InputError`."""
+        """Read the G-code, with arcs cut as `sampling` says, or compute the path. Raises `InputError`."""
         if isinstance(self.path, Path):
-            return parse(self.path, max(self.sampling.step / self.scale, SHORTEST_ARC_STEP), progress)
+            step = max(self.sampling.step / self.scale, SHORTEST_ARC_STEP)
+            error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
+            return parse(self.path, step, progress, arc_error=error, material=self.material)
         return self.path.toolpath()
 
     def samples(self, toolpath: Toolpath) -> Samples:

@@ -4,46 +4,46 @@ Choices where dialects differ:
 
 * G90 and G91 apply to E as well until the first M82 or M83, as in RepRap firmwares.
 * I and J are relative to the start of the arc; arcs lie in the XY plane, G18 and G19 are refused.
+* P of G2 and G3 is the number of turns, of which the last may be incomplete: P1 is the arc without P.
 * P of G4 is in milliseconds, S in seconds; S applies where both are given.
 * G92 shifts the coordinates of the file, never the machine; without words it sets all of them to zero.
 * G28 travels to the machine's zero along the named axes (all, if none is named) and removes their shift.
 * Every file starts at the machine's zero, in absolute millimetres.
 * A line that only names axes repeats the last of G0 to G3.
-* An unknown code and the words after it are counted and ignored; codes that would change the path are refused.
+* Accelerations, jerks and macros of a firmware are not interpreted. An unknown code and the words after it are counted
+  and ignored; codes that would change the path are refused.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import struct
 from array import array
 from typing import Final, NoReturn
 
 import numpy as np
 
 from cablewright.errors import InputError
+from cablewright.printing.annotations import Annotations
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
-from cablewright.printing.words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, read_marker, split
+from cablewright.printing.changes import Changes
+from cablewright.printing.words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, split, why_unread
 
 MAX_COORDINATE: Final = 1e6  # m, distance from the origin
 MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath
 MAX_DWELL: Final = 1e6  # s, of one G4
-MAX_LAYER: Final = 1_000_000
+MAX_TURNS: Final = 1000  # of one arc
 MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others are counted together
 COLUMNS: Final = 5  # of a row: x, y, z (m, machine), extrusion (m), feed (m/s)
 
-# Nine of ten lines: G0 or G1 with axes in the usual order and capitals. Groups: F, X, Y, Z, E, F.
-_STRAIGHT: Final = re.compile(
-    r"G0?[01](?:[ \t]*F(#))?(?:[ \t]*X(#))?(?:[ \t]*Y(#))?(?:[ \t]*Z(#))?(?:[ \t]*E(#))?(?:[ \t]*F(#))?"
-    r"[ \t\r]*(?:;.*)?".replace("#", NUMBER).encode(),
-    re.DOTALL,
-)
+_ROW: Final = struct.Struct(f"={COLUMNS}d")
 _Word = bytes | float | None
 
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
 _SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
-_LETTERS = {"G0": "XYZEF", "G1": "XYZEF", "G2": "XYZEFIJR", "G3": "XYZEFIJR", "G4": "PS", "G28": "XYZ", "G92": "XYZE"}
+_LETTERS = {"G0": "XYZEF", "G1": "XYZEF", "G2": "XYZEFIJPR", "G3": "XYZEFIJPR", "G4": "PS", "G28": "XYZ", "G92": "XYZE"}
 _REFUSED = {
     "G5": "splines are not read; G0 to G3 are",
     "G5.1": "splines are not read; G0 to G3 are",
@@ -56,24 +56,52 @@ _REFUSED = {
     "G93": "inverse-time feed is not read; F is a speed",
 }
 _FREE_TEXT = frozenset({"M0", "M1", "M16", "M23", "M28", "M30", "M32", "M117", "M118", "M486", "M928"})
+_LABELS = frozenset({"EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_START", "EXCLUDE_OBJECT_END"})
+_SWITCHES = {
+    "M101": ("M101", True), "M102": ("M101", False), "M103": ("M101", False),
+    "M106": ("M106", True), "M107": ("M106", False),
+    "M3": ("M3", True), "M4": ("M3", True), "M5": ("M3", False),
+}  # fmt: skip
+"""What may switch a pump or an extruder: the name of the switch, and whether it is on then."""
+
+
+def _straight(extruder: str) -> re.Pattern[bytes]:
+    """Return the pattern of nine of ten lines: G0 or G1 with axes in the usual order and capitals.
+
+    Groups: 0 or 1, F, X, Y, Z, E, F.
+    """
+    pattern = (
+        r"G0?([01])(?:[ \t]*F(#))?(?:[ \t]*X(#))?(?:[ \t]*Y(#))?(?:[ \t]*Z(#))?(?:[ \t]*E(#))?(?:[ \t]*F(#))?"
+        r"[ \t\r]*(?:;.*)?"
+    )
+    return re.compile(pattern.replace("E", extruder).replace("#", NUMBER).encode(), re.DOTALL)
 
 
 class Controller:
     """Interprets lines in order and records straight moves: `COLUMNS` floats each in `rows`, a line number in `lines`.
 
-    ``marks``: (row, layer) at the begin of each layer; ``dwells``: (row, s); ``unknown``: ignored words and their
-    counts.
+    The rows at which something changes: ``rapid`` (1 from a G0 or G28 on, 0 from a G1 to G3 on), ``homing`` (1 in
+    G28), ``switches`` (1 while on). ``dwells``: (row, s); ``unknown``: ignored words and their counts.
     """
 
-    def __init__(self, origin: str, arc_step: float) -> None:
-        """``origin`` names the file in messages; arcs are cut to pieces of at most ``arc_step`` (m)."""
+    def __init__(self, origin: str, arc_step: float, arc_error: float, extruder: str = "E") -> None:
+        """``origin`` names the file in messages; pieces of arcs are at most ``arc_step`` long, ``arc_error`` off (m).
+
+        ``extruder`` is the letter of the axis that extrudes.
+        """
         self.rows = array("d")
         self.lines = array("i")
-        self.marks: list[tuple[int, int]] = []
+        self.notes = Annotations()
+        self.rapid = Changes()
+        self.homing = Changes()
+        self.switches = {name: Changes() for name, _ in _SWITCHES.values()}
         self.dwells: list[tuple[int, float]] = []
         self.unknown: dict[str, int] = {}
         self._origin = origin
         self._arc_step = arc_step
+        self._arc_error = arc_error
+        self._spelling = {} if extruder == "E" else {extruder: "E", "E": extruder}  # both ways
+        self._pattern = _straight(extruder)
         self._unit = 1e-3  # m
         self._relative = self._relative_e = False
         self._e_follows_axes = True  # until M82 or M83
@@ -82,7 +110,6 @@ class Controller:
         self._e = 0.0  # m, written
         self._feed = math.inf  # m/s; without F only the job's limits apply
         self._motion = ""
-        self._marker_kind = ""
         self._number = 0
         self._line = b""
         self._unterminated = False
@@ -93,7 +120,7 @@ class Controller:
         Raises `InputError` with file, line number, text and what is allowed.
         """
         self._unterminated = unterminated
-        straight = _STRAIGHT.fullmatch
+        straight = self._pattern.fullmatch
         for number, line in enumerate(lines, first_number):
             self._number = number
             self._line = line
@@ -101,11 +128,11 @@ class Controller:
             if found is None:
                 self._interpret(line)
                 continue
-            early, x, y, z, e, feed = found.groups()
+            code, early, x, y, z, e, feed = found.groups()
             if early is not None and feed is not None:
                 self._interpret(line)  # refuses two F
             try:
-                self._straight(x, y, z, e, feed or early)
+                self._straight("G1" if code == b"1" else "G0", x, y, z, e, feed or early)
             except ValueError:
                 self._interpret(line)  # refuses the word that is no number
         if len(self.lines) > MAX_MOVES:
@@ -114,9 +141,10 @@ class Controller:
     def _interpret(self, line: bytes) -> None:
         """Interpret any line."""
         try:
-            if line.startswith(b";"):
-                self._mark(line)
-            else:
+            begin = line[:1]
+            if begin in (b";", b"(") and (unknown := self.notes.read(line, len(self.lines))):
+                self._count(f";TYPE:{unknown}")
+            if begin != b";":
                 self._obey(bare_text(line))
         except WordError as error:
             cut = error.cut and self._unterminated
@@ -127,34 +155,47 @@ class Controller:
     def _obey(self, text: str) -> None:
         """Apply the settings of a line, then its one action. Raises `WordError`, `ArcError`."""
         if (macro := MACRO.match(text)) is not None:
-            self._count(macro[0])
+            if macro[0] in _LABELS:
+                self.notes.read_label(macro[0], self._line, len(self.lines))
+            else:
+                self._count(macro[0])
             return
         action, foreign = "", False  # the words after an unknown code belong to it
         taken = []
         words, rest = split(text)
         for letter, number in words:
-            if (letter == "T" and not foreign) or (letter in "GM" and (number or not foreign)):
-                code = letter + number if letter == "T" else code_of(letter, number)
-                if code in _REFUSED:
-                    raise WordError(_REFUSED[code])
-                if code in _LETTERS and action:
+            if not ((letter == "T" and not foreign) or (letter in "GM" and (number or not foreign))):
+                taken.append((self._spelling.get(letter, letter), number))
+                continue
+            code = letter + number if letter == "T" else code_of(letter, number)
+            if code in _LETTERS:
+                if action:
                     raise WordError(f"{action} and {code} in one line; one of them is allowed")
-                if code in _LETTERS:
-                    action = code
-                elif code in _SETTINGS:
-                    self._set(code)
-                else:
-                    self._count(code)
-                    foreign = True
-                if code in _FREE_TEXT:
-                    break
+                action = code
+            elif code in _SETTINGS:
+                self._set(code)
             else:
-                taken.append((letter, number))
+                self._pass(code, words)
+                foreign = True
+            if code in _FREE_TEXT:
+                break
         if action or not foreign:
             if rest:
-                shown = rest[:20].encode("ascii", "replace").decode()
-                raise WordError(f"{shown!r} is no G-code word; a letter and a number without exponent are allowed")
+                raise WordError(why_unread(words, rest))
             self._act(action, taken)
+
+    def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
+        """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is refused."""
+        if code in _REFUSED:
+            raise WordError(_REFUSED[code])
+        if code == "M486":
+            self.notes.read_m486(self._line, len(self.lines))
+            return
+        self._count(code)
+        if code in _SWITCHES:
+            name, on = _SWITCHES[code]
+            stopped = any(letter == "S" and number and not number.strip("+-.0") for letter, number in words)
+            self.switches[name].set(len(self.lines), on and not stopped)
 
     def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
         """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
@@ -164,17 +205,17 @@ class Controller:
                 raise WordError("axes without a G code before any of G0 to G3")
         words: dict[str, float] = {}
         for letter, number in taken:
-            if action in ("G2", "G3") and letter in "KP":
-                raise WordError(f"{letter} of an arc is not read; X, Y, Z, E, F with I and J, or with R, are allowed")
+            if action in ("G2", "G3") and letter == "K":
+                raise WordError("K of an arc is not read; X, Y, Z, E, F, P with I and J, or with R, are allowed")
             if letter in words:
-                raise WordError(f"{letter} is given twice; once is allowed")
+                raise WordError(f"{self._spelling.get(letter, letter)} is given twice; once is allowed")
             if letter in _LETTERS.get(action, ""):
                 words[letter] = 0.0 if action == "G28" else as_number(letter, number)
             else:
-                self._count(letter)
+                self._count(self._spelling.get(letter, letter))
         match action:
             case "G0" | "G1":
-                self._straight(*(words.get(letter) for letter in "XYZEF"))
+                self._straight(action, *(words.get(letter) for letter in "XYZEF"))
             case "G2" | "G3":
                 self._arc(words, action)
             case "G4":
@@ -196,9 +237,11 @@ class Controller:
                 self._e_follows_axes = False
                 self._relative_e = code == "M83"
 
-    def _straight(self, x: _Word, y: _Word, z: _Word, e: _Word, feed: _Word) -> None:
+    def _straight(self, code: str, x: _Word, y: _Word, z: _Word, e: _Word, feed: _Word) -> None:
         """Move in a line (file units). Raises `ValueError` for a text that is no number, `InputError` out of range."""
         unit = self._unit
+        if code != self._motion:
+            self._move_by(code)
         if feed is not None:
             self._set_feed(float(feed))
         if x is not None:
@@ -211,14 +254,18 @@ class Controller:
             self._add(self._extrude(float(e)))
         elif x is not None or y is not None or z is not None:
             self._add(0.0)
-        self._motion = "G1"
+
+    def _move_by(self, code: str) -> None:
+        """Let ``code``, one of G0 to G3, be the motion of the rows that follow."""
+        self._motion = code
+        self.rapid.set(len(self.lines), code == "G0")
 
     def _add(self, extrusion: float) -> None:
         """Record a move that ends at the current position."""
         x, y, z = self._x, self._y, self._z
         if not x * x + y * y + z * z <= _FARTHEST_SQUARED:  # nan and inf too
             self._refuse(f"farther than {MAX_COORDINATE:.0f} m from the origin")
-        self.rows.extend((x, y, z, extrusion, self._feed))
+        self.rows.frombytes(_ROW.pack(x, y, z, extrusion, self._feed))
         self.lines.append(self._number)
 
     def _extrude(self, written: float) -> float:
@@ -257,10 +304,11 @@ class Controller:
             centre = centre_from_radius(start[:2], (x, y), words["R"] * unit, clockwise)
         else:
             centre = centre_from_offset(start[:2], (x, y), (words.get("I", 0.0) * unit, words.get("J", 0.0) * unit))
-        sweep = swept_angle(start[:2], (x, y), centre, clockwise)
-        count = piece_count(math.dist(start[:2], centre), sweep, z - start[2], self._arc_step)
+        sweep = swept_angle(start[:2], (x, y), centre, clockwise) + _further_turns(words.get("P", 1.0), clockwise)
+        count = piece_count(math.dist(start[:2], centre), sweep, z - start[2], self._arc_step, self._arc_error)
         if len(self.lines) + count > MAX_MOVES:
             raise ArcError(f"more than {MAX_MOVES} moves, the most a file may make")
+        self._move_by(action)
         rows = np.empty((count, COLUMNS))
         rows[:, :3] = pieces(start, (x, y, z), centre, sweep, count)
         rows[:, 3] = self._extrude(words["E"]) / count if "E" in words else 0.0
@@ -268,7 +316,6 @@ class Controller:
         self.rows.frombytes(rows.tobytes())
         self.lines.extend(array("i", [self._number]) * count)
         self._x, self._y, self._z = x, y, z
-        self._motion = action
 
     def _wait(self, words: dict[str, float]) -> None:
         seconds = words["S"] if "S" in words else words.get("P", 0.0) * 1e-3
@@ -285,7 +332,9 @@ class Controller:
                 place[at] = self._shift[at] = 0.0
         if place != [self._x, self._y, self._z]:
             self._x, self._y, self._z = place
+            self.homing.set(len(self.lines), 1)
             self._add(0.0)
+            self.homing.set(len(self.lines), 0)
 
     def _rename(self, words: dict[str, float]) -> None:
         """Give the current position the coordinates of ``words`` (G92)."""
@@ -294,21 +343,6 @@ class Controller:
                 self._shift[at] = machine - words[axis] * self._unit
         if "E" in words:
             self._e = words["E"] * self._unit
-
-    def _mark(self, line: bytes) -> None:
-        """Begin a layer at a marker of the kind that the file uses first; others are plain comments."""
-        marker = read_marker(line)
-        if marker is None or marker.kind != (self._marker_kind or marker.kind):
-            return
-        self._marker_kind = marker.kind
-        number = marker.number
-        if number is None:
-            number = self.marks[-1][1] + 1 if self.marks else 0
-        if abs(number) > MAX_LAYER:
-            raise WordError(f"layer {number} is out of range; numbers up to {MAX_LAYER} are allowed")
-        if self.marks and self.marks[-1][0] == len(self.lines):
-            self.marks.pop()
-        self.marks.append((len(self.lines), number))
 
     def _count(self, word: str) -> None:
         word = word[:32]
@@ -321,3 +355,10 @@ class Controller:
         text = self._line.decode("utf-8", "replace").strip()
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
         raise InputError(f"{self._origin}, line {self._number}: {shown}: {reason}")
+
+
+def _further_turns(turns: float, clockwise: bool) -> float:
+    """Return the angle (rad) by which an arc of so many ``turns`` (P) is longer than one of P1. Raises `ArcError`."""
+    if not 1 <= turns <= MAX_TURNS or turns != int(turns):
+        raise ArcError(f"P is the number of turns of an arc; whole numbers from 1 to {MAX_TURNS} are allowed")
+    return (turns - 1) * (-math.tau if clockwise else math.tau)

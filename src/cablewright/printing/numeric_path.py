@@ -12,8 +12,9 @@ from pydantic import Field
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.printing.curve import CurveRequirements, draw
-from cablewright.printing.gcode import Toolpath
+from cablewright.printing.line_types import LineType
 from cablewright.printing.modal import MAX_COORDINATE
+from cablewright.printing.toolpath import Toolpath
 from cablewright.units import Length
 from cablewright.validation import Description
 
@@ -104,9 +105,19 @@ def _toolpath(places: Array, layer: NDArray[np.int32]) -> Toolpath:
     """Return moves from place to place without a feed, each with its own length as extrusion."""
     start, end = places[:-1], places[1:]
     moves = len(start)
-    extrusion = np.linalg.norm(end - start, axis=1)
-    columns = (start, end, extrusion, np.full(moves, np.inf), np.zeros(moves), layer)
-    line = np.arange(1, moves + 1, dtype=np.int32)
-    for column in (*columns, line):
+    columns = {
+        "start": start,
+        "end": end,
+        "extrusion": np.linalg.norm(end - start, axis=1),
+        "feed": np.full(moves, np.inf),
+        "dwell": np.zeros(moves),
+        "layer": layer,
+        "line": np.arange(1, moves + 1, dtype=np.int32),
+        "kind": np.full(moves, LineType.UNSPECIFIED, dtype=np.int8),
+        "object": np.full(moves, -1, dtype=np.int32),
+        "bead_height": np.full(moves, np.nan),
+        "homing": np.zeros(moves, dtype=bool),
+    }
+    for column in columns.values():
         column.setflags(write=False)
-    return Toolpath(*columns, line, {})
+    return Toolpath(**columns, objects=(), layers_by="rounds", material_by="every G1", slicer="", unknown={})

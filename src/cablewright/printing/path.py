@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
-from cablewright.printing.gcode import Toolpath
 from cablewright.printing.modal import MAX_COORDINATE
+from cablewright.printing.toolpath import Toolpath
 
 MAX_SAMPLES: Final = 20_000_000  # about 4 GB while they are computed
 _SHORTEST_MOVE: Final = 1e-9  # m, shorter moves are rounding

@@ -1,4 +1,4 @@
-"""The words of one line of G-code, letters with numbers, without comments and checksums; and layer markers.
+"""The words of one line of G-code, letters with numbers, without comments and checksums.
 
 An ``E`` always begins a word, because ``G1X1E5`` is legal without spaces. Only a small ``e`` inside a number of a line
 in capitals (``X1e5``) is an exponent, which G-code does not have: no word begins there.
@@ -8,24 +8,20 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Final, Literal, NamedTuple
+from typing import Final
 
-MarkerKind = Literal["colon", "change", "named"]
-
+MAX_LINE: Final = 4096  # bytes of a line without its comments
 NUMBER: Final = r"[-+.0-9]+"  # float() of these reads no exponent, inf or nan: only numbers of G-code
 MACRO: Final = re.compile(r"[A-Z_]{3}\w*|%", re.ASCII)  # START_PRINT of Klipper, the % that frames a CNC program
 
-_MARKERS: Final[dict[MarkerKind, re.Pattern[bytes]]] = {
-    "colon": re.compile(rb";LAYER:([-+]?[0-9]{1,9})(?:\s.*)?", re.DOTALL),
-    "change": re.compile(rb";LAYER_CHANGE()\s*"),
-    "named": re.compile(rb";\s?layer ([0-9]{1,9})(?:\s*|[\s,:]+[^\s=].*)", re.DOTALL),
-}
-_COMMENT = re.compile(r";.*|\([^()]*\)?", re.DOTALL)
+_KEPT_COMMENT = 512  # bytes of a comment that are kept of a longer line: more than any marker has
+_BRACKET = re.compile(r"[();]")
 _CHECKSUM = re.compile(r"\*\s*([0-9]{1,9})\s*$", re.ASCII)
 _LINE_NUMBER = re.compile(r"\s*N\s*[0-9]+(?![0-9.])", re.ASCII | re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[0-9.])e(?=[-+]?[0-9])")
 _KEPT_SMALL = "\0"  # replaces such an e while the line is converted to capitals; no line holds a NUL
 _CAPITAL = re.compile(r"[A-Z]")
+_DECIMAL_COMMA = re.compile(r",[0-9]")
 _WORD = re.compile(rf"([A-Z])\s*({NUMBER})?\s*", re.ASCII)
 
 
@@ -37,22 +33,48 @@ class WordError(ValueError):
         self.cut = cut
 
 
-class LayerMarker(NamedTuple):
-    """A slicer's comment at the begin of a layer; ``number`` is None for a marker without a number."""
+def comments(text: str) -> list[tuple[int, int, int]]:
+    """Return begin, end and open parentheses of each comment: from ``;`` on, or in parentheses, which may nest.
 
-    kind: MarkerKind
-    number: int | None
-
-
-def read_marker(line: bytes) -> LayerMarker | None:
-    """Read ``;LAYER:3``, ``;LAYER_CHANGE`` or ``; layer 3``, possibly with text after it, at the start of a line.
-
-    Settings that a slicer writes as comments (``; layer_height = 0.2``, ``; layer 3 = x``) are no markers.
+    Only the last comment may be open at the end of the text. The time is linear in its length.
     """
-    for kind, pattern in _MARKERS.items():
-        if (found := pattern.fullmatch(line)) is not None:
-            return LayerMarker(kind, int(found[1]) if found[1] else None)
-    return None
+    found = []
+    depth = begin = 0
+    for bracket in _BRACKET.finditer(text):
+        if bracket[0] == "(":
+            begin = begin if depth else bracket.start()
+            depth += 1
+        elif depth and bracket[0] == ")":
+            depth -= 1
+            if depth == 0:
+                found.append((begin, bracket.end(), 0))
+        elif depth == 0 and bracket[0] == ";":
+            return [*found, (bracket.start(), len(text), 0)]
+    return [*found, (begin, len(text), depth)] if depth else found
+
+
+def without_comments(text: str) -> str:
+    """Return the text with a space for each character of its comments.
+
+    A last comment may lack its parenthesis. Where more are open, code might follow: one parenthesis is left in place.
+    """
+    kept, at = [], 0
+    for begin, end, depth in comments(text):
+        matched = depth == 0 or text.count("(", begin) == 1
+        kept += [text[at:begin], " " * (end - begin) if matched else "("]
+        at = end
+    return "".join(kept) + text[at:]
+
+
+def shortened(line: bytes) -> bytes:
+    """Return a long line, or its beginning, with short comments in place of long ones; an open one stays open."""
+    text = line.decode("latin-1")
+    kept, at = [], 0
+    for begin, end, depth in comments(text):
+        kept.append(text[at:begin])
+        kept.append(text[begin : begin + _KEPT_COMMENT] if text[begin] == ";" else "(" * depth or " ")
+        at = end
+    return ("".join(kept) + text[at:]).encode("latin-1")
 
 
 def bare_text(line: bytes) -> str:
@@ -61,7 +83,7 @@ def bare_text(line: bytes) -> str:
     Raises `WordError` for a wrong checksum.
     """
     text = line.decode("latin-1")  # one character per byte, so that indices into the text are indices into the line
-    text = _COMMENT.sub(lambda comment: " " * len(comment[0]), text)
+    text = without_comments(text) if "(" in text else text.partition(";")[0]
     if (found := _CHECKSUM.search(text)) is not None:
         own = 0
         for byte in line[: found.start()]:
@@ -84,6 +106,17 @@ def split(text: str) -> tuple[list[tuple[str, str]], str]:
         words.append((found[1], found[2] or ""))
         at = found.end()
     return words, text[at:]
+
+
+def why_unread(words: list[tuple[str, str]], rest: str) -> str:
+    """Return why ``rest`` is no word of G-code, after the ``words`` that `split` could read."""
+    if words and _DECIMAL_COMMA.match(rest) is not None:
+        letter, number = words[-1]
+        return f"{letter + number + ','!r} is a decimal comma; export the file with decimal points, as in {letter}1.5"
+    if rest[0] in "()":
+        return "the parentheses of the comment do not match; each ( needs its )"
+    shown = rest[:20].encode("ascii", "replace").decode()
+    return f"{shown!r} is no G-code word; a letter and a number without exponent are allowed"
 
 
 def code_of(letter: str, number: str) -> str:

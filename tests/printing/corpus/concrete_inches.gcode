@@ -1,0 +1,24 @@
+; Column of three layers
+; units: inches
+G20
+G90
+G0 X0 Y0 Z4
+; LAYER 1
+G0 X10.0 Y0.0
+G0 Z0.8
+G1 F300 X12.0
+G3 X12.0 Y0.0 I-6.0 J0.0
+; LAYER 2
+G0 Z1.6
+G3 X12.0 Y0.0 Z1.6 I-6.0 J0.0 P2
+; LAYER 3
+G0 Z2.4
+G2 X12 Y0 I-6 P1
+G91
+G1 X-1
+G1 Y-.5
+G90
+G1 X10 Y0
+G0 Z20
+G0 X0 Y0
+M2

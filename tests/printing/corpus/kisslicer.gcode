@@ -1,0 +1,90 @@
+; KISSlicer - PRO
+; version 1.6.3
+; Saved: Fri May 01 10:00:00 2026
+; *** G-code Prefix ***
+M82
+G28
+G21
+G90
+G92 E0
+; BEGIN_LAYER_OBJECT z=0.20 z_thickness=0.20
+; *** Warming Extruder ***
+; 'Destring/Wipe/Jump Path', 0.0 [feed mm/s], 133.0 [head mm/s]
+G1 X25.00 Y25.00 Z0.20 F7980
+; 'Perimeter Path', 0.6 [feed mm/s], 20.0 [head mm/s]
+G1 X25.00 Y25.00 E0.0000 F1200
+G1 X35.00 Y25.00 E0.4000
+G1 X35.00 Y35.00 E0.8000
+G1 X25.00 Y35.00 E1.2000
+G1 X25.00 Y25.00 E1.6000
+; 'Loop Path', 0.7 [feed mm/s], 30.0 [head mm/s]
+G1 X26.00 Y26.00 F7980
+G1 X26.00 Y26.00 E1.6000 F1800
+G1 X34.00 Y26.00 E1.9200
+G1 X34.00 Y34.00 E2.2400
+G1 X26.00 Y34.00 E2.5600
+G1 X26.00 Y26.00 E2.8800
+; 'Solid Path', 0.7 [feed mm/s], 30.0 [head mm/s]
+G1 X27.00 Y27.00 F7980
+G1 X27.00 Y27.00 E2.8800
+G1 X33.00 Y27.00 E3.1200
+G1 X33.00 Y30.00 E3.2400
+G1 X27.00 Y30.00 E3.4800
+G1 X27.00 Y33.00 E3.6000
+G1 X33.00 Y33.00 E3.8400
+; END_LAYER_OBJECT z=0.20
+; BEGIN_LAYER_OBJECT z=0.40 z_thickness=0.20
+; *** layer ***
+; 'Destring/Wipe/Jump Path', 0.0 [feed mm/s], 133.0 [head mm/s]
+G1 X25.00 Y25.00 Z0.40 F7980
+; 'Perimeter Path', 0.6 [feed mm/s], 20.0 [head mm/s]
+G1 X25.00 Y25.00 E3.8400 F1200
+G1 X35.00 Y25.00 E4.2400
+G1 X35.00 Y35.00 E4.6400
+G1 X25.00 Y35.00 E5.0400
+G1 X25.00 Y25.00 E5.4400
+; 'Loop Path', 0.7 [feed mm/s], 30.0 [head mm/s]
+G1 X26.00 Y26.00 F7980
+G1 X26.00 Y26.00 E5.4400 F1800
+G1 X34.00 Y26.00 E5.7600
+G1 X34.00 Y34.00 E6.0800
+G1 X26.00 Y34.00 E6.4000
+G1 X26.00 Y26.00 E6.7200
+; 'Sparse Infill Path', 0.7 [feed mm/s], 30.0 [head mm/s]
+G1 X27.00 Y27.00 F7980
+G1 X27.00 Y27.00 E6.7200
+G1 X27.00 Y33.00 E6.9600
+G1 X30.00 Y33.00 E7.0800
+G1 X30.00 Y27.00 E7.3200
+G1 X33.00 Y27.00 E7.4400
+G1 X33.00 Y33.00 E7.6800
+; END_LAYER_OBJECT z=0.40
+; BEGIN_LAYER_OBJECT z=0.60 z_thickness=0.20
+; *** layer ***
+; 'Destring/Wipe/Jump Path', 0.0 [feed mm/s], 133.0 [head mm/s]
+G1 X25.00 Y25.00 Z0.60 F7980
+; 'Perimeter Path', 0.6 [feed mm/s], 20.0 [head mm/s]
+G1 X25.00 Y25.00 E7.6800 F1200
+G1 X35.00 Y25.00 E8.0800
+G1 X35.00 Y35.00 E8.4800
+G1 X25.00 Y35.00 E8.8800
+G1 X25.00 Y25.00 E9.2800
+; 'Loop Path', 0.7 [feed mm/s], 30.0 [head mm/s]
+G1 X26.00 Y26.00 F7980
+G1 X26.00 Y26.00 E9.2800 F1800
+G1 X34.00 Y26.00 E9.6000
+G1 X34.00 Y34.00 E9.9200
+G1 X26.00 Y34.00 E10.2400
+G1 X26.00 Y26.00 E10.5600
+; 'Sparse Infill Path', 0.7 [feed mm/s], 30.0 [head mm/s]
+G1 X27.00 Y27.00 F7980
+G1 X27.00 Y27.00 E10.5600
+G1 X33.00 Y27.00 E10.8000
+G1 X33.00 Y30.00 E10.9200
+G1 X27.00 Y30.00 E11.1600
+G1 X27.00 Y33.00 E11.2800
+G1 X33.00 Y33.00 E11.5200
+; END_LAYER_OBJECT z=0.60
+; *** G-code Postfix ***
+M104 S0
+; Estimated Build Time: 1 minute
