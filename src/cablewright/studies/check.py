@@ -20,6 +20,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
+from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
@@ -141,6 +142,13 @@ class Check(Result):
         Figure("feasible", "", "Whether every sample is within all limits."),
         Figure("verdict", "", "The answer in one sentence."),
         Figure("layers", "1", "Number of layers of the part.", "layer_count"),
+        Figure("layers_by", "", "Layer marker of the file; height where it has none.", "toolpath.layers_by",
+               "layers by"),
+        Figure("material_by", "", "What lays material: an axis, a switch, or every G1.", "toolpath.material_by",
+               "material by"),
+        Figure("slicer", "", "Program and version that the G-code names; empty if none.", "toolpath.slicer",
+               detail=True),
+        Figure("objects", "", "Names of the objects that the G-code labels.", "toolpath.objects", detail=True),
         Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
         Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
@@ -202,6 +210,7 @@ class Check(Result):
     findings: tuple[Finding, ...]
     feasible: bool
     verdict: str  # one sentence
+    toolpath: Toolpath
     unknown: dict[str, int]  # ignored words of the G-code, and how often
     layer_count: int
 
@@ -258,6 +267,12 @@ class Check(Result):
         return tuple(PlacedFinding(finding, self.place(finding.sample)) for finding in self.findings)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What was guessed of the G-code."""
+        found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
+        return ("layers are found by height: the file has no layer markers",) if found else ()
+
+    @property
     def refusal(self) -> str:
         """Why the answer is no."""
         return "" if self.feasible else self.verdict
@@ -305,6 +320,7 @@ def check(
         findings=findings,
         feasible=not solved.codes.any() and all(finding.violations == 0 for finding in findings),
         verdict="",
+        toolpath=toolpath,
         unknown=toolpath.unknown,
         layer_count=toolpath.layer_count,
     )

@@ -124,6 +124,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         ),
         findings=findings,
         feasible=feasible,
+        toolpath=job.toolpath(),
         unknown={"M104": 1},
         layer_count=len(np.unique(samples.layer[samples.layer >= 0])),
         verdict="Every sample is within all limits." if feasible else "A line hangs loose in layer 2.",

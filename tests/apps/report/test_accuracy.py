@@ -128,7 +128,9 @@ def test_nothing_is_asked_of_any_other_place(folder):
     assert "http://" not in page
     assert "https://" not in page
     assert not re.search(r'src="(?!data:)', page)
-    assert not re.search(r'\bhref="(?!#)|<link|<base|<iframe|@import|url\(|fetch\(|XMLHttpRequest|import\(|WebSocket', page)
+    assert not re.search(
+        r'\bhref="(?!#)|<link|<base|<iframe|@import|url\(|fetch\(|XMLHttpRequest|import\(|WebSocket', page
+    )
 
 
 def test_figures_are_those_of_the_study(folder):

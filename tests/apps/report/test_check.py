@@ -61,7 +61,9 @@ def test_nothing_is_asked_of_any_other_place(small, folder):
     assert "http://" not in page
     assert "https://" not in page
     assert not re.search(r'src="(?!data:)', page)
-    assert not re.search(r'\bhref="(?!#)|<link|<base|<iframe|@import|url\(|fetch\(|XMLHttpRequest|import\(|WebSocket', page)
+    assert not re.search(
+        r'\bhref="(?!#)|<link|<base|<iframe|@import|url\(|fetch\(|XMLHttpRequest|import\(|WebSocket', page
+    )
 
 
 def test_policy_allows_exactly_the_script_and_style_of_the_page(small, folder):

@@ -80,7 +80,8 @@ def _verdict(check: Check) -> Html:
 
 
 def _notices(digest: Digest) -> Iterator[Html]:
-    """Yield what a reader has to know before using a picture: samples that it leaves out."""
+    """Yield what a reader has to know before using a figure or picture: guesses, and samples that are left out."""
+    yield from map(notice, digest.check.notes)
     total = count(len(digest.check.samples))
     for code, times in digest.unsolved():
         yield notice(f"at {count(times)} of {total} samples: {Status.of(code).value}")
