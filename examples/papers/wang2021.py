@@ -120,7 +120,8 @@ def by_poses(starts: int, few: int) -> tuple[list[float], list[float]]:
 def separately(few: int) -> None:
     """The paper's Fig. 4: each of the two tolerances varies while the other one has the paper's own value."""
     case = Case(20, few)
-    print(f"mu in mm^2, 20 poses, mean of {few} starts, with Jacobian; the other tolerance: StepTolerance 1e-12, FunctionTolerance off")
+    print(f"mu in mm^2, 20 poses, mean of {few} starts, with Jacobian")
+    print("the other tolerance: StepTolerance 1e-12, FunctionTolerance off")
     print("tolerance   FunctionTolerance varies   StepTolerance varies")
     for tolerance in TOLERANCES:
         pairs = ((tolerance, 1e-12), (None, tolerance))
