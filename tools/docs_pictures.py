@@ -41,6 +41,12 @@ def seen(point: np.ndarray) -> np.ndarray:
     return np.stack([point[..., 0] + 0.5 * point[..., 1], point[..., 2] + 0.32 * point[..., 1]], axis=-1)
 
 
+def spot(point: np.ndarray, across: float = 0.0, up: float = 0.0) -> tuple[float, float]:
+    """The place on the sheet of one point (3,), moved."""
+    x, z = seen(point).tolist()
+    return x + across, z + up
+
+
 def draw_frame() -> bytes:
     """The frame of a robot with its axes, and the names of the points and spans of one line."""
     drawn = style.figure(7.2, 5.2)
@@ -61,7 +67,7 @@ def draw_frame() -> bytes:
         ("world frame: origin on the floor,\nz up, gravity along -z", np.array([2.0, 2.0, 0.0]), (1.0, -0.62)),
         ("platform frame:\nits origin is the pose", PLATFORM, (2.15, 0.25)),
     ):
-        _note(axes, text, seen(point), place)
+        _note(axes, text, point, place)
     axes.set(xlim=(-1.5, 6.2), ylim=(-0.15, 5.4))
     return style.png(drawn)
 
@@ -87,12 +93,12 @@ def _line(axes: Axes, x: float, y: float, index: int) -> None:
     for point, marker in ((winch, "s"), (exit_point, "o"), (end, "o")):
         axes.plot(*seen(point), marker=marker, color=style.INK, markersize=5, zorder=5)
     if index == LABELLED:
-        _note(axes, "winch exit  C", seen(winch), (-0.9, 0.1))
-        _note(axes, "dead span", seen(0.5 * (winch + exit_point)), (-0.9, 0.1))
-        _note(axes, "exit point  A", seen(exit_point), (-0.9, 0.1))
-        _note(axes, "sheave", seen(centre + SHEAVE * UP), (-0.6, 0.6))
-        _note(axes, "free span", seen(0.55 * top + 0.45 * end), (0.4, 0.7))
-        _note(axes, "platform point  B", seen(end), (-1.15, -0.75))
+        _note(axes, "winch exit  C", winch, (-0.9, 0.1))
+        _note(axes, "dead span", 0.5 * (winch + exit_point), (-0.9, 0.1))
+        _note(axes, "exit point  A", exit_point, (-0.9, 0.1))
+        _note(axes, "sheave", centre + SHEAVE * UP, (-0.6, 0.6))
+        _note(axes, "free span", 0.55 * top + 0.45 * end, (0.4, 0.7))
+        _note(axes, "platform point  B", end, (-1.15, -0.75))
 
 
 def _box(axes: Axes, low: np.ndarray, high: np.ndarray, colour: str, width: float) -> None:
@@ -110,16 +116,15 @@ def _axes_of(axes: Axes, origin: np.ndarray, size: float, colour: str) -> None:
     for axis, letter in enumerate("xyz"):
         stop = origin + size * np.eye(3)[axis]
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6}
-        axes.annotate("", seen(stop), seen(origin), arrowprops=arrow, zorder=6)
-        axes.text(*np.add(seen(stop), (0.06, 0.04)), letter, color=colour, fontsize=10, zorder=6)
+        axes.annotate("", spot(stop), spot(origin), arrowprops=arrow, zorder=6)
+        axes.text(*spot(stop, 0.06, 0.04), letter, color=colour, fontsize=10, zorder=6)
 
 
 def _note(axes: Axes, text: str, point: np.ndarray, offset: tuple[float, float]) -> None:
     """Name a point, from a place off it."""
     arrow = {"arrowstyle": "-", "color": style.GREY, "linewidth": 0.8, "shrinkB": 3.0}
-    axes.annotate(
-        text, point, point + np.array(offset), arrowprops=arrow, fontsize=9.5, ha="center", va="center", zorder=7
-    )
+    place = spot(point, *offset)
+    axes.annotate(text, spot(point), place, arrowprops=arrow, fontsize=9.5, ha="center", va="center", zorder=7)
 
 
 def main() -> None:
