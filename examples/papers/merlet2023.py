@@ -1,6 +1,6 @@
 """Merlet and Papegay 2023 beside cablewright: their exhibition's figures and those of prints on the simulated machine.
 
-Each argument is the run folder of a print, for one
+Each argument is the run folder of a print (none: the powder alone), for one
     cablewright print merlet2023 examples/blind-machines.toml --layers 3 --control paper --out runs/paper
 Theirs are what their lidars saw, over 126 h; here both that and what is true are known.
 """
@@ -10,6 +10,10 @@ import json
 import math
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+
+import cablewright as cw
 
 CM = 100.0
 DENSITY, REPOSE = 1500.0, math.radians(22.0)  # kg/m^3, of the powder, and its angle of repose, both theirs
@@ -29,7 +33,7 @@ ROWS = (
 )
 
 
-def told(value: float | None, scale: float, form: str) -> str:
+def cell(value: float | None, scale: float, form: str) -> str:
     """A figure, or a dash where it is not known."""
     return f"{'-':>8}" if value is None else format(scale * value, form)
 
@@ -48,9 +52,9 @@ def errors(prints: dict[str, dict[str, Any]]) -> None:
     print(f"{'':34}{'paper':>8}" + "".join(f"{name[:16]:>18}" for name in prints))
     print(f"{'':34}{'seen':>8}" + f"{'true':>10}{'seen':>8}" * len(prints))
     for title, key, scale, form in ROWS:
-        cells = [told(PAPER[key], scale, form)]
+        cells = [cell(PAPER[key], scale, form)]
         for each in prints.values():
-            cells += ["  " + told(each[key], scale, form), told(each[f"estimated_{key}"], scale, form)]
+            cells += ["  " + cell(each[key], scale, form), cell(each[f"estimated_{key}"], scale, form)]
         print(f"{title:34}" + "".join(cells))
 
 
@@ -79,15 +83,29 @@ def ridge(mass: float, length: float) -> None:
     )
 
 
+def heap(mass: float) -> None:
+    """How high *mass* (kg) lies at most, poured along the curve of the exhibition in 14 portions."""
+    job = cw.load_job(Path(__file__).parents[1] / "blind-machines.toml")
+    samples = job.samples(job.toolpath())
+    once = samples.positions[samples.layer == 0]
+    length = np.linalg.norm(np.diff(once, axis=0), axis=1)
+    powder, field = cw.Powder(), cw.HeightField.flat((-2.2, -4.4), (2.2, 4.4), 0.02)
+    for _ in range(14):
+        cw.pour(field, once[:-1], once[1:], mass / 14 * length / length.sum(), powder)
+    print(f"{mass:.0f} kg along the whole curve: {CM * field.heights.max():.1f} cm high at most  (paper: 18 cm)")
+
+
 def main() -> None:
     """All of it."""
     options = argparse.ArgumentParser()
-    options.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
+    options.add_argument("folders", nargs="*", type=Path, metavar="FOLDER")
     prints = {folder.name: column(folder) for folder in options.parse_args().folders}
-    errors(prints)
+    if prints:
+        errors(prints)
     for name, each in prints.items():
         rest(name, each)
     ridge(1700.0, 28.0)
+    heap(1700.0)
 
 
 if __name__ == "__main__":

@@ -110,13 +110,24 @@ def components() -> None:
     """Components of the worst error along the helix (the paper's Fig. 12), set A."""
     robot = SETS[0].robot()
     radius = on_helix(robot, cw.modulus_ranges(robot))[0]
-    print(f"\nset A, helix of {radius:.2f} m: height, horizontal and vertical worst error, mm")
+    print(f"\nset A, helix of {radius:.2f} m: mean worst error within 0.25 m of a height, horizontal and vertical, mm")
     helix = cw.Places.helix(robot, radius, 0.5, 0.0, 13.0)
     worst = cw.accuracy(robot, helix, tension_limits=PRINTER).accuracy.worst_offset
     for height in (0.0, 2.5, 5.0, 7.5, 10.0, 12.0, 13.0):
         near = np.abs(helix.positions[:, 2] - height) < 0.25
         xy, z = np.linalg.norm(worst[near, :2], axis=1).mean(), np.abs(worst[near, 2]).mean()
         print(f"{height:6.1f}  {1e3 * xy:6.1f}  {1e3 * z:6.1f}")
+
+
+def surfaces() -> None:
+    """Both surfaces of vertical error over the planes (the paper's Fig. 13), set A."""
+    robot = SETS[0].robot()
+    print("\nset A, vertical error over the planes, mm: height, lower surface, upper surface")
+    for height in (0.0, 7.5):
+        plane = cw.Places.plane(robot, height, PLANE, PLANE / 10)
+        spread = cw.accuracy(robot, plane, tension_limits=PRINTER).accuracy.spread
+        ends = [1e3 * end(z) for z in (spread.low[:, 2], spread.high[:, 2]) for end in (np.nanmin, np.nanmax)]
+        print("{:6.1f} {:9.1f} to {:.1f} {:9.1f} to {:.1f}".format(height, *ends))
 
 
 def workspace() -> None:
@@ -148,6 +159,7 @@ def main() -> None:
     for (what, paper, digits), *values in zip(ROWS, *columns, strict=True):
         print(f"{what:<46}{paper:>8}" + "".join(f"{value:8.{digits}f}" for value in values))
     components()
+    surfaces()
     workspace()
     shadow = cw.accuracy(cw.load("paty2021"), P1).region.hull.projections["xy"]
     print(f"\nset A, region at P1 seen from above: {len(shadow)} corners")

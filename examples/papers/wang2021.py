@@ -56,7 +56,7 @@ class Case:
         """Eq. 21, mm^2."""
         return 1e6 * float(np.abs(self.squares(x)).mean())
 
-    def as_paper(self, start: np.ndarray, ftol: float, xtol: float, analytic: bool) -> np.ndarray:
+    def as_paper(self, start: np.ndarray, ftol: float | None, xtol: float, analytic: bool) -> np.ndarray:
         """A bounded trust-region solver of the same kind as the paper's, with its two tolerances."""
         how = self.jacobian if analytic else "2-point"
         bounds = self.truth - BOUND, self.truth + BOUND
@@ -118,6 +118,27 @@ def by_poses(starts: int, few: int) -> tuple[list[float], list[float]]:
     return means, singles
 
 
+def separately(few: int) -> None:
+    """The paper's Fig. 4: each of the two tolerances varies while the other one has the paper's own value."""
+    case = Case(20, few)
+    print(f"mu in mm^2, 20 poses, mean of {few} starts, with Jacobian")
+    print("the other tolerance: StepTolerance 1e-12, FunctionTolerance off")
+    print("tolerance   FunctionTolerance varies   StepTolerance varies")
+    for tolerance in TOLERANCES:
+        pairs = ((tolerance, 1e-12), (None, tolerance))
+        means = [np.mean([case.mu(case.as_paper(start, *pair, True)) for start in case.starts]) for pair in pairs]
+        print(f"{tolerance:9.0e} {means[0]:26.1e} {means[1]:22.1e}")
+
+
+def first_exit(starts: int) -> None:
+    """The paper's Fig. 6: error of the y coordinate of the first exit point, by the number of poses."""
+    print(f"\ny of the first exit point, mm: error of the mean of {starts} runs, and rms error of a single run")
+    for count in POSES:
+        case = Case(count, starts)
+        y = np.array([x[1] for x in case.ours()]) - TRUE[0, 1]
+        print(f"{count:5} {1e3 * y.mean():8.3f} {1e3 * float(np.sqrt(np.mean(y**2))):8.2f}")
+
+
 def picture(file: Path, means: list[float], singles: list[float], starts: int) -> None:
     """Both errors by the number of poses."""
     from cablewright.apps import style
@@ -139,12 +160,17 @@ def picture(file: Path, means: list[float], singles: list[float], starts: int) -
 
 
 def main() -> None:
-    """All of it; --few is how many starts the slow solvers get."""
+    """All of it, or with --figures Figs. 4 and 6 alone; --few is the number of starts of the slow solvers."""
     options = argparse.ArgumentParser()
     options.add_argument("--starts", type=int, default=500)
     options.add_argument("--few", type=int, default=20)
     options.add_argument("--plot", type=Path)
+    options.add_argument("--figures", action="store_true")
     given = options.parse_args()
+    if given.figures:
+        separately(given.few)
+        first_exit(given.starts)
+        return
     tolerances(given.few)
     means, singles = by_poses(given.starts, given.few)
     if given.plot is not None:

@@ -68,7 +68,7 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     assert file.exists()
     out = cli(*asked).out
     assert "complete for  all equilibria with the platform in the box and without a loop in a dead span" in out
-    assert "the search leaves no place in the box for another" in out
+    assert "the search excludes any other in the box whose dead spans are taut" in out
 
 
 @pytest.mark.parametrize(
