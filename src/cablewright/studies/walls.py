@@ -14,11 +14,14 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
 from cablewright.errors import InputError
+from cablewright.estimation.lidar.housing import Housing, find_housing
+from cablewright.estimation.lidar.kinds import drop_lines_behind, kinds_off_walls, range_errors
 from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallSettings, start, step
+from cablewright.estimation.lidar.noise import Noise, estimate_noise_by_range, refine_noise
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
-from cablewright.estimation.lidar.scan import LidarModel, Points, estimate_noise, level_points
+from cablewright.estimation.lidar.scan import LidarModel, Points, level_points
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
-from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_lines
+from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_walls
 from cablewright.results import Figure, Pictured, Result
 from cablewright.toml_input import read_bytes
 
@@ -118,6 +121,7 @@ class Walls(Pictured):
     lidar: LidarModel
     points: Points
     lines: tuple[WallLine, ...]
+    housing: tuple[Housing, ...]
     place: LidarPlace | None
 
     def __len__(self) -> int:
@@ -164,6 +168,7 @@ def walls(
     limits: tuple[float, float] = (0.05, 100.0),
     masks: Sequence[tuple[float, float]] = (),
     noise: float | None = None,
+    keep_housing: bool = False,
     yaw: tuple[float, float] = (-math.pi / 4, math.pi / 4),
     lasers: Sequence[Laser] = (),
 ) -> Walls:
@@ -191,10 +196,24 @@ def walls(
     scan = scan if isinstance(scan, FileScan) else read_scan(scan)
     lidar = LidarModel(min_range=limits[0], max_range=limits[1], masks=tuple(masks), bias_sigma=0.0)
     points = level_points(lidar, scan.angles, scan.ranges)
-    lidar = replace(lidar, sigma=noise or estimate_noise(points))
-    lines = tuple(find_lines(points, lidar, LineSearch.for_noise(lidar.sigma)))
+    housing = () if keep_housing else find_housing(points)
+    if housing:
+        lidar = replace(lidar, masks=(*lidar.masks, *((part.begin, part.end) for part in housing)))
+        points = level_points(lidar, scan.angles, scan.ranges)
+    spread = Noise(noise, 0.0) if noise is not None else estimate_noise_by_range(points)
+    lidar, lines = _lines(points, lidar, spread)
+    if noise is None:
+        far, errors = range_errors(points, lidar.sigmas(points.distance), lines)
+        lidar, lines = _lines(points, lidar, refine_noise(far, errors, spread))
     place = None if known is None else LidarPlace(_placed(known, lidar, scan, yaw, lasers), known)
-    return Walls(scan, lidar, points, lines, place)
+    return Walls(scan, lidar, points, tuple(lines), housing, place)
+
+
+def _lines(points: Points, lidar: LidarModel, noise: Noise) -> tuple[LidarModel, list[WallLine]]:
+    """The lidar with that noise, and the lines that are not behind others."""
+    lidar = replace(lidar, sigma=noise.at_zero, sigma_per_metre=noise.per_metre)
+    found = find_walls(points, lidar, LineSearch.for_noise(lidar.sigma))
+    return lidar, drop_lines_behind(points, lidar.sigmas(points.distance), found)
 
 
 def _room(survey: str | Path | Survey) -> RoomMap:
