@@ -49,9 +49,7 @@ def find_housing(points: Points) -> tuple[Housing, ...]:
         half = 0.5 * usual
         begin = math.degrees(float(bearing[0]) - half) % 360.0
         width = math.degrees(float(bearing[1] - bearing[0]) % math.tau + 2.0 * half)
-        found.append(
-            Housing(math.radians(begin), math.radians(begin + width), float(np.median(far[run])), len(run))
-        )
+        found.append(Housing(math.radians(begin), math.radians(begin + width), float(np.median(far[run])), len(run)))
     return tuple(found)
 
 

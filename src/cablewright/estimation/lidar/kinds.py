@@ -59,7 +59,10 @@ class _Crossing(NamedTuple):
 
 def on_walls(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> Mask:
     """Return which points (n,) are on one of the *lines*."""
-    return np.logical_or.reduce([_crossing(points, sigmas, line).on for line in lines] or [np.zeros(len(points), bool)])
+    on = np.zeros(len(points), np.bool_)
+    for line in lines:
+        on |= _crossing(points, sigmas, line).on
+    return on
 
 
 def range_errors(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> tuple[Array, Array]:

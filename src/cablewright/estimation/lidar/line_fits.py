@@ -14,7 +14,19 @@ import numpy as np
 from cablewright.arrays import Array, Indices, Mask
 from cablewright.estimation.lidar.clusters import Clustering, find_clusters
 from cablewright.estimation.lidar.scan import Points
-from cablewright.kernels.fitting.scan_lines import ALONG, COLUMNS, COUNT, HIGH, LOW, MIN_STEEPNESS, OFFSET, ROUNDS, SCALE, SQUARES, axis
+from cablewright.kernels.fitting.scan_lines import (
+    ALONG,
+    COLUMNS,
+    COUNT,
+    HIGH,
+    LOW,
+    MIN_STEEPNESS,
+    OFFSET,
+    ROUNDS,
+    SCALE,
+    SQUARES,
+    axis,
+)
 
 _BAND: Final = 1.5  # ratio of the noises within which points are clustered together
 _WINDOW: Final = 9  # points, by whose median range a point's band is chosen: noise alone does not change it
@@ -206,9 +218,7 @@ def _pooled(groups: _Groups, joined: Mask) -> tuple[Array, Array]:
     return mean, np.array([math.cos(angle), math.sin(angle)])
 
 
-def _fit(
-    points: Points, sigmas: Array, near: Indices, mean: Array, along: Array, rules: Rules
-) -> _Fit | None:
+def _fit(points: Points, sigmas: Array, near: Indices, mean: Array, along: Array, rules: Rules) -> _Fit | None:
     """Return the row of a line through the points *near* it and which of them are on it; None for too few or too short.
 
     Weighted total least squares, as the kernel `_fit`.

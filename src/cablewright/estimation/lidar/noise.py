@@ -55,8 +55,8 @@ def estimate_noise_by_range(points: Points, low: float = 5e-4, high: float = 0.0
 def refine_noise(far: Array, errors: Array, first: Noise, low: float = 5e-4, high: float = 0.05) -> Noise:
     """Return the noise by the *errors* (n,), m, of ranges *far* (n,), m, of points on walls.
 
-    *first* is that of all points, before walls were known. It stays where there is no growth with range, unless it is far
-    too large: rays a degree apart see steps on a straight wall at a grazing angle.
+    *first* is that of all points, before walls were known. It stays where there is no growth with range, unless it is
+    far too large: rays a degree apart see steps on a straight wall at a grazing angle.
     """
     sizes = np.abs(errors)
     if not first.per_metre and len(sizes) >= _PER_GROUP:

@@ -76,10 +76,11 @@ def find_lines(points: Points, lidar: LidarModel, search: LineSearch) -> list[Wa
 
 
 def find_walls(points: Points, lidar: LidarModel, search: LineSearch) -> list[WallLine]:
-    """Find straight lines as `find_lines`, for any noise and without hurry: grown over panes and gaps, corners shared."""
-    rules = Rules(
-        lidar.angle_sigma, search.merge_distance, search.outlier_sigmas, search.min_points, search.min_length
-    )
+    """Find straight lines as `find_lines`, more slowly, for noise that grows with range.
+
+    Lines continue past panes and gaps, and a point at a corner is of the nearer line only.
+    """
+    rules = Rules(lidar.angle_sigma, search.merge_distance, search.outlier_sigmas, search.min_points, search.min_length)
     found = fit_lines(points, lidar.sigmas(points.distance), search.clustering, rules, _MAX_LINES)
     return sorted(map(_line, found.tolist()), key=lambda line: -line.point_count)
 
