@@ -33,10 +33,13 @@ _PANE_TO_WALL: Final = 1.0  # width of such a pane, at most, in the length of th
 _MIN_WALL: Final = 1.2  # m, likewise
 _CLOSING: Final = 0.3  # m, from the wall's line, of what closes it
 _MIN_PAST: Final = 3  # points there
+_AT_CORNER: Final = 0.5  # m, from a line's end, of another line that it meets there
+_ACROSS: Final = 0.3  # sine of the angle between them
 _PANE: Final = 0.08  # of a line's points: how many single nearer ones tell a pane before it
 _MIN_PANE: Final = 3
 _JOINED: Final = 0.25  # m, from a line's end, of the points of what it meets there
 _SHARE: Final = 0.6  # of a line's points, from which it is behind walls
+_ALL: Final = 0.9  # share of a line's points, on the far side of a wall
 _MIN_COSINE: Final = 0.03  # between a ray and a wall's normal: not along it
 _OUTLIER: Final = 3.5  # sigmas
 _MIN_STEEPNESS: Final = 0.3
@@ -124,7 +127,8 @@ def _reach(met: _Crossing) -> tuple[float, float]:
 def drop_lines_behind(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> list[WallLine]:
     """Return the *lines* that are not mostly behind others: those are outside, or mirrored by glass.
 
-    A line that meets something at an end, as the back of an alcove does, is kept.
+    A line that meets something at an end, as the back of an alcove does, is kept. One that meets nothing is dropped
+    behind what is just past a wall's end too: a pane may reach to the corner.
     """
     met = [_crossing(points, sigmas, line) for line in lines]
     on = [each.on for each in met]
@@ -135,14 +139,39 @@ def drop_lines_behind(points: Points, sigmas: Array, lines: Sequence[WallLine]) 
     alone = [share(i, [*lines[:i], *lines[i + 1 :]]) for i in range(len(lines))]
     kept: list[int] = []
     for i in sorted(range(len(lines)), key=lambda i: alone[i]):
-        joined = any(
-            np.sum(~met[i].near & (np.hypot(*(points.xy - end).T) < _JOINED)) >= _MIN_PAST for end in lines[i].ends
-        )
         if _through_glass(points, sigmas, met[i]):
             continue
-        if joined or alone[i] < _SHARE or share(i, [lines[k] for k in kept]) < _SHARE:
-            kept.append(i)
+        others = [lines[k] for k in range(len(lines)) if k != i and alone[k] < _SHARE]
+        torn = not any(_meets(points, met[i], end, lines[i], others) for end in lines[i].ends)
+        if torn and share(i, [lines[k] for k in kept]) >= _SHARE:
+            continue
+        if torn and any(_is_beyond(sigmas, met[k], on[i]) for k in kept):
+            continue
+        kept.append(i)
     return [lines[i] for i in sorted(kept)]
+
+
+def _meets(points: Points, met: _Crossing, end: Array, line: WallLine, others: Sequence[WallLine]) -> bool:
+    """Whether a line's end is at a corner: near points of something else, or near another line across."""
+    if int(np.sum(~met.near & (np.hypot(*(points.xy - end).T) < _JOINED))) >= _MIN_PAST:
+        return True
+    for other in others:
+        side = other.ends[1] - other.ends[0]
+        share = float(np.clip((end - other.ends[0]) @ side / max(float(side @ side), 1e-12), 0.0, 1.0))
+        away = float(np.hypot(*(end - other.ends[0] - share * side)))
+        if away < _AT_CORNER and abs(math.sin(other.angle - line.angle)) > _ACROSS:
+            return True
+    return False
+
+
+def _is_beyond(sigmas: Array, wall: _Crossing, on: Mask) -> bool:
+    """Whether a line's points are all behind a *wall* or a pane beside it."""
+    length = wall.ends[1] - wall.ends[0]
+    if length < _MIN_WALL or not on.any():
+        return False
+    wide = min(_WIDEST, _PANE_TO_WALL * length)
+    across = wall.meets & (wall.place > wall.ends[0] - wide) & (wall.place < wall.ends[1] + wide)
+    return bool(np.mean((across & (wall.beyond > np.maximum(_BEYOND, _SIGMAS * sigmas)))[on]) > _ALL)
 
 
 def _through_glass(points: Points, sigmas: Array, met: _Crossing) -> bool:

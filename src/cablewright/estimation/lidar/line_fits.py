@@ -20,7 +20,6 @@ from cablewright.kernels.fitting.scan_lines import (
     COUNT,
     HIGH,
     LOW,
-    MIN_STEEPNESS,
     OFFSET,
     ROUNDS,
     SCALE,
@@ -30,11 +29,18 @@ from cablewright.kernels.fitting.scan_lines import (
 
 _BAND: Final = 1.5  # ratio of the noises within which points are clustered together
 _WINDOW: Final = 9  # points, by whose median range a point's band is chosen: noise alone does not change it
+_MIN_STEEPNESS: Final = 0.12  # sine of the angle between ray and line: noise is not reduced further below it
 _GROWTHS: Final = 6  # fits of one line
 _SKIPPED: Final = 4.0  # rays beyond a line's end, between which its next point is sought
 _WIDEST: Final = 3.0  # m, of an opening or a pane in a wall
 _MIN_FRAME: Final = 0.15  # m, of what is on the line past it
 _MIN_PAST: Final = 4  # points there
+_MIN_WALL: Final = 1.2  # m, length of what can have a pane
+_MIN_GAP: Final = 0.4  # m, between two pieces of a line
+_SKIPPED_IN_PIECE: Final = 6.0  # rays, likewise
+_PIECE_TO_GAP: Final = 0.3  # length of a piece, at least, in the gap before it
+_TELLING: Final = 0.1  # rad, sigma of a piece's direction that says something
+_TURNED: Final = 0.03  # rad, of a piece from its line, besides noise
 _BESIDE: Final = 0.3  # m, from the line, of points that show something else there
 _SCATTERED: Final = 1.7  # of a line's residuals, in those by noise
 _UNEVEN: Final = 0.02  # m, rms of walls as they are built
@@ -108,14 +114,55 @@ def _shared_out(points: Points, sigmas: Array, lines: list[_Fit], rules: Rules) 
             off[k, used] = np.abs(row[ALONG] * points.xy[used, 1] - row[ALONG + 1] * points.xy[used, 0] - row[OFFSET])
         again, free = [], np.isinf(off).all(axis=0)
         for k, (row, used) in enumerate(lines):
-            along = row[ALONG : ALONG + 2]
             past = _past_openings(points, sigmas, free, row, rules)
             own = np.sort(np.concatenate([used[off[:, used].argmin(axis=0) == k], past]))
+            own = _in_one_piece(points, sigmas, own, row)
+            along = row[ALONG : ALONG + 2]
             fitted = _fit(points, sigmas, own, row[OFFSET] * np.array([-along[1], along[0]]), along, rules)
             if fitted is not None:
                 again.append(fitted)
         lines = again
     return lines
+
+
+def _in_one_piece(points: Points, sigmas: Array, own: Indices, row: Array) -> Indices:
+    """Return a line's points without those far past its end that are on it by chance.
+
+    From the largest piece outwards, a piece belongs to the line if it is long beside the gap before it, if that can be
+    a pane in a wall, or if the piece has the line's direction. Pieces of few points, such as a pane's own, are skipped.
+    """
+    along = row[ALONG : ALONG + 2]
+    own = own[np.argsort(points.xy[own] @ along, kind="stable")]
+    place, off = points.xy[own] @ along, points.xy[own] @ np.array([-along[1], along[0]]) - row[OFFSET]
+    if len(own) < 2:
+        return own
+    steep = np.abs(along[0] * points.ray[own, 1] - along[1] * points.ray[own, 0])
+    spacing = points.distance[own] * float(np.median(points.bearing_step)) / np.maximum(steep, _GRAZING)
+    gap = np.diff(place)
+    cuts = np.flatnonzero(gap > np.maximum(_MIN_GAP, _SKIPPED_IN_PIECE * np.maximum(spacing[1:], spacing[:-1])))
+    firsts, lasts = np.concatenate([[0], cuts + 1]), np.concatenate([cuts, [len(own) - 1]])
+    largest = int((lasts - firsts).argmax())
+    low, high = int(firsts[largest]), int(lasts[largest])
+    noise = np.maximum(steep, _MIN_STEEPNESS) * sigmas[own]
+    for piece in (*range(largest + 1, len(firsts)), *range(largest - 1, -1, -1)):
+        first, last = int(firsts[piece]), int(lasts[piece])
+        if last - first + 1 < _MIN_PAST:
+            continue
+        before = place[first] - place[high] if piece > largest else place[low] - place[last]
+        length, whole = place[last] - place[first], place[high] - place[low]
+        is_pane = whole >= _MIN_WALL and before <= min(_WIDEST, whole) and length >= _MIN_FRAME
+        some = slice(first, last + 1)
+        if is_pane or length >= _PIECE_TO_GAP * before or _is_along(place[some], off[some], noise[some]):
+            low, high = min(low, first), max(high, last)
+    return np.sort(own[low : high + 1])
+
+
+def _is_along(place: Array, off: Array, noise: Array) -> bool:
+    """Whether points, m along a line and beside it, have its direction, and can tell."""
+    d = place - place.mean()
+    spread = float(d @ d)
+    sigma = float(np.median(noise)) / math.sqrt(max(spread, 1e-12))
+    return sigma < _TELLING and abs(float(d @ off)) <= (3.0 * sigma + _TURNED) * spread
 
 
 def _past_openings(points: Points, sigmas: Array, free: Mask, row: Array, rules: Rules) -> Indices:
@@ -124,7 +171,7 @@ def _past_openings(points: Points, sigmas: Array, free: Mask, row: Array, rules:
     place = row[ALONG] * x + row[ALONG + 1] * y
     steep = np.abs(row[ALONG] * points.ray[:, 1] - row[ALONG + 1] * points.ray[:, 0])
     off = np.abs(row[ALONG] * y - row[ALONG + 1] * x - row[OFFSET])
-    near = free & (off <= rules.outlier_sigmas * np.maximum(steep, MIN_STEEPNESS) * sigmas)
+    near = free & (off <= rules.outlier_sigmas * np.maximum(steep, _MIN_STEEPNESS) * sigmas)
     some = [np.empty(0, np.intp)]
     for past in (place - row[HIGH], row[LOW] - place):
         chosen = np.flatnonzero(near & (past > 0.0) & (past < _WIDEST))
@@ -229,7 +276,7 @@ def _fit(points: Points, sigmas: Array, near: Indices, mean: Array, along: Array
     for _ in range(ROUNDS):
         steepness = along[0] * ray[:, 1] - along[1] * ray[:, 0]
         across = far * rules.angle_sigma * (ray @ along)
-        variance = (np.maximum(np.abs(steepness), MIN_STEEPNESS) * sigma) ** 2 + across**2
+        variance = (np.maximum(np.abs(steepness), _MIN_STEEPNESS) * sigma) ** 2 + across**2
         off = along[0] * xy[:, 1] - along[1] * xy[:, 0] - offset
         on = np.abs(off) <= np.minimum(rules.outlier_sigmas * scale * np.sqrt(variance), limit)
         count = int(on.sum())
