@@ -16,7 +16,7 @@ from cablewright.studies.walls import Walls
 from oracles.lidar_scans import Scanned, judged, scanned
 from oracles.room import rectangle, scan
 
-NEAR = LidarModel(min_range=0.05, max_range=100.0)
+NEAR = LidarModel(min_range=0.02, max_range=100.0)
 
 
 def found_in(truth: Scanned, **options) -> Walls:

@@ -217,9 +217,9 @@ def walls(
 
     Ranges within *limits* (m) are used, except at bearings within *masks* (pairs, rad), where the machine itself is
     seen; short runs of nearly constant range are left out too, as the device's own housing, unless *keep_housing*.
-    *noise*: standard deviation of all ranges, m; by default estimated, with its growth with range. Lines behind glass are
-    no walls. In a *room* (a survey, or the file with its JSON) the lidar's place and yaw are found, the yaw between the
-    two values of *yaw* (rad); *lasers* are distances to walls that an operator measured. Raises `InputError` for
+    *noise*: standard deviation of all ranges, m; by default estimated, with its growth with range. Lines behind glass
+    are no walls. In a *room* (a survey, or the file with its JSON) the lidar's place and yaw are found, the yaw between
+    the two values of *yaw* (rad); *lasers* are distances to walls that an operator measured. Raises `InputError` for
     contradictory options and files that cannot be used. Source: Merlet, Papegay 2023, III.A.
 
     Examples
