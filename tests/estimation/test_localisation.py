@@ -23,8 +23,9 @@ from cablewright.estimation.lidar.localisation import (
     start,
     step,
 )
+from cablewright.estimation.lidar.noise import estimate_noise
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
-from cablewright.estimation.lidar.scan import LidarModel, estimate_noise, level_mount, level_points
+from cablewright.estimation.lidar.scan import LidarModel, level_mount, level_points
 from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_lines
 from oracles.room import EAST, NORTH, WEST, cast, rectangle, scan
 from oracles.room import Room as InRoom

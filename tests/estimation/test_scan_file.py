@@ -43,6 +43,17 @@ X, Y = RANGES * np.cos(ANGLES), RANGES * np.sin(ANGLES)
 DEGREES = np.degrees(ANGLES)
 LIST = {"x": X.tolist(), "y": Y.tolist()}
 ROS = {"angle_min": 0.0, "angle_increment": math.tau / 720, "ranges": RANGES.tolist()}
+
+
+def dump(rows_of_list: bool, frame: str = "laser") -> str:
+    """A laser scan as ROS prints it: lists in rows in ROS 2, in brackets in ROS 1."""
+    head = f"header:\n  stamp:\n    sec: 1\n  frame_id: {frame}\nangle_min: 0.0\nangle_increment: {math.tau / 720!r}\n"
+    values = [repr(float(v)) if v > 0 else (".inf" if rows_of_list else "inf") for v in RANGES]
+    if rows_of_list:
+        return head + "ranges:\n" + "".join(f"- {v}\n" for v in values) + "intensities: []\n---\n"
+    return head + "ranges: [" + ",\n  ".join(values) + "]\nintensities: []\n---\n"
+
+
 WAYS = {
     "xy": (rows("x,y", X, Y), "csv", {}),
     "xy in mm": (rows("x (mm);y (mm)", 1e3 * X, 1e3 * Y, separator=";"), "csv", {}),
@@ -68,6 +79,21 @@ WAYS = {
         "json",
         {},
     ),
+    "rplidar": (
+        [{"angle": a, "distance": 1e3 * d, "quality": 47} for a, d in zip(DEGREES, RANGES, strict=True)],
+        "json",
+        {},
+    ),
+    "foxglove message": ({"topic": "/scan", "message": ROS}, "json", {}),
+    "ros 2 echo": (dump(rows_of_list=True), "yaml", {}),
+    "ros 1 echo": (dump(rows_of_list=False), "txt", {}),
+    "one of two": (dump(True, "rear") + dump(True, "front"), "yaml", {"device": "front"}),
+    "one of two by name": ({"front": ROS, "rear": {"points": [[1, 2]]}}, "json", {"device": "front"}),
+    "one of two topics": (
+        [{"topic": "/rear", "msg": ROS | {"ranges": [1.0]}}, {"topic": "/front", "msg": ROS}],
+        "json",
+        {"device": "/front"},
+    ),
 }
 
 
@@ -77,7 +103,7 @@ def test_ways_to_write_a_scan(folder: Path, way: str) -> None:
     found = read(folder, content, suffix, **how)
     assert len(found.ranges) == 720
     hit = RANGES > 0
-    assert np.isnan(found.ranges[~hit]).all()
+    assert not np.isfinite(found.ranges[~hit]).any()
     assert np.allclose(found.ranges[hit], RANGES[hit], atol=1e-6)
     turn = np.remainder(found.angles[hit] - ANGLES[hit] + math.pi, math.tau) - math.pi
     assert np.allclose(turn, 0.0, atol=1e-6)
@@ -99,6 +125,29 @@ def test_no_echo_in_many_ways(folder: Path) -> None:
     found = read(folder, '{"angle_min": 0, "angle_increment": 0.1, "ranges": [null, 1.5, NaN, Infinity]}', "json")
     assert found.ranges[1] == 1.5
     assert not np.isfinite(found.ranges[[0, 2, 3]]).any()
+
+
+def test_quality_0_is_no_echo_and_rplidars_are_told(folder: Path) -> None:
+    points = [{"angle": 0.5 * i, "distance": 2000.0 + i, "quality": i % 3} for i in range(12)]
+    found = read(folder, points, "json")
+    assert np.isnan(found.ranges[::3]).all()
+    assert found.ranges[1] == pytest.approx(2.001)
+    assert found.angles[2] == pytest.approx(math.radians(1.0))
+    assert any("as RPLIDARs give them" in note for note in found.guessed)
+    assert any("give --clockwise" in note for note in found.guessed)
+
+
+def test_echoes_outside_the_limits_of_a_message_are_none(folder: Path) -> None:
+    message = {"angle_min": 0, "angle_increment": 0.1, "ranges": [0.05, 1.5, "Infinity", 31.0, "nan"]}
+    found = read(folder, message | {"range_min": 0.1, "range_max": 30.0}, "json")
+    assert np.isnan(found.ranges[[0, 2, 3, 4]]).all()
+    assert found.ranges[1] == 1.5
+
+
+def test_of_several_scans_the_first_is_read_and_told(folder: Path) -> None:
+    found = read(folder, dump(True) + dump(True), "yaml")
+    assert (len(found.ranges), found.device) == (720, "laser")
+    assert found.guessed == ("the first of 2 scans in the file is used",)
 
 
 @pytest.mark.parametrize(
@@ -134,6 +183,15 @@ def test_no_echo_in_many_ways(folder: Path) -> None:
         ('{"angle_min": "a", "angle_increment": 1, "ranges": []}', "json", {}, "a number or null is expected"),
         ('{"angle_min": 1, "angle_increment": 1, "ranges": 3}', "json", {}, "ranges = '3': a list of numbers"),
         ("[[1, " + "9" * 400 + "]]", "json", {}, "a whole number of hundreds of digits"),
+        (dump(True, "a") + dump(True, "b"), "yaml", {}, "scans of 2 devices: 'a', 'b'; choose one with --device"),
+        ({"a": ROS, "b": ROS}, "json", {"device": "c"}, "--device = 'c': must be one of 'a', 'b'"),
+        (dump(True).replace("intensities: []", "- '...'"), "yaml", {}, "ranges is cut short by '...'"),
+        ("angle_min: 0\n  what is this\n", "yaml", {}, "line 2: 'what is this': expected KEY: VALUE"),
+        ("ranges: [1, 2,\n3", "yaml", {}, "line 1: 'ranges: [1, 2,': the list has no end"),
+        ("", "yaml", {}, "no points"),
+        (b"ranges: [\xff]", "yaml", {}, "not UTF-8"),
+        (rows("angle,distance (m)", DEGREES, RANGES), "csv", {"angle_unit": "rad"}, "span 57.22 turns; check the unit"),
+        (rows("angle (deg),distance", DEGREES, RANGES), "csv", {"unit": "mm"}, "too small for a room; check the unit"),
         ('[{"x": 1}, {"y": 2}]', "json", {}, "columns x,y or angle,distance are expected"),
     ],
 )
@@ -148,6 +206,11 @@ def test_what_is_refused(folder: Path, content: str | bytes, suffix: str, how: d
 def test_large_files_are_not_read(folder: Path) -> None:
     with pytest.raises(InputError, match="larger than 8388608 bytes, the most a scan may hold"):
         read(folder, b" " * (8 << 20) + b"x", "json")
+    large = folder / "large.yaml"
+    with large.open("wb") as file:
+        file.truncate(60_000_000)
+    with pytest.raises(InputError, match="larger than 8388608 bytes"):
+        read_scan(large)
 
 
 def judged(folder: Path, content: bytes, suffix: str) -> None:
@@ -164,13 +227,29 @@ def judged(folder: Path, content: bytes, suffix: str) -> None:
 
 FUZZ = settings(deadline=None, max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
 GOOD = [(rows("angle,distance", DEGREES, 1e3 * RANGES).encode(), "csv"), (json.dumps(ROS).encode(), "json")]
+GOOD.append((dump(True).encode(), "yaml"))
 LEAF = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=5)
 TREE = st.recursive(
     LEAF,
     lambda inner: (
         st.lists(inner, max_size=5)
         | st.dictionaries(
-            st.sampled_from(["x", "y", "points", "ranges", "angle_min", "angle_increment", "angle"]), inner
+            st.sampled_from(
+                [
+                    "x",
+                    "y",
+                    "points",
+                    "ranges",
+                    "angle_min",
+                    "angle_increment",
+                    "angle",
+                    "distance",
+                    "quality",
+                    "topic",
+                    "msg",
+                ]
+            ),
+            inner,
         )
     ),
     max_leaves=12,
@@ -178,7 +257,7 @@ TREE = st.recursive(
 
 
 @FUZZ
-@given(data=st.binary(max_size=200), suffix=st.sampled_from(["csv", "json"]))
+@given(data=st.binary(max_size=200), suffix=st.sampled_from(["csv", "json", "yaml", "txt"]))
 @example(data=b"\x0b", suffix="csv")
 def test_any_bytes(folder: Path, data: bytes, suffix: str) -> None:
     judged(folder, data, suffix)

@@ -14,15 +14,20 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
 from cablewright.errors import InputError
-from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallSettings, start, step
+from cablewright.estimation.lidar.constraints import ObservedLine
+from cablewright.estimation.lidar.housing import Housing, find_housing
+from cablewright.estimation.lidar.kinds import MEANINGS, drop_lines_behind, kinds_off_walls, range_errors
+from cablewright.estimation.lidar.localisation import LidarTurn, TurnFeatures, WallPose, WallSettings, start, step
+from cablewright.estimation.lidar.noise import Noise, estimate_noise_by_range, refine_noise
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
-from cablewright.estimation.lidar.scan import LidarModel, Points, estimate_noise, level_points
+from cablewright.estimation.lidar.scan import LidarModel, Points, level_points
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
-from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_lines
+from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_walls
 from cablewright.results import Figure, Pictured, Result
 from cablewright.toml_input import read_bytes
 
 _PARALLEL: Final = math.radians(10.0)  # walls that differ by less leave the place along them open
+_MAX_PARTS: Final = 4  # named in a note
 _MAX_SURVEY: Final = 4 << 20  # bytes
 WALL: Final = (
     Figure("angle", "rad", "Direction of the normal, in the lidar's frame.", digits=6),
@@ -34,6 +39,17 @@ WALL: Final = (
     Figure("length", "m", "Length of the wall in sight.", digits=3, shown="m"),
     Figure("normal", "1", "Unit normal of the wall.", detail=True),
     Figure("ends", "m", "Both ends, in the lidar's frame.", detail=True),
+)
+KIND: Final = (
+    Figure("kind", "", "behind, rough, thing, corner or stray."),
+    Figure("points", "1", "Number of points."),
+    Figure("meaning", "", "The kind in words."),
+)
+HOUSING: Final = (
+    Figure("begin", "rad", "First bearing.", digits=4),
+    Figure("end", "rad", "Last bearing, counter-clockwise from there.", digits=4),
+    Figure("distance", "m", "Median range.", digits=2, shown="m"),
+    Figure("points", "1", "Number of points."),
 )
 CANDIDATE: Final = (
     Figure("position", "m", "Position of the lidar, in the survey's frame.", digits=5, shown="m"),
@@ -105,11 +121,16 @@ class Walls(Pictured):
         Figure("points", "1", "Number of points in the scan.", lambda found: len(found.scan.ranges)),
         Figure("used", "1", "Number of points within range and outside the masks.", lambda found: len(found.points)),
         Figure("on_walls", "1", "Number of points on walls.", lambda of: sum(line.point_count for line in of.lines)),
-        Figure("noise", "m", "Standard deviation of one range.", "lidar.sigma", digits=2, shown="mm"),
+        Figure("noise", "m", "Standard deviation of one range at 0 m.", "lidar.sigma", digits=2, shown="mm"),
+        Figure("noise_per_metre", "1", "How much that grows with each metre of range.", "lidar.sigma_per_metre",
+               "noise per metre", 2, shown="%"),
         Figure("length_unit", "", "Unit of lengths in the file, or guessed.", "scan.length_unit"),
         Figure("angle_unit", "", "Unit of angles in the file, or guessed; null for x and y.", "scan.angle_unit"),
         Figure("walls", "", "Walls in sight.", lambda of: [_wall(one) for one in of.lines], parts=WALL),
-        Figure("notes", "", "What was guessed.", detail=True),
+        Figure("kinds", "", "Points on no wall, by what they are.", parts=KIND),
+        Figure("housing", "", "Parts of the device itself, left out.", parts=HOUSING),
+        Figure("device", "", "Device of the scan; null where the file names none.", "scan.device", detail=True),
+        Figure("notes", "", "What was guessed, chosen and left out.", detail=True),
         Figure("place", "", "Place of the lidar in the room; null without a room.", parts=LidarPlace.FIGURES),
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "points", "used", "on_walls", "noise")
@@ -118,6 +139,7 @@ class Walls(Pictured):
     lidar: LidarModel
     points: Points
     lines: tuple[WallLine, ...]
+    housing: tuple[Housing, ...]
     place: LidarPlace | None
 
     def __len__(self) -> int:
@@ -146,12 +168,35 @@ class Walls(Pictured):
     def notes(self) -> tuple[str, ...]:
         """What was guessed, and what the walls leave open."""
         along = "all walls in sight are nearly parallel: the place along them is not known"
-        return (*self.scan.guessed, *([along] if self.status == "parallel" else []))
+        return (*self.scan.guessed, *self._own_parts, *([along] if self.status == "parallel" else []))
+
+    @property
+    def _own_parts(self) -> list[str]:
+        """Which bearings were left out, in a sentence."""
+        if not self.housing:
+            return []
+        parts = [
+            f"{math.degrees(one.begin):.1f} to {math.degrees(one.end):.1f} deg ({one.points} points at "
+            f"{one.distance:.2f} m)"
+            for one in self.housing
+        ]
+        more = f" and {len(parts) - _MAX_PARTS} more" if len(parts) > _MAX_PARTS else ""
+        named = f"bearings {', '.join(parts[:_MAX_PARTS])}{more}"
+        how = "--keep-housing uses them, --mask FROM,TO leaves out others"
+        return [f"{named} left out as the device's own housing; {how}"]
+
+    @property
+    def kinds(self) -> list[dict[str, Any]]:
+        """Points on no wall: kind, number and meaning."""
+        found = kinds_off_walls(self.points, self.lidar.sigmas(self.points.distance), self.lines)
+        return [{"kind": kind, "points": count, "meaning": MEANINGS[kind]} for kind, count in found.items()]
 
     @property
     def refusal(self) -> str:
         """Why the answer is no, in a sentence; empty where it is yes."""
         if self.status == "no-wall":
+            if len(self.points) and not np.ptp(self.points.ray, axis=0).any():
+                return f"no wall is in sight: all points within limits, {len(self.points)}, are at one bearing"
             few = f"{len(self.points)} points within limits" if len(self.points) else "no point within limits"
             return f"no wall is in sight: {few}, and no straight run of 10 points over 0.4 m among them"
         return "" if self.ok or self.place is None else f"place: {self.place.pose.note}"
@@ -164,16 +209,18 @@ def walls(
     limits: tuple[float, float] = (0.05, 100.0),
     masks: Sequence[tuple[float, float]] = (),
     noise: float | None = None,
+    keep_housing: bool = False,
     yaw: tuple[float, float] = (-math.pi / 4, math.pi / 4),
     lasers: Sequence[Laser] = (),
 ) -> Walls:
     """Walls in a planar lidar's *scan*, or in the file of one: direction, distance and straightness of each.
 
     Ranges within *limits* (m) are used, except at bearings within *masks* (pairs, rad), where the machine itself is
-    seen. *noise*: standard deviation of one range, m; estimated by default. In a *room* (a survey, or the file with its
-    JSON) the lidar's place and yaw are found, the yaw between the two values of *yaw* (rad); *lasers* are distances to
-    walls that an operator measured. Raises `InputError` for contradictory options and files that cannot be used.
-    Source: Merlet, Papegay 2023, III.A.
+    seen; short runs of nearly constant range are left out too, as the device's own housing, unless *keep_housing*.
+    *noise*: standard deviation of all ranges, m; by default estimated, with its growth with range. Lines behind glass
+    are no walls. In a *room* (a survey, or the file with its JSON) the lidar's place and yaw are found, the yaw between
+    the two values of *yaw* (rad); *lasers* are distances to walls that an operator measured. Raises `InputError` for
+    contradictory options and files that cannot be used. Source: Merlet, Papegay 2023, III.A.
 
     Examples
     --------
@@ -191,10 +238,24 @@ def walls(
     scan = scan if isinstance(scan, FileScan) else read_scan(scan)
     lidar = LidarModel(min_range=limits[0], max_range=limits[1], masks=tuple(masks), bias_sigma=0.0)
     points = level_points(lidar, scan.angles, scan.ranges)
-    lidar = replace(lidar, sigma=noise or estimate_noise(points))
-    lines = tuple(find_lines(points, lidar, LineSearch.for_noise(lidar.sigma)))
-    place = None if known is None else LidarPlace(_placed(known, lidar, scan, yaw, lasers), known)
-    return Walls(scan, lidar, points, lines, place)
+    housing = () if keep_housing else find_housing(points)
+    if housing:
+        lidar = replace(lidar, masks=(*lidar.masks, *((part.begin, part.end) for part in housing)))
+        points = level_points(lidar, scan.angles, scan.ranges)
+    spread = Noise(noise, 0.0) if noise is not None else estimate_noise_by_range(points)
+    lidar, lines = _lines(points, lidar, spread)
+    if noise is None:
+        far, errors = range_errors(points, lidar.sigmas(points.distance), lines)
+        lidar, lines = _lines(points, lidar, refine_noise(far, errors, spread))
+    place = None if known is None else LidarPlace(_placed(known, lidar, scan, points, lines, yaw, lasers), known)
+    return Walls(scan, lidar, points, tuple(lines), housing, place)
+
+
+def _lines(points: Points, lidar: LidarModel, noise: Noise) -> tuple[LidarModel, list[WallLine]]:
+    """The lidar with that noise, and the lines that are not behind others."""
+    lidar = replace(lidar, sigma=noise.at_zero, sigma_per_metre=noise.per_metre)
+    found = find_walls(points, lidar, LineSearch.for_noise(lidar.sigma))
+    return lidar, drop_lines_behind(points, lidar.sigmas(points.distance), found)
 
 
 def _room(survey: str | Path | Survey) -> RoomMap:
@@ -230,11 +291,20 @@ def _room_of(found: Any, origin: str) -> RoomMap:
 
 
 def _placed(
-    known: RoomMap, lidar: LidarModel, scan: FileScan, yaws: tuple[float, float], lasers: Sequence[Laser]
+    known: RoomMap,
+    lidar: LidarModel,
+    scan: FileScan,
+    points: Points,
+    lines: Sequence[WallLine],
+    yaws: tuple[float, float],
+    lasers: Sequence[Laser],
 ) -> WallPose:
-    search = LineSearch.for_noise(lidar.sigma)
+    """The lidar's place by the walls that were found."""
+    typical = float(np.median(lidar.sigmas(points.distance))) if len(points) else lidar.sigma
+    search = LineSearch.for_noise(typical)
     wide = search.merge_distance / LineSearch().merge_distance
     settings = WallSettings(
         known, (lidar,), search, yaws, near_distance=0.02 * wide, gate=0.015 * wide, distinct_distance=0.02 * wide
     )
-    return step(settings, start(), LidarTurn(scan.angles, scan.ranges), lasers)[1]
+    seen = TurnFeatures(0, tuple(ObservedLine(0, np.zeros(2), line) for line in lines), points.xy)
+    return step(settings, start(), LidarTurn(scan.angles, scan.ranges), lasers, seen)[1]

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / "examples" / "scan.csv"
 KEYS = {
     "status", "walls", "points", "used", "on_walls", "noise", "length_unit", "angle_unit", "notes", "place", "plot",
+    "noise_per_metre", "kinds", "housing", "device",
 }  # fmt: skip
 WALL_KEYS = {
     "normal", "distance", "rms", "points", "angle", "ends", "length", "sigma_angle", "sigma_distance",
@@ -52,6 +53,9 @@ def test_json(cli) -> None:
     distances = sorted(wall["distance"] for wall in found["walls"] if wall["length"] > 1)
     assert distances == pytest.approx([2.1, 2.15, 3.0, 5.7], abs=2e-3)
     assert found["place"] is None
+    assert found["housing"] == []
+    assert found["device"] is None
+    assert found["on_walls"] + sum(kind["points"] for kind in found["kinds"]) == found["used"]
 
 
 def test_with_the_room_the_place_is_found(cli, room: Path) -> None:
@@ -103,6 +107,46 @@ def test_options(cli, tmp_path: Path) -> None:
     found = cli("walls", noisy, "--json").json
     assert found["noise"] == pytest.approx(0.02, rel=0.4)
     assert len([wall for wall in found["walls"] if wall["length"] > 3]) >= 3
+
+
+def test_the_housing_is_left_out_and_can_be_kept(cli, tmp_path: Path) -> None:
+    a, r = scan(rectangle(), (0.3, 0.2, 0.1), np.random.default_rng(3))
+    own = (a > 1.0) & (a < 1.3)
+    r[own] = 0.08 + np.random.default_rng(4).normal(0.0, 1e-3, own.sum())
+    file = written(tmp_path / "housing.csv", a, r)
+    answer = cli("walls", file, "--json")
+    (part,) = answer.json["housing"]
+    assert [part["begin"], part["end"]] == pytest.approx([1.0, 1.3], abs=0.02)
+    assert part["distance"] == pytest.approx(0.08, abs=1e-3)
+    assert part["points"] == own.sum()
+    assert "left out as the device's own housing; --keep-housing uses them" in answer.err
+    kept = cli("walls", file, "--keep-housing", "--json").json
+    assert kept["housing"] == []
+    assert kept["used"] == answer.json["used"] + own.sum()
+    masked = cli("walls", file, "--mask", "55,76", "--json").json
+    assert (masked["housing"], len(masked["walls"])) == ([], len(answer.json["walls"]))
+
+
+def test_one_of_several_devices(cli, tmp_path: Path) -> None:
+    a, r = scan(rectangle(), (0.3, 0.2, 0.1), np.random.default_rng(3))
+    rows = [f"{k},{x:.6f},{y:.4f}" for k in ("front", "rear") for x, y in zip(a, r, strict=True)]
+    file = tmp_path / "two.csv"
+    file.write_text("topic,angle (rad),distance (m)\n" + "\n".join(rows))
+    assert "scans of 2 devices: 'front', 'rear'; choose one with --device" in cli("walls", file).refusal
+    assert "--device = 'left': must be one of 'front', 'rear'" in cli("walls", file, "--device", "left").refusal
+    found = cli("walls", file, "--device", "rear", "--json").json
+    assert (found["device"], found["points"]) == ("rear", 720)
+    assert "the file names no device" in cli("walls", FILE, "--device", "rear").refusal
+
+
+@pytest.mark.parametrize("count", [1, 50])
+def test_points_at_one_bearing_are_no_wall(cli, tmp_path: Path, count: int) -> None:
+    file = written(tmp_path / "one.csv", np.full(count, 0.3), np.linspace(1.0, 5.0, count))
+    answer = cli("walls", file)
+    assert answer.code == 1
+    assert "are at one bearing" in answer.no
+    endless = written(tmp_path / "endless.csv", np.linspace(0, 6, count), np.full(count, np.inf))
+    assert "no point within limits" in cli("walls", endless).no
 
 
 def test_the_page_shows_what_is_printed(cli, monkeypatch, tmp_path: Path) -> None:

@@ -40,8 +40,16 @@ class ScanOptions:
             "--mask", metavar="FROM,TO[,..]", help="Bearings, deg, at which the lidar sees the machine itself."
         ),
     ] = None
+    keep_housing: Annotated[
+        bool, typer.Option("--keep-housing", help="Use also what looks like the lidar's own housing.")
+    ] = False
     noise: Annotated[
-        float | None, typer.Option("--noise", help="Standard deviation of one range, m; by default estimated.")
+        float | None,
+        typer.Option("--noise", help="Standard deviation of all ranges, m; by default estimated by range."),
+    ] = None
+    device: Annotated[
+        str | None,
+        typer.Option("--device", help="Device whose scan is read from a file of several: its column, topic or frame."),
     ] = None
 
 
@@ -77,7 +85,10 @@ class Walls:
     ANSWERS: ClassVar = ("studies.walls:Walls",)
 
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="CSV or JSON with x,y or angle,distance; or a ROS LaserScan.")
+        Path,
+        typer.Argument(
+            metavar="FILE", help="CSV or JSON with x,y or angle,distance; or a laser scan of ROS or Foxglove."
+        ),
     ]
     scan: ScanOptions
     place: RoomOptions
@@ -94,11 +105,12 @@ class Walls:
         names = None if scan.columns is None else [name.strip() for name in scan.columns.split(",")]
         low, high = interval(place.yaw, "--yaw")
         found = walls(
-            read_scan(self.file, scan.unit, scan.angle_unit, scan.clockwise, names),
+            read_scan(self.file, scan.unit, scan.angle_unit, scan.clockwise, names, scan.device),
             room=place.room,
             limits=interval(scan.within, "--range"),
             masks=_masks(scan.mask),
             noise=scan.noise,
+            keep_housing=scan.keep_housing,
             yaw=(math.radians(low), math.radians(high)),
             lasers=lasers(place.laser),
         )

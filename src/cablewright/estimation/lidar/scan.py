@@ -12,18 +12,16 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 
-_MEDIAN_OF_NORMAL = 0.6745  # of the size of a normal number, in sigmas
-
 
 @dataclass(frozen=True)
 class LidarModel:
     """A planar lidar on the platform; the defaults are an RPLIDAR A1M8's, as Merlet and Papegay 2023 give them.
 
     ``mount``: (3,) m, from the platform point to its centre, platform frame. ``yaw``: rad, direction of its angle 0 in
-    the platform frame. ``min_range`` and ``max_range``: m. ``sigma``: m, of one range; ``angle_sigma``: rad, of one
-    bearing; ``bias_sigma``: m, of the common error of all ranges of this unit. ``masks``: bearings (from, to), rad,
-    counter-clockwise, at which it sees the platform itself. ``visible_walls``: names of the walls that it can see;
-    None: all.
+    the platform frame. ``min_range`` and ``max_range``: m. ``sigma``: m, of one range at 0 m, and ``sigma_per_metre``:
+    m/m, how much it grows with range; ``angle_sigma``: rad, of one bearing; ``bias_sigma``: m, of the common error of
+    all ranges of this unit. ``masks``: bearings (from, to), rad, counter-clockwise, at which it sees the platform
+    itself. ``visible_walls``: names of the walls that it can see; None: all.
     """
 
     name: str = "lidar"
@@ -36,6 +34,7 @@ class LidarModel:
     bias_sigma: float = 2e-3
     masks: tuple[tuple[float, float], ...] = ()
     visible_walls: tuple[str, ...] | None = None
+    sigma_per_metre: float = 0.0
 
     def __post_init__(self) -> None:
         if not (0 <= self.min_range < self.max_range < math.inf and 0 < self.sigma < math.inf):
@@ -43,6 +42,12 @@ class LidarModel:
                 f"lidar {self.name!r}: 0 <= min_range < max_range and sigma over 0 are expected, "
                 f"not {self.min_range:g}, {self.max_range:g} and {self.sigma:g}"
             )
+        if not 0 <= self.sigma_per_metre < 1:
+            raise InputError(f"lidar {self.name!r}: sigma_per_metre = {self.sigma_per_metre:g}: must be from 0 to 1")
+
+    def sigmas(self, distance: Array) -> Array:
+        """Return the standard deviations (n,), m, of ranges at these distances (n,), m."""
+        return np.asarray(self.sigma + self.sigma_per_metre * distance)
 
 
 class Points(NamedTuple):
@@ -127,18 +132,6 @@ def _deskewed(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, la
         x, y = level.T
         level = _columns(c_ * x - s_ * y, s_ * x + c_ * y) + drift[:, :2]
     return np.asarray((level - level_mount(lidar, last)) @ turn)
-
-
-def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> float:
-    """Return the standard deviation of one range, m, by third differences of neighbours, from ``low`` to ``high``.
-
-    In steps of two degrees or less a straight wall has hardly any third difference. Their median ignores corners and
-    small objects.
-    """
-    if len(points) < 4:
-        return low
-    thirds = np.abs(np.diff(points.distance, 3))
-    return float(np.clip(np.median(thirds) / (_MEDIAN_OF_NORMAL * math.sqrt(20.0)), low, high))
 
 
 def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation.lidar.clusters import Clustering, find_clusters
+from cablewright.estimation.lidar.line_fits import Rules, fit_lines
 from cablewright.estimation.lidar.scan import LidarModel, Points
 from cablewright.kernels.fitting.scan_lines import COLUMNS, draw
 
@@ -61,6 +62,8 @@ class WallLine(NamedTuple):
 
 def find_lines(points: Points, lidar: LidarModel, search: LineSearch) -> list[WallLine]:
     """Find straight lines in a scan, sorted by falling number of points."""
+    if lidar.sigma_per_metre > 0.0:
+        return find_walls(points, lidar, search)
     members, first, size, sums = find_clusters(points, lidar.sigma, search.clustering)
     rules = np.array([
         lidar.sigma, lidar.angle_sigma, search.clustering.reach, search.merge_distance, search.outlier_sigmas,
@@ -70,6 +73,16 @@ def find_lines(points: Points, lidar: LidarModel, search: LineSearch) -> list[Wa
     found = np.empty((_MAX_LINES, COLUMNS))
     k = draw(points.xy, points.ray, points.distance, members, first, size, sums, rules, work, marks, found)
     return sorted(map(_line, found[:k].tolist()), key=lambda line: -line.point_count)
+
+
+def find_walls(points: Points, lidar: LidarModel, search: LineSearch) -> list[WallLine]:
+    """Find straight lines as `find_lines`, more slowly, for noise that grows with range.
+
+    Lines continue past panes and gaps, and a point at a corner is of the nearer line only.
+    """
+    rules = Rules(lidar.angle_sigma, search.merge_distance, search.outlier_sigmas, search.min_points, search.min_length)
+    found = fit_lines(points, lidar.sigmas(points.distance), search.clustering, rules, _MAX_LINES)
+    return sorted(map(_line, found.tolist()), key=lambda line: -line.point_count)
 
 
 def _line(row: Sequence[float]) -> WallLine:
