@@ -64,7 +64,8 @@ def _along_sheet(figures: Iterable[Figure], of: object, along: str) -> Sheet:
         return _side_by_side(parts, {each.label: each.of(of) for each in beside})
     if parts:
         return _by_name(along, parts, {each.label: each.of(of) for each in beside})
-    return columns("", [(each, each.of(of)) for each in beside])
+    found = columns("", [(each, each.of(of)) for each in beside])
+    return found if len(found.head) > 1 else found._replace(rows=[])  # names alone are no table
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
