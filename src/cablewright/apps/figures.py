@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import Any, NamedTuple
 
@@ -86,7 +87,17 @@ def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
 def table(title: str, figures: Iterable[Figure], rows: Iterable[object]) -> Sheet:
     """A table with one row for each of *rows*, whose columns are *figures*."""
     every = list(rows)
-    return columns(title, [(each, [each.of(row) for row in every]) for each in figures if not each.detail])
+    return columns(title, [pair for each in figures if not each.detail for pair in _columns_of(each, every)])
+
+
+def _columns_of(figure: Figure, rows: Sequence[object]) -> list[tuple[Figure, list[Any]]]:
+    """The column of a figure in a table, or where each row has one thing with parts, the columns of these."""
+    values = [figure.of(row) for row in rows]
+    if not figure.parts or any(isinstance(value, tuple | list) for value in values):
+        return [(figure, values)]
+    shown = (part for part in figure.parts if not part.detail)
+    named = (replace(part, name=f"{part.label} {figure.label}") if part.unit else part for part in shown)
+    return [(part, [None if value is None else part.of(value) for value in values]) for part in named]
 
 
 def text(figure: Figure, value: Any) -> str:

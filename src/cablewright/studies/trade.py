@@ -107,19 +107,17 @@ COMBINATION = (
     Figure("volume_error", "m^3", "Estimated error of the volume.", detail=True),
     Figure("fraction", "1", "Share of the box that is inside.", name="of the box", shown="%"),
     Figure("converged", "", "Whether the error of the volume is within the tolerance.", detail=True),
-    Figure("min_frequency", "Hz", "Lowest frequency along the boundary."),
-    Figure("lowest_frequency", "Hz", "Lowest frequencies along the boundary.", detail=True, parts=(
-        Figure("n", "1", "Number of poses along the boundary."),
-        Figure("unheld", "1", "Poses that cannot be held; they are not counted."),
-        *FREQUENCIES,
+    Figure("lowest_frequency", "", "Lowest frequencies along the boundary.", name="frequency", parts=(
+        Figure("n", "1", "Number of poses along the boundary.", detail=True),
+        Figure("unheld", "1", "Poses that cannot be held; they are not counted.", detail=True),
+        *(replace(each, detail=each.key not in ("min", "dominant")) for each in FREQUENCIES),
     )),
-    Figure("sheaves", "", "The two nearest exit points.", detail=True, parts=(
-        Figure("distance", "m", "Their distance; null for a single line."),
-        Figure("lines", "", "Their lines."),
-        Figure("margin", "m", "Distance beyond the clearance; null for a single line."),
+    Figure("sheaves", "", "The two nearest exit points.", name="of exit points", parts=(
+        Figure("distance", "m", "Distance of the two; null for a single line.", shown="m"),
+        Figure("lines", "", "Names of their lines.", detail=True),
+        Figure("margin", "m", "Distance beyond the clearance; null for a single line.", detail=True),
         Figure("collide", "", "Whether the margin is negative."),
     )),
-    Figure("sheaves_collide", "", "Whether the nearest exit points are nearer than the clearance."),
     Figure("not_dominated", "", "Whether no other without collision has more volume and a higher frequency."),
 )  # fmt: skip
 
@@ -218,7 +216,6 @@ class Trade(Pictured):
         return {
             "parameters": {change.name: value for change, value in zip(self.varied, each.values, strict=True)},
             **{key: getattr(each, key) for key in ("volume", "volume_error", "fraction", "converged")},
-            "min_frequency": each.least,
             "lowest_frequency": lowest | {key: getattr(each, key) for key in ("dominant", "shares", "worst_pose")},
             "sheaves": {
                 "distance": each.exit_distance,
@@ -226,7 +223,6 @@ class Trade(Pictured):
                 "margin": self.margins[k],
                 "collide": not self.clear[k],
             },
-            "sheaves_collide": not self.clear[k],
             "not_dominated": self.best[k],
         }
 
