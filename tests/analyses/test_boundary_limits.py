@@ -271,5 +271,5 @@ def test_sheaves_spare_cables_whose_radius_they_are_over_twenty_of(radius: float
     assert [rule.line for rule in rules] == [line.name for line in PATY.lines]
     assert [rule.holds for rule in rules] == [holds] * 4
     assert rules[0].value == pytest.approx(radius / 0.002, rel=1e-12)
-    assert rules[0].wanted == 20.0
+    assert rules[0].required == 20.0
     assert sheave_rules(load("jung2020")) == ()

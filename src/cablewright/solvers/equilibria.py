@@ -161,7 +161,7 @@ class Equilibria(Result):
 
     def __repr__(self) -> str:
         """Robot and counts in one line."""
-        proved = f"complete for {self.complete_for}" if self.complete_for else "not proved complete"
+        proved = "not proved complete" if self.complete_for is None else "complete for a stated set"
         counts = f"{len(self)} found, {int(self.stable.sum())} stable, {proved}"
         return f"Equilibria({self.solutions.model.robot.name!r}, {counts})"
 
