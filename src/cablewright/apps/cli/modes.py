@@ -7,14 +7,7 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import (
-    Geometric,
-    OrientedRegionOptions,
-    OutputOptions,
-    Pose,
-    RobotOptions,
-    Tensions,
-)
+from cablewright.apps.cli.options import Geometric, OrientedRegionOptions, OutputOptions, Pose, RobotOptions, Tensions
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers
 from cablewright.errors import InputError

@@ -19,12 +19,7 @@ from cablewright.apps.pictures.print import (
     states_picture,
     steps_picture,
 )
-from cablewright.apps.pictures.print_lines import (
-    angles_picture,
-    coiling_picture,
-    ringing_picture,
-    tensions_picture,
-)
+from cablewright.apps.pictures.print_lines import angles_picture, coiling_picture, ringing_picture, tensions_picture
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
 from cablewright.apps.quantities import count, duration, quantity
 from cablewright.apps.report.figures import key_figures
