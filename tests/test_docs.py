@@ -77,3 +77,12 @@ def test_help_names_every_public_name_by_its_group() -> None:
 def test_the_glossary_has_the_terms_of_reports() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "glossary_page.py"))
     assert (ROOT / "docs" / "glossary.md").read_text("utf-8") == tool["page"]()
+
+
+def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str]) -> None:
+    tool = runpy.run_path(str(ROOT / "tools" / "draw_texts.py"))
+    tool["main"](["20"])
+    drawn = capsys.readouterr().out.splitlines()
+    assert len(drawn) == 2 * (1 + tool["COUNT"])
+    tool["main"](["20"])
+    assert capsys.readouterr().out.splitlines() == drawn

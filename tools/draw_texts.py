@@ -33,12 +33,15 @@ def _helps(trees: dict[Path, ast.Module]) -> Iterator[tuple[str, str]]:
     for file, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and ast.unparse(node.func) in ("typer.Option", "typer.Argument"):
-                given = {
-                    each.arg: ast.literal_eval(each.value) for each in node.keywords if each.arg in ("help", "metavar")
-                }
-                names = [ast.literal_eval(each) for each in node.args] or [given.get("metavar")]
+                given = {each.arg: _text(each.value) for each in node.keywords if each.arg in ("help", "metavar")}
+                names = [_text(each) for each in node.args] or [given.get("metavar")]
                 if "help" in given:
                     yield f"{file.stem} {names[0]}", given["help"]
+
+
+def _text(node: ast.expr) -> str:
+    """A text as it is written in the source; an f-string with its braces."""
+    return str(node.value) if isinstance(node, ast.Constant) else ast.unparse(node)
 
 
 def _docstrings(trees: dict[Path, ast.Module]) -> Iterator[tuple[str, str]]:
