@@ -54,7 +54,10 @@ class PlaceOptions:
         str | None,
         typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Places on a helix about the frame's middle, m."),
     ] = None
-    path: Annotated[Path | None, typer.Option("--path", metavar="JOB", help="Samples of a job's path.")] = None
+    path: Annotated[
+        Path | None,
+        typer.Option("--path", metavar="JOB", help="Job along whose path the error is found: a TOML or G-code file."),
+    ] = None
     plane: Annotated[
         float | None, typer.Option("--plane", metavar="Z", help="Places in a horizontal square at height Z, m.")
     ] = None
