@@ -34,7 +34,7 @@ def _helps(trees: dict[Path, ast.Module]) -> Iterator[tuple[str, str]]:
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and ast.unparse(node.func) in ("typer.Option", "typer.Argument"):
                 given = {each.arg: _text(each.value) for each in node.keywords if each.arg in ("help", "metavar")}
-                names = [_text(each) for each in node.args] or [given.get("metavar")]
+                names = [_text(each) for each in node.args] or [given.get("metavar", "")]
                 if "help" in given:
                     yield f"{file.stem} {names[0]}", given["help"]
 
