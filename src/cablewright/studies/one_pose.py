@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 from cablewright.analyses.feasibility import judge_pose
@@ -32,6 +33,7 @@ def _certificate(of: SolvedPose) -> dict[str, Any]:
 
 
 PROOF = Certificate.FIGURES[1:]
+_NEAR = "equilibria within the certificate's box"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,20 +72,18 @@ class SolvedPose(Result):
         status: Status = self.equilibrium.status
         return Status.OUT_OF_LIMITS if status is Status.OK and self.broken_limit else status
 
+    @cached_property
+    def unique_among(self) -> str | None:
+        """The equilibria of these lengths among which the certified one is the only one, in words."""
+        if self.certificate is None or not self.certificate.certified:
+            return None
+        return unique_among(self.equilibrium) or _NEAR
+
     @property
     def unique(self) -> str | None:
         """Whether the certified equilibrium is the only one: of all, under a condition, or near it."""
-        if self.certificate is None or not self.certificate.certified:
-            return None
-        among = unique_among(self.equilibrium)
-        return "locally" if among is None else "globally" if among == EVERYWHERE else "conditionally"
-
-    @property
-    def unique_among(self) -> str | None:
-        """The equilibria of these lengths among which the certified one is the only one, in words."""
-        if self.unique is None:
-            return None
-        return unique_among(self.equilibrium) or "equilibria within the certificate's box"
+        among = self.unique_among
+        return None if among is None else {EVERYWHERE: "globally", _NEAR: "locally"}.get(among, "conditionally")
 
     @property
     def refusal(self) -> str:
