@@ -70,10 +70,11 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     from cablewright.apps.figures import sheets, summary
 
     rows = summary(found)
+    width = max((len(label) for label, _ in rows), default=0)
     colour = typer.colors.RED if found.refusal else typer.colors.GREEN
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")
-        typer.echo(f"{label:<{_width(rows)}}  {typer.style(value, fg=colour, bold=True) if mark else value}")
+        typer.echo(f"{label:<{width}}  {typer.style(value, fg=colour, bold=True) if mark else value}")
     tables, written = list(sheets(found)), {what: file for what, file in files.items() if file is not None}
     for k, sheet in enumerate(tables):
         if rows or k:
@@ -84,16 +85,12 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     if tables and written:
         typer.echo("")
     for what, file in written.items():
-        typer.echo(f"{what:<{_width(rows)}}  {file}")
+        typer.echo(f"{what:<{width}}  {file}")
 
 
 def tell(line: str) -> None:
     """Say something to the person, apart from the result."""
     typer.echo(line, err=True)
-
-
-def _width(rows: list[tuple[str, str]]) -> int:
-    return max((len(label) for label, _ in rows), default=0)
 
 
 def _print_sheet(sheet: Sheet) -> None:
