@@ -153,7 +153,7 @@ class UncertaintyOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Accuracy:
+class AccuracyCommand:
     """The error of the commanded lengths, and the largest error while parameters are uncertain.
 
     A shape writes a run folder with a report; one pose does so where --out is given. The answer is no (exit 1) if the

@@ -18,7 +18,7 @@ from cablewright.models.fidelity import CableLaw
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bracket:
+class BracketCommand:
     """The most stressed bracket as built, beside the same one in a design whose sheave only swivels.
 
     The answer is no (exit 1) if the bracket as built yields, or if the pose cannot be held. This command needs the

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Calibrate:
+class CalibrateCommand:
     """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
 
     The answer is no (exit 1), and no robot is written, if the fit does not converge or the data contradict each other.
@@ -126,7 +126,7 @@ class NoiseOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateCalibration:
+class SimulateCalibrationCommand:
     """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
 
     EXAMPLE: ClassVar = "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv"

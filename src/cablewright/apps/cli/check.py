@@ -14,7 +14,7 @@ from cablewright.apps.cli.parsing import tension_limits
 
 
 @dataclass(frozen=True, kw_only=True)
-class Check:
+class CheckCommand:
     """A run folder keeps a report, all samples and the lengths that the winches have to pay out.
 
     The answer is no (exit 1) if a sample cannot be held, or breaks a limit of the robot file.

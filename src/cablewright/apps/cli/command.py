@@ -19,7 +19,7 @@ from typer.core import TyperCommand
 from typer.main import get_command
 
 
-class Command(Protocol):
+class Runnable(Protocol):
     """A command: its fields are what the command line gives."""
 
     EXAMPLE: ClassVar[str]
@@ -30,7 +30,7 @@ class Command(Protocol):
         ...
 
 
-def command_of(kind: type[Command], name: str, summary: str) -> TyperCommand:
+def command_of(kind: type[Runnable], name: str, summary: str) -> TyperCommand:
     """The command that a class declares. Its help is *summary* and the docstring; its epilogue is the example."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     paragraphs = (summary, *inspect.cleandoc(kind.__doc__ or "").split("\n\n"))
@@ -41,11 +41,12 @@ def command_of(kind: type[Command], name: str, summary: str) -> TyperCommand:
     return made
 
 
-def _callback(kind: type[Command]) -> Callable[..., int]:
+def _callback(kind: type[Runnable]) -> Callable[..., int]:
     """A function with one parameter for each option, in groups or not, that runs the command."""
 
     def run(**given: Any) -> int:
-        return _made(kind, given).run()  # type: ignore[no-any-return]
+        made: Runnable = _made(kind, given)
+        return made.run()
 
     parameters = list(_parameters(kind))
     names = [each.name for each in parameters]

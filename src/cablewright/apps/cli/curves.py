@@ -13,7 +13,7 @@ from cablewright.apps.cli.parsing import numbers
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curves:
+class CurvesCommand:
     """The curves are smooth, cross themselves, and lie within a rectangle; the one that covers it best comes first.
 
     --plot draws all of them to choose from; a job names its curve by number and seed.

@@ -20,7 +20,7 @@ TIME_LIMIT = 600.0  # s
 
 
 @dataclass(frozen=True, kw_only=True)
-class Equilibria:
+class EquilibriaCommand:
     """Lines may be taut or slack, equilibria stable or not. They are found from many starts.
 
     The starts may miss some: `complete for` says what is proved.

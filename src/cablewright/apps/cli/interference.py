@@ -15,7 +15,7 @@ from cablewright.errors import InputError
 
 
 @dataclass(frozen=True, kw_only=True)
-class Interference:
+class InterferenceCommand:
     """Lines sag and stretch. Either a pose or a job is given; along a job the part grows as it is printed.
 
     The answer is no (exit 1) if a line touches something or is nearer to it than --clearance, or if a pose cannot be

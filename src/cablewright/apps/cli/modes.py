@@ -16,7 +16,7 @@ OF_BOUNDARY = ("criterion", "box", "point", "orientations", "retraction_law")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Modes:
+class ModesCommand:
     """The platform swings on its lines as on springs without mass; winches stand still and nothing damps.
 
     Either at one pose, --at, or with --boundary at the outermost nodes of a grid over the workspace, with all modes

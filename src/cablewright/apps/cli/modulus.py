@@ -91,7 +91,7 @@ class SpecimenOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Modulus:
+class ModulusCommand:
     """The nominal modulus is the secant of the last full loading over a band of the breaking load (Paty 2021, Eq. 22).
 
     How far the modulus varies over all branches, the hysteresis and the permanent set are given beside it.

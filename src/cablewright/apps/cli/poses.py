@@ -16,7 +16,7 @@ from cablewright.file_output import write_whole
 
 
 @dataclass(frozen=True, kw_only=True)
-class Poses:
+class PosesCommand:
     """Chosen among random poses that the lines can hold within their tension limits, in an order that moves little.
 
     The sigmas that they promise stand beside those of as many random poses.

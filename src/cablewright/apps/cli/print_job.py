@@ -14,7 +14,7 @@ from cablewright.choices import EstimatorName, HeightRule, LawName
 
 
 @dataclass(frozen=True, kw_only=True)
-class PrintJob:
+class PrintJobCommand:
     """The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
 
     A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine

@@ -15,7 +15,7 @@ from cablewright.choices import ReplayName
 
 
 @dataclass(frozen=True, kw_only=True)
-class Replay:
+class ReplayCommand:
     """The estimation finds position, slack lines and winch drum radii from the sensors in the log alone.
 
     A log without the truth gives no errors. The answer is no (exit 1) if no step has a valid estimate.

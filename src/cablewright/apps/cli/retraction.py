@@ -12,7 +12,7 @@ from cablewright.apps.cli.output import answer, progress, refused
 
 
 @dataclass(frozen=True, kw_only=True)
-class Retraction:
+class RetractionCommand:
     """The workspace is found at several constant lengths; each slice of it is largest at some length.
 
     The law is the line through these best lengths over the height; the workspace with the law in force is found too.

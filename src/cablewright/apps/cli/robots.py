@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Robots:
+class RobotsCommand:
     """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
 
     EXAMPLE: ClassVar = "robots merlet2023"
@@ -38,7 +38,7 @@ class Robots:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Schema:
+class SchemaCommand:
     """An editor that knows it completes keys of a robot file and marks errors."""
 
     EXAMPLE: ClassVar = "schema"

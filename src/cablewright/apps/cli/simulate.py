@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Machines:
+class MachinesCommand:
     """The file of a machine has its tolerances, drum, winches, room and sensors; --machine of other commands takes one.
 
     Start your own from one of them: `cablewright machines NAME > mine.toml`.
@@ -111,7 +111,7 @@ class FaultOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Simulate:
+class SimulateCommand:
     """The machine is built at random within its tolerances, and its winches are driven by their true lengths.
 
     So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its

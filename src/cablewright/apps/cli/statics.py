@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Inverse:
+class InverseCommand:
     """Unless --slack or --all-slack-sets is given, all lines are taut where that is possible within their limits.
 
     The answer is no (exit 1) if the lines cannot hold the pose, or if a limit of the machine is broken there.
@@ -71,7 +71,7 @@ class Inverse:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Forward:
+class ForwardCommand:
     """Lines may be slack. Without --guess the solve needs no start; of several equilibria it finds one.
 
     The answer is no (exit 1) if none is found, a cable would break, or a requested proof fails.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Survey:
+class SurveyCommand:
     """The frame has y along the west wall and x into the room, unless the plan says otherwise.
 
     Each result has its standard deviation, and markers that fit badly are marked.

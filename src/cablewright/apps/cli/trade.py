@@ -46,7 +46,7 @@ class FrequencyOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trade:
+class TradeCommand:
     """Each combination of values gives a robot; its workspace and the modes along the boundary are found.
 
     A combination is best (not dominated) if no other without colliding sheaves has more volume and a higher lowest

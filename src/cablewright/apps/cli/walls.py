@@ -75,7 +75,7 @@ class RoomOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Walls:
+class WallsCommand:
     """Each wall has a direction, a distance and how straight it is; with --room the lidar's place and yaw are found.
 
     The answer is no (exit 1) if no wall is in sight, or the place is not known.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Workspace:
+class WorkspaceCommand:
     """A place is in the workspace if the criterion holds there under every orientation that is requested.
 
     The volume is refined at the boundary until its error is small enough.
