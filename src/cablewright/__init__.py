@@ -88,7 +88,8 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy import AccuracyStudy, accuracy
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.bracket import BracketStress, bracket
-    from cablewright.studies.check import Check, check
+    from cablewright.studies.checks.check import check
+    from cablewright.studies.checks.result import Check
     from cablewright.studies.drive import DriveSettings, Pilot, random_loop
     from cablewright.studies.interference import JobInterference, interference
     from cablewright.studies.places import Places
@@ -176,7 +177,8 @@ _HOMES = {
         "studies.accuracy": "AccuracyStudy accuracy",
         "studies.accuracy_at_pose": "AccuracyAtPose",
         "studies.bracket": "BracketStress bracket",
-        "studies.check": "Check check",
+        "studies.checks.check": "check",
+        "studies.checks.result": "Check",
         "studies.drive": "DriveSettings Pilot random_loop",
         "studies.interference": "JobInterference interference",
         "studies.places": "Places",

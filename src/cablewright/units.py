@@ -172,3 +172,8 @@ def respell(value: float, like: str) -> str:
         if match is not None and match[2] in dimension.units:
             return dimension.write(value, match[2])
     raise ValueError(f"{like!r} has no known unit")
+
+
+def spell_length(value: float) -> str:
+    """Return a length (m) for a sentence: three digits, in mm below a metre."""
+    return f"{value * 1e3:.3g} mm" if abs(value) < 1.0 else f"{value:.3g} m"

@@ -113,7 +113,7 @@ def test_a_seed_is_all_there_is_to_chance() -> None:
 def test_ninety_five_of_a_hundred_samples_stay_within_the_likely_error() -> None:
     problem = problem_of(Model(HOUSE), modulus_ranges(HOUSE), 1)
     found = MonteCarlo(1000, seed=1)(problem)
-    points, _, ok = module.sampled(problem, module._drawn(problem.ranges, 1000, 1))
+    points, _, ok = module.sampled(problem, module.drawn(problem.ranges, 1000, 1))
     errors = np.linalg.norm(points[0] - problem.wanted[0], axis=1)
     assert ok.all()
     assert (errors <= found.likely_error[0]).sum() == 950
@@ -203,7 +203,7 @@ def test_a_wide_normal_modulus_has_a_finite_spread(relative: float) -> None:
 def test_samples_are_numbers_that_a_robot_can_have() -> None:
     """No radius under zero, and none over the lever that carries the sheave."""
     ranges = ranges_of(HOUSE, {"name": "sheave_radius", "deviation": 0.02})
-    drawn = module._drawn(ranges, 5000, 0)
+    drawn = module.drawn(ranges, 5000, 0)
     assert (drawn > 0.0).all()
     assert (drawn <= HOUSE.lines[0].sheave.lever).all()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -122,8 +122,15 @@ LIMITS: Final = (
     Limit("winch torque", "N m", lambda line: _up_to(line.winch.max_torque), "the winch holds no more"),
     Limit("sheave clearance", "m", lambda _line: (0.0, np.inf), "below it the platform may touch sheave or lever"),
 )
+TENSION_LIMITS: Final = ("lowest tension", "highest tension")
+CLEARANCE: Final = "clearance of lines"
+EXPECTED_ERROR: Final = "expected error"
+_OF_JOBS = {
+    CLEARANCE: "below it lines touch each other, the platform, the frame or the part",
+    EXPECTED_ERROR: "beyond it strands miss those below",
+}
 _FRAME = {f"frame, {axis}": "beyond it the platform leaves the frame" for axis in "xyz"}
-_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME
+_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME | _OF_JOBS
 
 
 def judge(
@@ -134,6 +141,11 @@ def judge(
     for limit in LIMITS:
         findings += _worst_line(limit, limit.values(lines), robot)
     findings += _statics(codes, violations)
+    return ranked(findings)
+
+
+def ranked(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings with violations first, those of the hardware before statuses, most samples first."""
     return tuple(sorted(findings, key=lambda found: (found.violations == 0, found.is_status, -found.violations)))
 
 

@@ -33,6 +33,10 @@ _Speed = Annotated[Speed, Ge(1e-6), Le(1e3)]
 _Coordinate = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 
 
+DEFAULT_STEP = 0.05
+"""Maximum distance between samples, m, where neither the job nor a robot gives it."""
+
+
 class Bead(Description):
     """Cross-section of a laid strand of material, m."""
 
@@ -60,8 +64,8 @@ class Motion(Description):
 class Sampling(Description):
     """How finely the path is sampled, m, machine."""
 
-    step: _Distance = 0.05
-    """Maximum distance between samples."""
+    step: _Distance | None = None
+    """Maximum distance between samples; None: by the robot and the part, at most `DEFAULT_STEP`."""
     arc_error: _Distance = 1e-4
     """Maximum distance of the pieces of an arc (G2, G3) from it."""
 
@@ -83,6 +87,8 @@ class Job(FileDescription):
     bead: Bead = Bead()
     motion: Motion = Motion()
     sampling: Sampling = Sampling()
+    max_error: _Distance | None = None
+    """Expected error that is allowed; None: half the width of the bead."""
     schedule: Annotated[tuple[ScheduleStep, ...], Field(max_length=10_000)] = ()
     """Rotation and retraction of a rigid platform by the nozzle's height, in rising order."""
 
@@ -97,6 +103,11 @@ class Job(FileDescription):
             if not low < high:
                 raise refusal("schedule", f"heights must rise; {high:g} m follows {low:g} m")
         return self
+
+    @property
+    def allowed_error(self) -> float:
+        """The expected error that is allowed, m."""
+        return 0.5 * self.bead.width if self.max_error is None else self.max_error
 
     @property
     def path(self) -> Path | RandomCurve | Helix:
@@ -116,15 +127,18 @@ class Job(FileDescription):
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
         """Read the G-code, with arcs cut as `sampling` says, or compute the path. Raises `InputError`."""
         if isinstance(self.path, Path):
-            step = max(self.sampling.step / self.scale, SHORTEST_ARC_STEP)
+            step = max((self.sampling.step or DEFAULT_STEP) / self.scale, SHORTEST_ARC_STEP)
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
             return parse(self.path, step, progress, arc_error=error, material=self.material)
         return self.path.toolpath()
 
-    def samples(self, toolpath: Toolpath) -> Samples:
-        """Sample the toolpath in machine coordinates. Raises `InputError`."""
+    def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP) -> Samples:
+        """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.
+
+        Raises `InputError`.
+        """
         speeds = self.motion.print_speed, self.motion.travel_speed
-        return sample(toolpath, self.scale, self.origin, self.sampling.step, *speeds)
+        return sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds)
 
     def time_law(self, samples: Samples) -> TimeLaw:
         """Return the time law of the samples under the limits of motion."""

@@ -11,7 +11,14 @@ from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retra
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
 from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
-from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, load_uncertainty, modulus_ranges
+from cablewright.robot.uncertainty import (
+    Range,
+    Uncertain,
+    Uncertainty,
+    assumed_uncertainty,
+    load_uncertainty,
+    modulus_ranges,
+)
 from cablewright.robot.winch import Winch
 from cablewright.robot.write_back import update
 
@@ -39,6 +46,7 @@ __all__ = [
     "Uncertainty",
     "UniversalJoint",
     "Winch",
+    "assumed_uncertainty",
     "file_text",
     "json_schema",
     "library_names",

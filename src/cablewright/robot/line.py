@@ -13,6 +13,9 @@ from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, NonNegative, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
+MAX_LINES = 64
+"""Maximum number of lines of a robot."""
+
 AXIS_TOLERANCE = 1e-9
 """Largest horizontal distance of a winch exit from the exit point of a sheave that turns, m: rounding."""
 

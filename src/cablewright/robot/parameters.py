@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.parameter_values import AXES, Kind, Owner, above_winch, up_to_lever, with_exit, with_modulus
 from cablewright.robot.platform import PointPlatform
-from cablewright.robot.robot import Robot
 from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
+
+if TYPE_CHECKING:  # a robot has an uncertainty, which is of parameters
+    from cablewright.robot.robot import Robot
 
 
 def _of_line(name: str, dimension: Dimension | None, meaning: str, **more: Any) -> Kind:

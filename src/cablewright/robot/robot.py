@@ -11,18 +11,18 @@ from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.bracket import Bracket
-from cablewright.robot.line import Line
+from cablewright.robot.line import MAX_LINES, Line
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
+from cablewright.robot.uncertainty import Uncertainty
 from cablewright.validation import FileDescription, refusal, require_unique_names
-
-MAX_LINES = 64
 
 
 class Robot(FileDescription):
     """m lines, one platform with n freedoms, and the scene. ``source``: paper or origin of the numbers.
 
-    ``bracket``: the bracket that holds each sheave; None: unknown.
+    ``bracket``: the bracket that holds each sheave; None: unknown. ``uncertainty``: how far the true numbers may be
+    from these; None: unknown.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -32,6 +32,7 @@ class Robot(FileDescription):
     platform: Platform
     lines: Annotated[tuple[Line, ...], Field(max_length=MAX_LINES)]
     bracket: Bracket | None = None
+    uncertainty: Uncertainty | None = None
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:
@@ -49,6 +50,11 @@ class Robot(FileDescription):
             )
             raise refusal("lines", why)
         names = [line.name for line in self.lines]
+        if self.uncertainty is not None:
+            try:
+                self.uncertainty.ranges(self)
+            except InputError as error:
+                raise refusal("uncertainty", str(error)) from None
         for name in () if self.retraction is None else self.retraction.lines:
             if name not in names:
                 why = f"no line is named {name!r}; {suggestion(name, names)}"

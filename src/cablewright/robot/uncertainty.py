@@ -5,18 +5,28 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Final, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import Field, Strict, StrictBool, model_validator
 
 from cablewright.errors import InputError, suggestion
+from cablewright.robot.cable import Cable
+from cablewright.robot.line import MAX_LINES
 from cablewright.robot.parameter_values import Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
-from cablewright.robot.robot import MAX_LINES, Robot
 from cablewright.toml_input import load_model
 from cablewright.validation import Description, FileDescription, refusal, require_rising
 
+if TYPE_CHECKING:  # a robot has an uncertainty
+    from cablewright.robot.robot import Robot
+
 MAX_ENTRIES: Final = 200
+
+ASSUMED: Final = "assumed"
+"""Name of the uncertainty that `assumed_uncertainty` returns."""
+
+STEEL_DENSITY: Final = 1700.0
+"""kg/m^3 of a cable's circle: ropes of steel have 2000 to 6000, of fibres at most 1500."""
 
 _KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role != "winch"}
 """Parameters that may be uncertain, by name."""
@@ -174,6 +184,13 @@ class Uncertainty(FileDescription):
         Raises `InputError`, one line with ``origin`` (the file), entry and key, for a parameter that the robot does not
         have or that is given twice, and for a range with invalid values.
         """
+        try:
+            return self.ranges(robot)
+        except InputError as error:
+            raise InputError(f"{origin}: {error}") from None
+
+    def ranges(self, robot: Robot) -> tuple[Range, ...]:
+        """As `of`, with messages that begin with the entry."""
         ranges: list[Range] = []
         givers: dict[tuple[str, str], int] = {}  # by kind and line
         for index, entry in enumerate(self.parameters):
@@ -182,7 +199,7 @@ class Uncertainty(FileDescription):
                 for one in found:
                     _claim(givers, robot, one.parameter, index)
             except InputError as error:
-                raise InputError(f"{origin}: parameters[{index}].{error}") from None
+                raise InputError(f"parameters[{index}].{error}") from None
             ranges += found
         return tuple(ranges)
 
@@ -190,6 +207,34 @@ class Uncertainty(FileDescription):
 def load_uncertainty(path: str | Path) -> Uncertainty:
     """Read a TOML file. Raises `InputError`, one line with file, key, value and what is allowed."""
     return load_model(Uncertainty, path)
+
+
+def assumed_uncertainty(robot: Robot) -> Uncertainty:
+    """Return what is assumed of a robot whose uncertainty is not known.
+
+    Exit points within 2 mm along each axis, lengths within 0.5 mm, the mass of the platform within 2 %, moduli within
+    10 % for steel and 30 % for fibre. A cable counts as steel if its mass fills its diameter, or else its section, with
+    `STEEL_DENSITY` or more; where neither is known, as fibre.
+    """
+    steel = tuple(line.name for line in robot.lines if _is_steel(line.cable))
+    fibre = tuple(line.name for line in robot.lines if line.name not in steel)
+    moduli = [
+        Uncertain(name="modulus", lines=lines, factor=factor)
+        for lines, factor in ((steel, (0.9, 1.1)), (fibre, (0.7, 1.3)))
+        if lines
+    ]
+    entries = (
+        Uncertain(name="exit_point", plus_minus=0.002),
+        *moduli,
+        Uncertain(name="length_offset", plus_minus=0.0005),
+        Uncertain(name="mass", factor=(0.98, 1.02)),
+    )
+    return Uncertainty(name=ASSUMED, parameters=entries)
+
+
+def _is_steel(cable: Cable) -> bool:
+    area = cable.section if cable.diameter is None else 0.25 * math.pi * cable.diameter**2
+    return area is not None and cable.linear_density >= STEEL_DENSITY * area
 
 
 def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:

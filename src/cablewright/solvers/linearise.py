@@ -72,6 +72,13 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
 
     Raises `AnswerError` if a row was not solved or is singular, `InputError` if its cables are rigid.
     """
+    found, codes = linearise_where_regular(equilibrium)
+    _check(codes)
+    return found[0] if equilibrium.single else found
+
+
+def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, NDArray[np.int64]]:
+    """As `linearise`, as a batch with a status code for each row instead of an error where one is singular."""
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
     model, rows = equilibrium.model, equilibrium.code.size
@@ -80,9 +87,7 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
     run(batches.linearise_rows, batches.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
-    _check(codes)
-    found = Linearisation(stiffness, motion)
-    return found[0] if equilibrium.single else found
+    return Linearisation(stiffness, motion), codes
 
 
 @dataclass(frozen=True, eq=False, repr=False)

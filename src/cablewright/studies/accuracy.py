@@ -24,7 +24,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.arguments import as_poses
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
-from cablewright.studies.job_poses import along, require_lines
+from cablewright.studies.job_poses import along, require_lines, sampled
 from cablewright.studies.places import Places, workspace_nodes
 
 Ranges = Sequence[Range] | None
@@ -197,7 +197,7 @@ def _over_shape(question: AccuracyQuestion, where: Places | Job, retraction: Arr
         raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
     require_lines(robot, "over a shape")
     if isinstance(where, Job):
-        samples = where.samples(where.toolpath(question.progress))
+        samples, _ = sampled(robot, where, where.toolpath(question.progress))
         places = Places("path", samples.positions, samples.distance)
         return _studied(question, places, *along(robot, where, samples))
     if where.step is None:

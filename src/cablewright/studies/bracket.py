@@ -20,7 +20,7 @@ from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Bracket, Robot, load_bracket
-from cablewright.studies.job_poses import along
+from cablewright.studies.job_poses import along, sampled
 from cablewright.studies.places import workspace_nodes
 
 SIZES = (
@@ -241,7 +241,7 @@ def bracket(
     elif isinstance(where, Job):
         if retraction is not None:
             raise InputError("retraction: a job's schedule sets it")
-        samples = where.samples(where.toolpath(progress or silent))
+        samples, _ = sampled(model.robot, where, where.toolpath(progress or silent))
         poses, drawn = along(model.robot, where, samples)
         found = highest(model, poses, bracket=own, retraction=drawn, times=times, progress=progress)
     if found is not None:

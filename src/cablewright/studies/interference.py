@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,7 +36,7 @@ from cablewright.progress import Progress, silent
 from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.job_poses import along
+from cablewright.studies.job_poses import along, sampled
 from cablewright.triangle_mesh import TriangleMesh
 
 BLOCK = 128 * 64  # samples between two reports of progress
@@ -184,22 +184,17 @@ def _over_job(
     report: Progress,
 ) -> JobInterference:
     """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
-    toolpath = job.toolpath(report)
-    samples = job.samples(toolpath)
+    samples, _ = sampled(model.robot, job, job.toolpath(report))
     poses, retraction = along(model.robot, job, samples)
-    if mesh is None:
-        part, now = of_beads(deposit(samples, job.bead)), np.arange(len(samples), dtype=np.float64)
-    else:
-        part, now = of_mesh(mesh), _grown(samples)
-    found = _Worst()
+    found = JobDistances.of(job, samples, mesh, settings)
     for first in range(0, len(poses), BLOCK):
         report("distances of lines", first, len(poses))
         block = slice(first, first + BLOCK)
         drawn = None if retraction is None else retraction[block]
-        held = solve_inverse(model, poses[block], path=True, retraction=drawn)
-        found.take(distances(held, part=part, now=now[block], settings=settings), first)
+        found.take(solve_inverse(model, poses[block], path=True, retraction=drawn), first)
     report("distances of lines", len(poses), len(poses))
     report("free region", 0, 1)
+    part = found.part
     region = free_region(model, part, *_around(part, model.robot), clearance=clearance, settings=settings)
     return JobInterference(
         robot=model.robot,
@@ -208,9 +203,9 @@ def _over_job(
         settings=settings,
         clearance=clearance,
         part=part,
-        margins=np.concatenate(found.margins),
+        margins=found.margins,
         bound=found.bound,
-        codes=np.concatenate(found.codes),
+        codes=found.codes,
         contacts=found.contacts,
         closest=found.closest,
         region=region,
@@ -218,25 +213,53 @@ def _over_job(
 
 
 @dataclass
-class _Worst:
-    """Margins of all blocks of a job, and the nearest contacts so far."""
+class JobDistances:
+    """Distances of lines at k samples of a job, taken block by block: margins, status codes, and the nearest contacts.
 
-    margins: list[Array] = field(default_factory=list)
-    codes: list[NDArray[np.int64]] = field(default_factory=list)
+    ``now`` (k,): how much of the part exists at each sample, as `distances` takes it.
+    """
+
+    part: Obstacle
+    now: Array
+    settings: InterferenceSettings
+    margins: Array  # (k, 4) as `Interference.margins`
+    codes: NDArray[np.int64]  # (k,)
     bound: float = 0.0
     contacts: NearestContacts = field(default_factory=NearestContacts)
     closest: Interference | None = None
-    smallest: float = np.inf
 
-    def take(self, found: Interference, first: int) -> None:
-        """Add a block whose first row is sample *first*."""
-        self.margins.append(found.margins)
-        self.codes.append(found.equilibrium.code)
+    @classmethod
+    def of(
+        cls, job: Job, samples: Samples, mesh: TriangleMesh | None = None, settings: InterferenceSettings = DEFAULT
+    ) -> Self:
+        """Return it before the first block; the part is the *mesh*, or else what the job lays."""
+        if mesh is None:
+            part, now = of_beads(deposit(samples, job.bead)), np.arange(len(samples), dtype=np.float64)
+        else:
+            part, now = of_mesh(mesh), _grown(samples)
+        return cls(part, now, settings, np.full((len(samples), 4), np.nan), np.zeros(len(samples), dtype=np.int64))
+
+    def take(self, held: Equilibrium, first: int) -> None:
+        """Add a block of solved rows, whose first is sample *first*."""
+        block = slice(first, first + len(held))
+        found = distances(held, part=self.part, now=self.now[block], settings=self.settings)
+        self.margins[block], self.codes[block] = found.margins, held.code
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
+        known = self.nearest
         self.contacts = NearestContacts(*map(partial(_nearer, first=first), self.contacts, found.contacts))
         worst = found.nearest()
-        if worst is not None and worst.margin < self.smallest:
-            self.smallest, self.closest = worst.margin, found[worst.row]
+        if worst is not None and (known is None or worst.margin < known.margin):
+            self.closest = found[worst.row]
+
+    @property
+    def nearest(self) -> Contact | None:
+        """The nearest contact of all; its row is the sample. None if there is none."""
+        return min((each for each in self.contacts if each is not None), key=lambda each: each.margin, default=None)
+
+    @property
+    def smallest(self) -> Array:
+        """(k,) smallest distance at each sample, m; inf where there is nothing, NaN where no line is known."""
+        return np.asarray(self.margins.min(axis=1))
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:

@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
-from cablewright.printing.job import Job
+from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
+from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
+
+INTERPOLATED: Final = 2e-5
+"""Error, m, of a length that is interpolated linearly between two samples, for which the step is chosen."""
+
+SHORTEST_STEP: Final = 5e-3  # m
+
+
+def sampled(robot: Robot, job: Job, toolpath: Toolpath) -> tuple[Samples, float]:
+    """Return the samples of *job*, and the maximum distance between them, m.
+
+    Where the job does not give it, it follows from the shortest line l that the path allows: a length interpolated over
+    a step h is off by h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path that cannot be sampled.
+    """
+    step = job.sampling.step or _step(robot, job, toolpath)
+    return job.samples(toolpath, step), step
+
+
+def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
+    ends = np.concatenate([toolpath.start[:1], toolpath.end]) * job.scale + job.origin
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    exits = np.array([line.exit_point for line in robot.lines])
+    apart = np.linalg.norm(np.maximum(np.maximum(low - exits, exits - high), 0.0), axis=1)
+    reach = np.linalg.norm([line.platform_point for line in robot.lines], axis=1)
+    shortest = max(float((apart - reach).min()), 0.0)
+    return float(np.clip(np.sqrt(8.0 * shortest * INTERPOLATED), SHORTEST_STEP, DEFAULT_STEP))
 
 
 def require_lines(robot: Robot, where: str) -> None:

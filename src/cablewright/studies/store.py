@@ -24,7 +24,7 @@ from cablewright.file_output import cannot_write
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import AccuracyStudy
-from cablewright.studies.check import Check
+from cablewright.studies.checks.result import Check
 
 MANIFEST: Final = "manifest.json"
 _MAX_MANIFEST: Final = 1 << 20  # bytes

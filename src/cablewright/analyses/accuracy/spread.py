@@ -164,20 +164,20 @@ class MonteCarlo:
 
     def __call__(self, problem: SpreadProblem) -> Spread:
         """Return the spread of the samples."""
-        drawn = _drawn(problem.ranges, self.samples, self.seed)
-        return _by_blocks(problem, self.samples, partial(self._block, drawn=drawn))
+        values = drawn(problem.ranges, self.samples, self.seed)
+        return _by_blocks(problem, self.samples, partial(self._block, values=values))
 
     @staticmethod
-    def _block(problem: SpreadProblem, linear: _Linear, drawn: Array) -> Spread:
-        points, turns, ok = sampled(problem, drawn)
+    def _block(problem: SpreadProblem, linear: _Linear, values: Array) -> Spread:
+        points, turns, ok = sampled(problem, values)
         deviation = _deviation(points, ok)
         errors = np.sort(np.where(ok, np.linalg.norm(points - linear.wanted[:, None], axis=2), np.inf), axis=1)
         likely = np.maximum(np.ceil(LIKELY * ok.sum(axis=1)).astype(np.int64) - 1, 0)
         errors[~ok.any(axis=1)] = np.nan
-        expected = np.std(problem.departures(drawn) @ np.swapaxes(linear.per_unit, 1, 2), axis=1)
+        expected = np.std(problem.departures(values) @ np.swapaxes(linear.per_unit, 1, 2), axis=1)
         total = np.linalg.norm(deviation, axis=1)
         nonlinearity = np.linalg.norm(deviation - expected, axis=1) / np.maximum(total, 1e-300)
-        found = _gathered(problem, linear, drawn, points, turns, ok, nonlinearity)
+        found = _gathered(problem, linear, values, points, turns, ok, nonlinearity)
         return replace(found, deviation=deviation, likely_error=errors[np.arange(len(errors)), likely])
 
 
@@ -297,11 +297,14 @@ def _sigmas(problem: SpreadProblem) -> Array:
     return np.asarray(problem.departures(np.column_stack(columns)).std(axis=0))
 
 
-def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
-    """Samples (S, k); a normal one that is physically impossible, such as a negative radius, is drawn again."""
+def drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
+    """Return samples (S, k) of *ranges*.
+
+    A normal one that is physically impossible, such as a negative radius, is drawn again.
+    """
     rng = np.random.default_rng(seed)
-    drawn = np.empty((samples, len(ranges)))
-    for column, each in zip(drawn.T, ranges, strict=True):
+    found = np.empty((samples, len(ranges)))
+    for column, each in zip(found.T, ranges, strict=True):
         if each.deviation is None:
             column[:] = rng.uniform(each.low, each.high, samples)
             continue
@@ -315,7 +318,7 @@ def _drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
             raise InputError(
                 f"{each.parameter.label}: a deviation of {each.deviation:g} is too wide for what it can be"
             )
-    return drawn
+    return found
 
 
 def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProblem, _Linear], Spread]) -> Spread:

@@ -21,7 +21,7 @@ class CheckCommand:
     """
 
     EXAMPLE: ClassVar = "check house-printer examples/helix.toml"
-    ANSWERS: ClassVar = ("studies.check:Check",)
+    ANSWERS: ClassVar = ("studies.checks.result:Check",)
 
     robot: RobotOptions
     job: JobFile
@@ -35,7 +35,7 @@ class CheckCommand:
         from cablewright.printing.job import load_job
         from cablewright.printing.layers import layer_table
         from cablewright.studies import store
-        from cablewright.studies.check import check
+        from cablewright.studies.checks.check import check
 
         machine, job, tensions = self.robot.loaded(), load_job(self.job), tension_limits(self.tension_limits)
         folder = self.out or Path("runs") / store.folder_name("check", machine.name, self.job.stem)

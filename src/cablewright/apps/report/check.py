@@ -17,13 +17,13 @@ from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.figures import along_table
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section
-from cablewright.apps.report.provenance import assumptions, inputs_table, list_of, unknowns
+from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.terms import with_terms
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
 from cablewright.printing.layers import LayerTable
-from cablewright.studies.check import Check
+from cablewright.studies.checks.result import Check
 
 Pictures = dict[str, bytes]
 
@@ -145,9 +145,6 @@ def _winches(digest: Digest, pictures: Pictures) -> Iterator[Html]:
             "Winch speed and torque, swing and lever angle that each line used and may use",
             f"Blue: what the job uses, orange where that is outside. Pale, up to the marks: what is allowed.{some}",
         )
-    missing = unknowns(digest.check)
-    if missing:
-        yield list_of(missing)
 
 
 def _some(m: int) -> str:

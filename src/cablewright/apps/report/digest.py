@@ -12,7 +12,8 @@ import numpy as np
 from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
 from cablewright.printing.layers import LayerTable
-from cablewright.studies.check import Check, median
+from cablewright.studies.checks.path_statics import median
+from cablewright.studies.checks.result import Check
 
 _MAX_STRETCHES: Final = 300
 _FEWEST_STRETCHES: Final = 20

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
-import numpy as np
-
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Line, RigidPlatform, Robot
-from cablewright.studies.check import Check
 
 _MAX_HEIGHTS = 6
 
@@ -31,10 +28,14 @@ def inputs_table(digest: Digest) -> Html:
         ("scale", f"{job.scale:g}; the path's zero is at {_point(job.origin)} m"),
         ("bead", f"{quantity(job.bead.width, 'm')} wide, {quantity(job.bead.height, 'm')} high"),
         ("speeds", _speeds(digest)),
-        ("samples", f"{count(len(check.samples))}, at most every {quantity(job.sampling.step, 'm')}"),
-        ("G-code words without effect", ", ".join(f"{word} ({times}×)" for word, times in check.unknown.items())),
+        ("samples", f"{count(len(check.samples))}, at most every {quantity(check.step, 'm')}"),
+        ("G-code words without effect", _words(check.toolpath.unknown)),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
+
+
+def _words(unknown: dict[str, int]) -> str:
+    return ", ".join(f"{word} ({times}×)" for word, times in unknown.items())
 
 
 def robot_rows(robot: Robot) -> list[tuple[str, str]]:
@@ -53,8 +54,8 @@ def assumptions(robot: Robot) -> list[str]:
     """Return what the model assumes, line by line where the lines differ."""
     return [
         (
-            "Lengths and tensions are those of hanging, elastic cables (catenaries) in equilibrium with the platform: "
-            "nothing swings, and no force of acceleration is counted."
+            "Lengths and tensions are those of hanging, elastic cables (catenaries) in equilibrium with the platform. "
+            "Forces of acceleration change tensions and move the platform as a slow force would: nothing swings."
         ),
         (
             f"Lengths paid out {COMPENSATIONS['none'].words} are those of straight cables that do not stretch, "
@@ -71,24 +72,6 @@ def assumptions(robot: Robot) -> list[str]:
             "wear or of wind, and it takes the place of no guard or test."
         ),
     ]
-
-
-def unknowns(check: Check) -> list[str]:
-    """Return what could not be judged, and what in the robot file is missing for it."""
-    robot = check.robot
-    kinds = {line.sheave.kind for line in robot.lines}
-    has_torque = not np.isnan(check.statics.lines.winch_torque).all()
-    missing = [] if has_torque else ["Winch torque is not known: the robot file gives no drum radius."]
-    for subject, part, key, applies in (
-        ("Winch torque", "winch", "max_torque", has_torque),
-        ("Winch speed", "winch", "max_speed", True),
-        ("Cable length", "winch", "capacity", True),
-        ("Swing of the sheaves", "sheave", "swing", kinds != {"eyelet"}),
-        ("Lever angle", "sheave", "lever_range", "universal-joint" in kinds),
-    ):
-        if applies and all(getattr(getattr(line, part), key, None) is None for line in robot.lines):
-            missing.append(f"{subject} has no limit to be judged by: the robot file gives no {key}.")
-    return missing
 
 
 def _wrench(robot: Robot) -> str:

@@ -1,88 +1,35 @@
-"""`check`: a sliced part on a robot: lengths, errors and limits of every sample, and one verdict."""
+"""The result of `check`: samples, statics, limits, distances of lines, expected error, and the verdict on them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
-from cablewright.analyses.feasibility import Finding, LineQuantities, judge
-from cablewright.arrays import Array, Indices
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
+from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
+from cablewright.analyses.feasibility import Finding
+from cablewright.analyses.interference import Contact
+from cablewright.arrays import Array, Mask
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
-from cablewright.printing.job import Job, load_job
+from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
-from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.job_poses import along
+from cablewright.studies.checks.path_statics import PathStatics, extreme, median
+from cablewright.studies.interference import JobDistances
 
-BLOCK = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
-MET = 1e-6
-"""Largest error (m, and rad) of the full model on the compensated path."""
-
-
-@dataclass(frozen=True, eq=False)
-class PathStatics:
-    """Statics of k samples of a path with m lines. Arrays have one row per sample; SI."""
-
-    codes: NDArray[np.int64]  # (k,) status of the inverse problem
-    violations: Array  # (k,) N, largest excess of a tension over its limits
-    tensions: Array  # (k, m) N, at the sheave
-    lines: LineQuantities  # (k, m) each: quantities that have limits
-    rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
-    lengths: Array  # (k, m) m, paid out with full compensation
-    uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
-    elastic_only: Array  # (k, n) poses if elasticity but not sag is compensated
-    compensated: Array  # (k, n) poses with the compensated lengths
-
-    @classmethod
-    def of(cls, full: Model, poses: Array, retraction: Array | None) -> Self:
-        """Solve neighbouring *poses* (k, n), m and rad, at rest. Rows without a straight-line geometry are NaN."""
-
-        def reached(lengths: Array, near: Array) -> Array:
-            return Reached.of(full, lengths, near, retraction=retraction, path=True).poses
-
-        held = solve_inverse(full, poses, path=True, retraction=retraction)
-        rigid, elastic = (
-            COMPENSATIONS[name].lengths(held, poses, retraction=retraction) for name in ("none", "elastic")
-        )
-        uncompensated = reached(rigid, poses)
-        start = np.where(np.isnan(uncompensated), poses, uncompensated)
-        return cls(
-            codes=held.code,
-            violations=held.violation,
-            tensions=held.tensions,
-            lines=LineQuantities.of(held),
-            rigid_lengths=rigid,
-            lengths=held.lengths,
-            uncompensated=uncompensated,
-            elastic_only=reached(elastic, poses),
-            compensated=reached(held.lengths, start),
-        )
-
-
-def extreme(choose: np.ufunc, values: Array) -> float:
-    """The smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
-    return float(choose.reduce(values, axis=None, initial=np.nan))
-
-
-def median(values: Array) -> Array:
-    """The lower median along the first axis of what is not NaN; NaN where that is nothing."""
-    ranked = np.sort(values, axis=0)  # NaN comes last
-    known = np.count_nonzero(~np.isnan(ranked), axis=0)
-    at = np.maximum(known - 1, 0) // 2
-    return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])
+MET: Final = 1e-6
+"""Largest error (m, and rad) of the full model on the compensated path that counts as none."""
 
 
 @dataclass(frozen=True)
@@ -139,9 +86,29 @@ class Check(Result):
     """Result of a check: k samples, m lines; SI."""
 
     FIGURES: ClassVar = (
-        Figure("feasible", "", "Whether every sample is within all limits."),
-        Figure("verdict", "", "The answer in one sentence."),
-        Figure("layers", "1", "Number of layers of the part.", "layer_count"),
+        Figure("feasible", "", "Whether all that was checked is within its limits."),
+        Figure("verdict", "", "The answer in words."),
+        Figure("not_checked", "", "What the answer says nothing about: what was switched off, what the files give no "
+               "numbers for, what the model leaves out."),
+        Figure("expected_error", "m", "Error that 95 of 100 machines within the uncertainties stay below along all of "
+               "the path, with full compensation; null where it was not checked.", "expected.value", digits=3,
+               shown="mm"),
+        Figure("expected_error_by", "", "Share of each cause.", "expected.causes", "expected error by cause",
+               parts=Cause.FIGURES),
+        Figure("max_expected_error", "m", "Expected error that the job allows.", "job.allowed_error", digits=3,
+               shown="mm"),
+        Figure("uncertainty", "", "Where the uncertainties are from: a file, the robot file, or assumed.",
+               name="uncertainties"),
+        Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration; "
+               "not in the expected error.", lambda found: extreme(np.fmax, found.statics.displacement), digits=3,
+               shown="mm"),
+        Figure("clearance", "m", "Smallest distance of a line from another, the platform, the frame and the part as "
+               "printed by then; null where it was not checked or there is nothing.", "nearest.margin",
+               "clearance of lines", shown="mm"),
+        Figure("clearance_between", "", "Name of that line, and of what it is nearest to.", "nearest.pair"),
+        Figure("clearance_place", "", "Place of the sample at that distance.", "nearest_place", parts=PLACE,
+               detail=True),
+        Figure("layers", "1", "Number of layers of the part.", "toolpath.layer_count"),
         Figure("layers_by", "", "Layer marker of the file; height where it has none.", "toolpath.layers_by",
                "layers by"),
         Figure("material_by", "", "What lays material: an axis, a switch, or every G1.", "toolpath.material_by",
@@ -153,10 +120,10 @@ class Check(Result):
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
         Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
         Figure("duration", "s", "Duration of the job.", "law.duration"),
-        _extreme_of("min_tension", "N", "Smallest tension, anywhere along a line.", np.fmin,
-                    "statics.lines.lowest_tension", shown="N"),
-        _extreme_of("max_tension", "N", "Largest tension, anywhere along a line.", np.fmax,
-                    "statics.lines.highest_tension", shown="N"),
+        _extreme_of("min_tension", "N", "Smallest tension, anywhere along a line, with the forces of acceleration.",
+                    np.fmin, "statics.lines.lowest_tension", shown="N"),
+        _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the forces of acceleration.",
+                    np.fmax, "statics.lines.highest_tension", shown="N"),
         *_errors(),
         Figure("median_error_uncompensated", "m", "Median error of the nozzle without compensation.",
                lambda found: float(median(found.error_uncompensated)), "median error without compensation", 3,
@@ -196,9 +163,10 @@ class Check(Result):
                   "statics.lines.lever"),
         Figure("findings", "", "Every limit, those that are broken first.", "placed_findings", "limits of the robot",
                parts=FINDING),
-        Figure("ignored_words", "1", "Words of the G-code without effect, by how often they are there.", "unknown"),
+        Figure("ignored_words", "1", "Words of the G-code without effect, by how often they are there.",
+               "toolpath.unknown"),
     )  # fmt: skip
-    HEADLINES: ClassVar = ("feasible", "layers", "samples", "max_tension", "max_error_uncompensated")
+    HEADLINES: ClassVar = ("feasible", "layers", "samples", "expected_error", "clearance")
 
     robot: Robot
     job: Job
@@ -208,11 +176,29 @@ class Check(Result):
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
     findings: tuple[Finding, ...]
-    feasible: bool
-    verdict: str  # one sentence
+    verdict: str
+    expected: ExpectedError | None  # None where it was not asked for
+    uncertainty: str  # where the uncertainties are from
+    distances: JobDistances | None  # of lines; None where they were not asked for
+    not_checked: tuple[str, ...]
+    step: float  # m, max distance of samples
+    reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
     toolpath: Toolpath
-    unknown: dict[str, int]  # ignored words of the G-code, and how often
-    layer_count: int
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all that was checked is within its limits, and the compensated path is met."""
+        return not (self.codes.any() or self.missed.any() or any(finding.violations for finding in self.findings))
+
+    @cached_property
+    def missed(self) -> Mask:
+        """(k,) whether the full model, with the compensated lengths, does not meet a path that can be held."""
+        return np.asarray(~(self.error_compensated + self.turn_compensated <= MET) & (self.codes == 0))
+
+    @property
+    def nearest(self) -> Contact | None:
+        """The nearest contact of a line; its row is the sample. None without one, or where it was not asked for."""
+        return None if self.distances is None else self.distances.nearest
 
     @property
     def codes(self) -> NDArray[np.int64]:
@@ -268,124 +254,31 @@ class Check(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was guessed of the G-code."""
+        """What was guessed of the G-code, and what to know of the expected error."""
         found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
-        return ("layers are found by height: the file has no layer markers",) if found else ()
+        notes = ["layers are found by height: the file has no layer markers"] if found else []
+        if self.reserved:
+            notes.append(
+                "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
+            )
+        return (*notes, *(() if self.expected is None else self.expected.notes))
+
+    @property
+    def nearest_place(self) -> Place | None:
+        """Where a line is nearest to something."""
+        return None if self.nearest is None else self.place(self.nearest.row)
 
     @property
     def refusal(self) -> str:
         """Why the answer is no."""
         return "" if self.feasible else self.verdict
 
+    def where(self, sample: int) -> str:
+        """Layer and move of a sample, in words."""
+        layer = int(self.samples.layer[sample])
+        return f"in layer {layer}, {self.job.move_name} {self.samples.line[sample]}"
+
     def place(self, sample: int) -> Place:
         """Where a sample is: position, layer and line of the G-code file."""
         x, y, z = (float(each) for each in self.samples.positions[sample])
         return Place((x, y, z), int(self.samples.layer[sample]), int(self.samples.line[sample]))
-
-
-def check(
-    robot: Robot | Model,
-    job: Job | str | Path,
-    *,
-    tension_limits: tuple[float, float] | None = None,
-    progress: Progress | None = None,
-) -> Check:
-    """Check *job*, or its file, on *robot* under the full model: lengths, errors, and limits that are exceeded.
-
-    *tension_limits* (N) replace those of every line. The job's path is the nozzle's; a rigid platform is unrotated or
-    has the rotation of the job's schedule. Raises `InputError` for a model under another law, a robot with fewer lines
-    than freedoms, a schedule that it cannot follow or a G-code file that cannot be used; an infeasible job raises
-    nothing.
-    """
-    report = progress or silent
-    full = Model.full(robot, tension_limits=tension_limits)
-    robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
-    job = job if isinstance(job, Job) else load_job(job)
-    toolpath = job.toolpath(report)
-    samples = job.samples(toolpath)
-    law = job.time_law(samples)
-    poses, retraction = along(robot, job, samples)
-    solved = _solve(full, poses, retraction, report)
-    speed = _cable_speed(solved.lengths, samples, law)
-    lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)
-    findings = judge(robot, poses[:, :3], solved.codes, solved.violations, lines)
-    found = Check(
-        robot=robot,
-        job=job,
-        samples=samples,
-        law=law,
-        poses=poses,
-        retraction=retraction,
-        statics=replace(solved, lines=lines),
-        findings=findings,
-        feasible=not solved.codes.any() and all(finding.violations == 0 for finding in findings),
-        verdict="",
-        toolpath=toolpath,
-        unknown=toolpath.unknown,
-        layer_count=toolpath.layer_count,
-    )
-    missed = ~(found.error_compensated + found.turn_compensated <= MET) & (found.codes == 0)
-    found = replace(found, feasible=found.feasible and not missed.any())
-    return replace(found, verdict=_verdict(found, np.flatnonzero(missed)))
-
-
-def _solve(full: Model, poses: Array, retraction: Array | None, report: Progress) -> PathStatics:
-    """Solve the inverse and forward problems of the path, block by block."""
-    rows, blocks = len(poses), []
-    for first in range(0, rows, BLOCK):
-        report("solving", first, rows)
-        block = slice(first, first + BLOCK)
-        blocks.append(PathStatics.of(full, poses[block], None if retraction is None else retraction[block]))
-    report("solving", rows, rows)
-    solved: PathStatics = _joined(blocks)
-    return solved
-
-
-def _joined(blocks: Sequence[Any]) -> Any:
-    """Concatenate the values of blocks: arrays, or dataclasses of arrays."""
-    first = blocks[0]
-    if isinstance(first, np.ndarray):
-        return np.concatenate(blocks)
-    return type(first)(*(_joined([getattr(block, each.name) for block in blocks]) for each in fields(first)))
-
-
-def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
-    """Speed of each cable (k, m), m/s: its change of length per length of path, times the speed along the path."""
-    distance = np.diff(samples.distance)
-    duration = np.diff(law.time) - samples.dwell[:-1]
-    fastest = np.maximum(np.maximum(law.speed[1:], law.speed[:-1]), distance / duration)
-    speed = np.zeros_like(lengths)
-    speed[1:] = np.abs(np.diff(lengths, axis=0)) * (fastest / distance)[:, None]
-    return speed
-
-
-def _verdict(found: Check, failed: Indices) -> str:
-    """The verdict in one sentence; *failed*: samples at which the compensated path is not met."""
-    machine, part = found.robot.name, found.job.name
-    if found.feasible:
-        off = extreme(np.fmax, found.error_uncompensated)
-        return (
-            f"{machine} can print {part}: every sample is within all limits; without compensation it prints up to "
-            f"{off * 1e3:.0f} mm off, with it the model meets the path to within {MET * 1e6:g} um."
-        )
-    if len(failed):
-        return (
-            f"{machine} cannot be shown to print {part}: the compensated path is not met at {len(failed)} samples, "
-            f"first {_where(found, int(failed[0]))}."
-        )
-    worst = found.findings[0]
-    if worst.is_status:
-        return (
-            f"{machine} cannot print {part}: at {worst.violations} of {len(found.samples)} samples {worst.limit}, "
-            f"worst {_where(found, worst.sample)}."
-        )
-    line = f" of line {worst.line}" if worst.line else ""
-    return (
-        f"{machine} cannot print {part}: {worst.limit}{line} is out of bounds at {worst.violations} of "
-        f"{len(found.samples)} samples, worst {worst.value:.4g} {worst.unit} where {worst.bounds()} is allowed, "
-        f"{_where(found, worst.sample)}."
-    )
-
-
-def _where(found: Check, sample: int) -> str:
-    return f"in layer {found.samples.layer[sample]}, {found.job.move_name} {found.samples.line[sample]}"

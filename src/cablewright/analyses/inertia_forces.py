@@ -1,0 +1,56 @@
+"""What the forces of acceleration do: tensions and displacement while lengths are those that hold the platform at rest.
+
+To first order: the platform gives way to the force as a spring does, and the lines take it up. Cables, sheaves and
+winches are massless here, and nothing swings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.models.rotation import matrices
+from cablewright.models.statics import Equilibrium
+from cablewright.robot import RigidPlatform
+from cablewright.solvers.linearise import Linearisation, tension_changes
+from cablewright.solvers.parameters import at_nozzle
+
+
+@dataclass(frozen=True, eq=False)
+class InertiaEffects:
+    """The largest effects at N poses with m lines."""
+
+    tension_drop: Array  # (N, m) N, at most 0: the largest fall of the tension at the sheave
+    tension_rise: Array  # (N, m) N, at least 0: the largest rise
+    displacement: Array  # (N,) m, the largest of the nozzle
+
+
+def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Array) -> InertiaEffects:
+    """Return the effects of *accelerations* (N, a, 3), m/s^2, world, at N solved poses with their linearisation.
+
+    Rows without acceleration cost nothing. The platform translates: it turns at no angular acceleration.
+    """
+    rows, m = held.lengths.shape
+    found = InertiaEffects(np.zeros((rows, m)), np.zeros((rows, m)), np.zeros(rows))
+    moving = np.flatnonzero(accelerations.any(axis=(1, 2)))
+    if len(moving) == 0:
+        return found
+    there = held[moving]
+    motion = np.asarray(np.linalg.solve(linear.stiffness[moving], _wrenches(there, accelerations[moving])), np.float64)
+    changes = tension_changes(there).following(motion)
+    found.tension_drop[moving] = np.minimum(changes.min(axis=2), 0.0)
+    found.tension_rise[moving] = np.maximum(changes.max(axis=2), 0.0)
+    found.displacement[moving] = np.linalg.norm(at_nozzle(there, motion), axis=1).max(axis=1)
+    return found
+
+
+def _wrenches(held: Equilibrium, accelerations: Array) -> Array:
+    """Wrenches of inertia (N, n, a) on the platform: -m a at its centre of mass, which is taken about its origin."""
+    platform = held.model.robot.platform
+    force = -platform.mass * np.swapaxes(accelerations, 1, 2)
+    if not isinstance(platform, RigidPlatform):
+        return np.asarray(force)
+    arm = matrices(held.pose[:, 3:]) @ np.asarray(platform.centre_of_mass)
+    return np.concatenate([force, np.cross(arm[:, :, None], force, axis=1)], axis=1)

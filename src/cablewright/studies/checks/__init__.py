@@ -1,0 +1,1 @@
+"""`check`: a sliced part on a robot, and one verdict."""

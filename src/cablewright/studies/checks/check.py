@@ -1,0 +1,161 @@
+"""`check`: a sliced part on a robot: lengths, limits, distances of lines and expected error, and one verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.analyses.accuracy.expected_error import ExpectedError
+from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
+from cablewright.analyses.interference import too_near
+from cablewright.errors import InputError, UnknownName
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job, load_job
+from cablewright.printing.path import Samples
+from cablewright.printing.schedule import Schedule
+from cablewright.progress import Progress, silent
+from cablewright.robot import Robot
+from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
+from cablewright.studies.checks.result import Check
+from cablewright.studies.checks.verdict import verdict
+from cablewright.studies.checks.walk import JobPath, with_reserve
+from cablewright.studies.interference import JobDistances
+from cablewright.studies.job_poses import along, sampled
+
+PLACES: Final = 7  # along each side of the frame, tried where no sample can be held
+TOO_LARGE: Final = 5.0
+"""A path that is so many times as large as the frame has a wrong scale."""
+
+WRONG_UNIT: Final = 200.0
+"""A size that is so many times as large as another may have a wrong unit: mm taken for m."""
+
+
+def check(
+    robot: Robot | Model,
+    job: Job | str | Path,
+    *,
+    tension_limits: tuple[float, float] | None = None,
+    uncertainty: Uncertainty | None = None,
+    clearance: float = 0.0,
+    skip: Collection[str] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Check:
+    """Check *job*, or its file, on *robot* under the full model: limits, distances of lines, expected error.
+
+    *tension_limits* (N) replace those of every line. *uncertainty*: of the robot's numbers; by default that of its
+    file, or else `assumed_uncertainty`. *clearance*, m: distance under which a line is too near to something; 0: only
+    if it touches. *skip*: what is not checked, of "interference" and "expected-error". *seed*: of the machines drawn
+    for the expected error.
+
+    The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
+    compared with the statics and, to first order, with the forces of the time law's accelerations. Raises `InputError`
+    for a model under another law, a robot with fewer lines than freedoms, a schedule that it cannot follow, a path many
+    times as large as the frame or a G-code file that cannot be used; an infeasible job raises nothing.
+    """
+    for name in skip:
+        if name not in SKIPPABLE:
+            raise UnknownName("skip", name, SKIPPABLE)
+    if not (np.isfinite(clearance) and clearance >= 0.0):
+        raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
+    report = progress or silent
+    full = Model.full(robot, tension_limits=tension_limits)
+    robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
+    job = job if isinstance(job, Job) else load_job(job)
+    toolpath = job.toolpath(report)
+    samples, step = sampled(robot, job, toolpath)
+    _require_scale(robot, job, samples)
+    source, uncertain = _uncertainty(robot, uncertainty)
+    path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
+    settings = uncertain.of(robot), skip, seed, report
+    walked = path.walk(Model.full(robot), *settings)
+    reserved = None
+    if not walked.statics.codes.any() and _breaks_tensions(path.judged(robot, walked)):
+        careful = with_reserve(robot, walked)
+        reserved = None if careful is None else path.walk(Model.full(careful), *settings)
+        if reserved is not None and not _breaks_tensions(path.judged(robot, reserved)):
+            walked = reserved
+    expected = None if walked.search is None else walked.search.result()
+    extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
+    findings = ranked((*path.judged(robot, walked), *extra))
+    found = Check(
+        robot=robot,
+        job=job,
+        samples=samples,
+        law=path.law,
+        poses=path.poses,
+        retraction=path.retraction,
+        statics=walked.statics,
+        findings=findings,
+        verdict="",
+        toolpath=toolpath,
+        expected=expected,
+        uncertainty=source,
+        distances=walked.distances,
+        not_checked=tuple(not_checked(robot, walked.statics, skip, Schedule(job.schedule).turns)),
+        step=step,
+        reserved=walked is reserved,
+    )
+    return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
+
+
+def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertainty]:
+    """The uncertainty to use, and where it is from."""
+    if given is not None:
+        return given.name or "given", given
+    if robot.uncertainty is not None:
+        return "robot file", robot.uncertainty
+    return ASSUMED, assumed_uncertainty(robot)
+
+
+def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
+    """Whether a pose cannot be held, or a tension is beyond its limits."""
+    return any(each.violations for each in findings if each.is_status or each.limit in TENSION_LIMITS)
+
+
+def _expected(expected: ExpectedError | None, allowed: float) -> Iterator[Finding]:
+    """Yield the expected error as a limit. Samples count by their root mean square error, scaled to it."""
+    if expected is None or expected.sample is None:
+        return
+    largest = float(np.nanmax(expected.rms))
+    beyond = expected.rms * (expected.value / largest if largest > 0.0 else 0.0) > allowed
+    bounds, margin = (-np.inf, allowed), allowed - expected.value
+    yield Finding(EXPECTED_ERROR, "m", margin, expected.value, bounds, None, expected.sample, int(beyond.sum()))
+
+
+def _clearance(distances: JobDistances | None, clearance: float) -> Iterator[Finding]:
+    """Yield the smallest distance of a line from anything as a limit."""
+    nearest = None if distances is None else distances.nearest
+    if distances is None or nearest is None:
+        return
+    near = int(too_near(distances.smallest, clearance).sum())
+    bounds, margin = (clearance, np.inf), nearest.margin - clearance
+    yield Finding(CLEARANCE, "m", margin, nearest.margin, bounds, nearest.line, nearest.row, near)
+
+
+def _nowhere(full: Model) -> int:
+    """Number of places in the frame that were tried if none of them can be held, else 0."""
+    scene = full.robot.scene
+    ends = zip(scene.frame_min, scene.frame_max, strict=True)
+    axes = (np.linspace(low, high, PLACES + 2)[1:-1] for low, high in ends)
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return 0 if solve_inverse(full, full.unrotated_at(places)).ok.any() else len(places)
+
+
+def _require_scale(robot: Robot, job: Job, samples: Samples) -> None:
+    """Raise `InputError` for a path so much larger than the frame that its scale must be wrong."""
+    path = np.ptp(samples.positions, axis=0)
+    ratio = float((path / np.subtract(robot.scene.frame_max, robot.scene.frame_min)).max())
+    if ratio < TOO_LARGE:
+        return
+    hint = ", or is a unit wrong, mm taken for m" if ratio > WRONG_UNIT else ""
+    raise InputError(
+        f"job {job.name}: the path is {ratio:.3g} times as large as the frame of {robot.name}: is scale = "
+        f"{job.scale:g} meant to be {job.scale / ratio:.2g} or less{hint}?"
+    )

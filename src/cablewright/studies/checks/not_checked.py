@@ -1,0 +1,71 @@
+"""What a check says nothing about: switched off, without numbers in the files, or left out by the model."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import Final
+
+import numpy as np
+
+from cablewright.robot import Robot
+from cablewright.studies.checks.path_statics import PathStatics
+
+SKIPPABLE: Final = ("interference", "expected-error")
+"""What may be switched off, by its word on the command line."""
+
+_OFF: Final = {"interference": "interference of lines", "expected-error": "expected error"}
+_LIMITS: Final = (
+    ("winch torque", "winch", "max_torque"),
+    ("winch speed", "winch", "max_speed"),
+    ("cable length", "winch", "capacity"),
+    ("swing of the sheave", "sheave", "swing"),
+    ("lever angle", "sheave", "lever_range"),
+)
+_LEFT_OUT: Final = (
+    "platform and nozzle against the part and the frame",
+    "swinging and vibration",
+    "inertia of drums and motors",
+    "friction, creep and backlash",
+    "wind",
+)
+
+
+def not_checked(robot: Robot, statics: PathStatics, skip: Collection[str], turns: bool) -> list[str]:
+    """Return what a check of *robot* does not cover; *turns*: whether the platform turns on its way."""
+    found = [f"{_OFF[name]}: switched off" for name in SKIPPABLE if name in skip]
+    found += _without_limit(robot)
+    if "interference" not in skip:
+        found += _without_shape(robot)
+    singular = int(np.isnan(statics.displacement).sum())
+    if singular:
+        what = "forces of acceleration" + ("" if "expected-error" in skip else " and expected error")
+        found.append(f"{what} at {singular} of {len(statics.displacement)} samples: no regular equilibrium")
+    turning = ("angular acceleration of the platform",) if turns else ()
+    return [*found, *_LEFT_OUT, *turning]
+
+
+def _without_limit(robot: Robot) -> Iterator[str]:
+    """Yield the limits that the robot file does not give, for lines that could have them."""
+    for subject, part, key in _LIMITS:
+        able = [line for line in robot.lines if key in type(getattr(line, part)).model_fields]
+        lacking = [line.name for line in able if getattr(getattr(line, part), key) is None]
+        yield from _lacks(robot, subject, f"{part}.{key}", lacking)
+    able = [line for line in robot.lines if line.winch.max_torque is not None]
+    lacking = [line.name for line in able if line.winch.drum_radius is None]
+    yield from _lacks(robot, "winch torque", "winch.drum_radius", lacking)
+
+
+def _lacks(robot: Robot, subject: str, key: str, lines: list[str]) -> Iterator[str]:
+    if lines:
+        whose = "" if len(lines) == robot.m else f" of line {', '.join(lines)}"
+        yield f"{subject}{whose}: the robot file gives no {key}"
+
+
+def _without_shape(robot: Robot) -> Iterator[str]:
+    """Yield what lines may touch and the robot file does not describe."""
+    if not robot.platform.boxes:
+        yield "lines against the platform: the robot file gives no platform.boxes"
+    if not robot.scene.beams:
+        yield "lines against the frame: the robot file gives no scene.beams"
+    thin = [line.name for line in robot.lines if line.cable.diameter is None]
+    yield from _lacks(robot, "thickness of cables", "cable.diameter", thin)

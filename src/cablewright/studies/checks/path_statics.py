@@ -1,0 +1,87 @@
+"""Statics of the samples of a path, with the forces of acceleration where they change a limited quantity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
+from cablewright.analyses.feasibility import LineQuantities
+from cablewright.analyses.inertia_forces import InertiaEffects
+from cablewright.arrays import Array
+from cablewright.models.statics import Equilibrium
+
+
+@dataclass(frozen=True, eq=False)
+class PathStatics:
+    """Statics of k samples of a path with m lines. Arrays have one row per sample; SI."""
+
+    codes: NDArray[np.int64]  # (k,) status of the inverse problem
+    violations: Array  # (k,) N, largest excess of a tension over its limits
+    tensions: Array  # (k, m) N, at the sheave, at rest
+    lines: LineQuantities  # (k, m) each: quantities that have limits, with the forces of acceleration
+    displacement: Array  # (k,) m, of the nozzle by the forces of acceleration; NaN where it is not known
+    rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
+    lengths: Array  # (k, m) m, paid out with full compensation
+    uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
+    elastic_only: Array  # (k, n) poses if elasticity but not sag is compensated
+    compensated: Array  # (k, n) poses with the compensated lengths
+
+    @classmethod
+    def of(cls, held: Equilibrium, poses: Array, retraction: Array | None) -> Self:
+        """Return the statics at rest of neighbouring *poses* (k, n), m and rad, which the full model holds as *held*.
+
+        Rows without a straight-line geometry are NaN.
+        """
+        full = held.model
+
+        def reached(lengths: Array, near: Array) -> Array:
+            return Reached.of(full, lengths, near, retraction=retraction, path=True).poses
+
+        rigid, elastic = (
+            COMPENSATIONS[name].lengths(held, poses, retraction=retraction) for name in ("none", "elastic")
+        )
+        uncompensated = reached(rigid, poses)
+        start = np.where(np.isnan(uncompensated), poses, uncompensated)
+        return cls(
+            codes=held.code,
+            violations=held.violation,
+            tensions=held.tensions,
+            lines=LineQuantities.of(held),
+            displacement=np.full(len(poses), np.nan),
+            rigid_lengths=rigid,
+            lengths=held.lengths,
+            uncompensated=uncompensated,
+            elastic_only=reached(elastic, poses),
+            compensated=reached(held.lengths, start),
+        )
+
+    def accelerated(self, rows: NDArray[np.bool_], effects: InertiaEffects, drum_radii: Array) -> Self:
+        """Return the same with the *effects* of acceleration at some *rows* (k,); *drum_radii* (m,), m, may be NaN."""
+        lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
+        drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
+        displacement = self.displacement.copy()
+        displacement[rows] = effects.displacement
+        accelerated = replace(
+            lines,
+            lowest_tension=lines.lowest_tension + drop,
+            highest_tension=lines.highest_tension + rise,
+            winch_torque=lines.winch_torque + rise * drum_radii,
+        )
+        return replace(self, lines=accelerated, displacement=displacement)
+
+
+def extreme(choose: np.ufunc, values: Array) -> float:
+    """The smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
+    return float(choose.reduce(values, axis=None, initial=np.nan))
+
+
+def median(values: Array) -> Array:
+    """The lower median along the first axis of what is not NaN; NaN where that is nothing."""
+    ranked = np.sort(values, axis=0)  # NaN comes last
+    known = np.count_nonzero(~np.isnan(ranked), axis=0)
+    at = np.maximum(known - 1, 0) // 2
+    return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])

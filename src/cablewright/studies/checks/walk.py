@@ -1,0 +1,127 @@
+"""The samples of a job, walked block by block: statics, forces of acceleration, distances of lines, expected error."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Final
+
+import numpy as np
+
+from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
+from cablewright.analyses.feasibility import Finding, judge
+from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
+from cablewright.arrays import Array, Mask
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
+from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
+from cablewright.progress import Progress
+from cablewright.robot import Robot
+from cablewright.robot.uncertainty import Range
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import Linearisation, linearise_where_regular
+from cablewright.studies.checks.path_statics import PathStatics
+from cablewright.studies.interference import JobDistances
+
+BLOCK: Final = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
+RESERVE: Final = 1.1
+"""Tension kept from the limits at rest, in units of what acceleration takes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walked:
+    """What was found along the path; None where it was not looked for."""
+
+    statics: PathStatics
+    tension_drop: Array  # (m,) N, at least 0: the most that acceleration takes from the tension of each line
+    tension_rise: Array  # (m,) N, at least 0
+    distances: JobDistances | None
+    search: ExpectedErrorSearch | None
+
+
+@dataclass(frozen=True, eq=False)
+class JobPath:
+    """The k samples of a job, the poses (k, n) that bring the nozzle there, and retraction lengths (k,), m, or None."""
+
+    job: Job
+    samples: Samples
+    law: TimeLaw
+    poses: Array
+    retraction: Array | None
+
+    def walk(self, full: Model, ranges: Sequence[Range], skip: Collection[str], seed: int, report: Progress) -> Walked:
+        """Solve the inverse and forward problems, and look for all that is not in *skip*."""
+        distances = None if "interference" in skip else JobDistances.of(self.job, self.samples)
+        search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
+        motion, rows = self.job.motion, len(self.poses)
+        corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation)
+        radii = np.array([line.winch.drum_radius for line in full.robot.lines], dtype=np.float64)
+        blocks, drop, rise = [], np.zeros(full.m), np.zeros(full.m)
+        for first in range(0, rows, BLOCK):
+            report("solving", first, rows)
+            block = slice(first, first + BLOCK)
+            retraction = None if self.retraction is None else self.retraction[block]
+            held = solve_inverse(full, self.poses[block], path=True, retraction=retraction)
+            regular, linear = _linearised(held)
+            moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
+            effects = inertia_effects(held[regular], linear, moved)
+            blocks.append(PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, radii))
+            drop, rise = _largest(drop, rise, effects)
+            if distances is not None:
+                distances.take(held, first)
+            if search is not None:
+                search.take(first + np.flatnonzero(regular), held[regular], linear)
+        report("solving", rows, rows)
+        solved: PathStatics = _joined(blocks)
+        speed = _cable_speed(solved.lengths, self.samples, self.law)
+        lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)
+        return Walked(replace(solved, lines=lines), drop, rise, distances, search)
+
+    def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
+        """Compare with the limits of the robot's file."""
+        statics = found.statics
+        return judge(robot, self.poses[:, :3], statics.codes, statics.violations, statics.lines)
+
+
+def with_reserve(robot: Robot, found: Walked) -> Robot | None:
+    """Return the robot with tension limits that leave at rest what acceleration takes; None where nothing is left."""
+    lines = []
+    for line, drop, rise in zip(robot.lines, found.tension_drop, found.tension_rise, strict=True):
+        low, high = line.tension_limits[0] + RESERVE * float(drop), line.tension_limits[1] - RESERVE * float(rise)
+        if not low < high:
+            return None
+        lines.append(line.model_copy(update={"tension_limits": (low, high)}))
+    return robot.model_copy(update={"lines": tuple(lines)})
+
+
+def _linearised(held: Equilibrium) -> tuple[Mask, Linearisation]:
+    """Which rows are solved and regular, and their linearisation."""
+    regular = held.ok.copy()
+    linear, codes = linearise_where_regular(held[regular])
+    regular[regular] = codes == 0
+    return regular, linear[codes == 0]
+
+
+def _largest(drop: Array, rise: Array, effects: InertiaEffects) -> tuple[Array, Array]:
+    """The largest changes of tension so far (m,), N."""
+    most_drop = np.max(-effects.tension_drop, axis=0, initial=0.0)
+    return np.maximum(drop, most_drop), np.maximum(rise, np.max(effects.tension_rise, axis=0, initial=0.0))
+
+
+def _joined(blocks: Sequence[Any]) -> Any:
+    """Concatenate the values of blocks: arrays, or dataclasses of arrays."""
+    first = blocks[0]
+    if isinstance(first, np.ndarray):
+        return np.concatenate(blocks)
+    return type(first)(*(_joined([getattr(block, each.name) for block in blocks]) for each in fields(first)))
+
+
+def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
+    """Speed of each cable (k, m), m/s: its change of length per length of path, times the speed along the path."""
+    distance = np.diff(samples.distance)
+    duration = np.diff(law.time) - samples.dwell[:-1]
+    fastest = np.maximum(np.maximum(law.speed[1:], law.speed[:-1]), distance / duration)
+    speed = np.zeros_like(lengths)
+    speed[1:] = np.abs(np.diff(lengths, axis=0)) * (fastest / distance)[:, None]
+    return speed
