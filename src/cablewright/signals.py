@@ -233,7 +233,7 @@ class Progress:
 
     time: float  # s
     state: PrintState
-    layer: int  # from 0 on
+    layer: int  # from 1 on; 0 before the first
     distance: float  # m along the path, all layers
     target: Array  # (3,) m, world, of B
     error: float  # m, estimated cross-track error in plan view; positive: left of the path; NaN: off the path

@@ -45,7 +45,7 @@ def parse(
     extrudes by E is also read by M101 and M103.
 
     Layers come from the slicer's markers (`annotations.LAYER_MARKERS`): the kind that the file uses first counts, and
-    negative numbers (of a raft) shift all so that the lowest is 0. A file without markers has one layer per height at
+    numbers below 1 shift all so that the lowest is 1. A file without markers has one layer per height at
     which it extrudes, counted upwards; a travel move then belongs to the last extruded layer.
 
     Raises `InputError`, with the line and what is allowed, for a file that cannot be read, is no G-code, is empty, too

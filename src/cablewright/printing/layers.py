@@ -52,7 +52,7 @@ def layer_table(samples: Samples, law: TimeLaw) -> LayerTable:
         first,
         stop,
     )
-    kept = [column[samples.layer[first] >= 0] for column in columns]
+    kept = [column[samples.layer[first] > 0] for column in columns]
     for column in kept:
         column.setflags(write=False)
     return LayerTable(*kept)

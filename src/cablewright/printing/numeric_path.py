@@ -65,8 +65,8 @@ class RandomCurve(_Rounds):
         along = self.length / pieces * np.arange(1, pieces + 1)
         rise = min(_SLOW_RISE * self.layer_height, 0.5 * self.length)
         risen = np.minimum(along / rise, 1.0) if rise else np.ones(pieces)
-        number = np.repeat(np.arange(self.layers, dtype=np.int32), pieces)
-        height = np.maximum(number - 1.0 + np.tile(risen, self.layers), 0.0)
+        number = np.repeat(np.arange(1, self.layers + 1, dtype=np.int32), pieces)
+        height = np.maximum(number - 2.0 + np.tile(risen, self.layers), 0.0)
         places = np.empty((pieces * self.layers + 1, 3))
         places[0, :2], places[1:, :2] = once[0], np.tile(once[1:], (self.layers, 1))
         places[0, 2], places[1:, 2] = self.first_height, self.first_height + self.layer_height * height
@@ -92,7 +92,7 @@ class Helix(_Rounds):
         angle = 2.0 * np.pi * turns
         height = self.first_height + self.layer_height * turns
         places = np.stack([self.radius * np.cos(angle), self.radius * np.sin(angle), height], axis=1)
-        layer = np.repeat(np.arange(self.layers, dtype=np.int32), pieces)
+        layer = np.repeat(np.arange(1, self.layers + 1, dtype=np.int32), pieces)
         return _toolpath(places, layer)
 
 

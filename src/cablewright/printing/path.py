@@ -31,12 +31,17 @@ class Samples:
     dwell: Array  # (k,) s waited at the sample
     move: NDArray[np.int64]  # (k,) row of the toolpath
     extruding: Mask  # (k,)
-    layer: NDArray[np.int32]  # (k,) -1 before the first layer
+    layer: NDArray[np.int32]  # (k,) from 1; 0 before the first layer
     line: NDArray[np.int32]  # (k,) line of the file, from 1
 
     def __len__(self) -> int:
         """The number of samples."""
         return len(self.distance)
+
+    def where(self, sample: int) -> str:
+        """The layer of a sample, in words."""
+        layer = int(self.layer[sample])
+        return f"in layer {layer}" if layer else "before layer 1"
 
     @property
     def extruded_length(self) -> float:

@@ -37,7 +37,7 @@ class Toolpath:
     extrusion: Array  # (k,) m of filament, negative: retracted; without an axis that extrudes, m of path
     feed: Array  # (k,) m/s, file scale; inf before the first F
     dwell: Array  # (k,) s waited at the end of the move
-    layer: NDArray[np.int32]  # (k,) -1 before the first layer
+    layer: NDArray[np.int32]  # (k,) from 1; 0 before the first layer
     line: NDArray[np.int32]  # (k,) line of the file, from 1
     kind: NDArray[np.int8]  # (k,) `LineType`
     object: NDArray[np.int32]  # (k,) index into `objects`; -1: none
@@ -63,7 +63,7 @@ class Toolpath:
     def layer_count(self) -> int:
         """Number of layers with material."""
         numbers = np.unique(self.layer[self.extruding])
-        return int(np.count_nonzero(numbers >= 0))
+        return int(np.count_nonzero(numbers > 0))
 
     @cached_property
     def in_part(self) -> Mask:
@@ -72,7 +72,7 @@ class Toolpath:
         Outside are: what precedes the first and follows the last material of a layer, G28 and the way back from it, and
         travel that begins or ends beyond the part in plan view by more than a tenth of its longer side (parking).
         """
-        laying = self.extruding & (self.layer >= 0)
+        laying = self.extruding & (self.layer > 0)
         if not laying.any():
             return laying
         number = np.arange(len(laying))
@@ -120,7 +120,7 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
     notes = controller.notes
     layer, layers_by = _layers(notes, points[1:, 2], extruding)
     kind = notes.types.spread(k, LineType.UNSPECIFIED)
-    kind[(kind == LineType.UNSPECIFIED) & (layer < 0)] = LineType.PRIME
+    kind[(kind == LineType.UNSPECIFIED) & (layer < 1)] = LineType.PRIME
     kind[~extruding] = LineType.TRAVEL
     columns = {
         "extrusion": extrusion,
@@ -154,14 +154,14 @@ def _layers(notes: Annotations, height: Array, extruding: Mask) -> tuple[NDArray
         changes = notes.layers.get(marker)
         if changes is None or not len(changes) or not extruding[changes.rows[0] :].any():
             continue
-        shift = min(0.0, min(changes.values))  # a raft has negative numbers
-        layer = np.where(np.arange(k) < changes.rows[0], -1.0, changes.spread(k, -1.0) - shift)
+        shift = max(0.0, 1.0 - min(changes.values))  # many slicers count from 0, and a raft has negative numbers
+        layer = np.where(np.arange(k) < changes.rows[0], 0.0, changes.spread(k, 0.0) + shift)
         return layer.astype(np.int32), LAYER_MARKERS[marker]
     grains = np.round(height[extruding] / _HEIGHT_GRAIN)
-    layer = np.full(k, -1.0)
-    layer[extruding] = np.unique(grains, return_inverse=True)[1]
+    layer = np.zeros(k, dtype=np.int32)
+    layer[extruding] = np.unique(grains, return_inverse=True)[1] + 1
     last = np.maximum.accumulate(np.where(extruding, np.arange(k), -1))
-    return np.where(last >= 0, layer[last], -1.0).astype(np.int32), BY_HEIGHT
+    return np.where(last >= 0, layer[last], 0).astype(np.int32), BY_HEIGHT
 
 
 def _why_nothing(controller: Controller, material: Material) -> str:

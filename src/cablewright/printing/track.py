@@ -43,7 +43,7 @@ class Nearest(NamedTuple):
 class Visits:
     """v visits of layers in the order of the path, each from its ``begin`` to the next one's. Read-only arrays."""
 
-    number: NDArray[np.int32]  # (v,) the layer's number; -1 before the first
+    number: NDArray[np.int32]  # (v,) the layer's number, from 1; 0 before the first
     begin: Array  # (v,) m along the path
 
 

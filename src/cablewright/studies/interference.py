@@ -111,8 +111,9 @@ class JobInterference(Distances):
     @property
     def refusal(self) -> str:
         """Why the answer is no, with the place in the job."""
-        if self.status in ("touching", "near"):
-            return f"{super().refusal} in layer {self.at('layer')}, G-code line {self.at('line')}"
+        worst = self.worst
+        if worst is not None and self.status in ("touching", "near"):
+            return f"{super().refusal} {self.samples.where(worst.row)}, G-code line {self.at('line')}"
         return super().refusal.replace("held", f"held at {self.unheld} of {len(self.samples)} samples")
 
     def at(self, column: str) -> int | None:

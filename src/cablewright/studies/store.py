@@ -98,10 +98,17 @@ def _take_place(part: Path, folder: Path, old: Path) -> None:
         raise
 
 
-def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapping[str, object] | None = None) -> None:
+def write_check(
+    check: Check,
+    folder: Path,
+    robot: str,
+    job: Path,
+    options: Mapping[str, object] | None = None,
+    uncertainty: Path | None = None,
+) -> None:
     """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder.
 
-    *robot*: library name or file. *options*: those that changed the robot: tension limits, a load, a wrench.
+    *robot*: library name or file. *options*: those that changed the answer. *uncertainty*: its file, if one was given.
     """
     names = [line.name for line in check.robot.lines]
     table = _table(check, names)
@@ -113,6 +120,8 @@ def write_check(check: Check, folder: Path, robot: str, job: Path, options: Mapp
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
     inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
+    if uncertainty is not None:
+        inputs["uncertainty"] = file_hash(uncertainty)
     write_manifest(folder, "check", inputs, options or {})
 
 
@@ -193,6 +202,11 @@ def _table(check: Check, names: list[str]) -> pa.Table:
     if check.robot.n == 6:
         columns |= _by_axis({"rotation_": check.poses[:, 3:]})
         columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
+    columns["acceleration_displacement"] = check.statics.displacement
+    if check.expected is not None:
+        columns["expected_error_rms"] = check.expected.rms
+    if check.distances is not None:
+        columns["clearance"] = check.distances.smallest
     if check.retraction is not None:
         columns["retraction"] = check.retraction
     statics, lines = check.statics, check.statics.lines

@@ -26,6 +26,7 @@ from cablewright.results import Figure
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import Linearisation
 from cablewright.solvers.parameters import at_nozzle, departures, response
+from cablewright.units import spell_length
 
 CELLS: Final = 12
 DRAWS: Final = 4000
@@ -33,6 +34,23 @@ LEVEL: Final = 0.95
 BLOCK: Final = 64  # cells evaluated at once
 INTERPOLATION: Final = "interpolation"
 """Name of the cause that is no number of the robot: lengths are interpolated between samples."""
+
+REMEDIES: Final = {
+    "exit_point": "survey or calibrate the exit points",
+    "platform_point": "measure or calibrate the platform points",
+    "modulus": "measure the moduli of the cables",
+    "sheave_radius": "measure the sheaves",
+    "linear_density": "weigh the cables",
+    "length_offset": "home the lines better, or calibrate their lengths",
+    "length_scale": "calibrate the scale of the lengths",
+    "temperature": "compensate the temperature of the cables",
+    "mass": "weigh the platform",
+    "centre_of_mass": "measure the centre of mass",
+    "force": "measure the force on the platform",
+    "moment": "measure the moment on the platform",
+    INTERPOLATION: "give the job a shorter sampling.step",
+}
+"""What makes the uncertain numbers of a kind more certain."""
 
 TOO_CURVED: Final = 0.1
 """Share of the expected error by which first order may be off before a note says so."""
@@ -46,8 +64,14 @@ class Cause:
     share: float  # of the mean square error at the worst sample
     without: float  # m, the expected error if these numbers were exact
 
+    @property
+    def words(self) -> str:
+        """What people call it."""
+        return "interpolation between samples" if self.name == INTERPOLATION else self.name.replace("_", " ")
+
     FIGURES: ClassVar = (
-        Figure("cause", "", "Kind of the uncertain numbers, or interpolation of the lengths between samples.", "name"),
+        Figure("cause", "", "Kind of the uncertain numbers, or interpolation of the lengths between samples.",
+               "name", "cause"),
         Figure("share", "1", "Share of the mean square error at the worst sample.", digits=2, shown="%"),
         Figure("without", "m", "Expected error if these numbers were exact.", name="expected error without", digits=3,
                shown="mm"),
@@ -68,8 +92,14 @@ class ExpectedError:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before the figures are used."""
+        """What would reduce it, and what to know before the figures are used."""
         notes = []
+        if self.causes and self.value > 0.0:
+            most = self.causes[0]
+            notes.append(
+                f"{100.0 * most.share:.0f} % of the expected error is by {most.words}: {REMEDIES[most.name]}; exact "
+                f"numbers would leave {spell_length(most.without)}"
+            )
         if self.curvature > TOO_CURVED:
             notes.append(
                 f"expected error: first order is off by {100.0 * self.curvature:.2g} % at its worst sample; "

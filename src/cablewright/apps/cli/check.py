@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, JobFile, Limits, RobotOptions
+from cablewright.apps.cli.options import AsJson, JobFile, Limits, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import tension_limits
 
@@ -17,7 +17,9 @@ from cablewright.apps.cli.parsing import tension_limits
 class CheckCommand:
     """A run folder keeps a report, all samples and the lengths that the winches have to pay out.
 
-    The answer is no (exit 1) if a sample cannot be held, or breaks a limit of the robot file.
+    The answer is no (exit 1) if a sample cannot be held or breaks a limit of the robot file, also while the nozzle
+    accelerates; if lines touch each other, the platform, the frame or the part as it grows; or if the expected error is
+    above the job's max_error. What was not checked is listed.
     """
 
     EXAMPLE: ClassVar = "check house-printer examples/helix.toml"
@@ -26,6 +28,24 @@ class CheckCommand:
     robot: RobotOptions
     job: JobFile
     tension_limits: Limits = None
+    uncertainty: Annotated[
+        Path | None,
+        typer.Option(
+            "--uncertainty",
+            metavar="TOML",
+            help="File of uncertain parameters; by default the robot file's [uncertainty], or else what is assumed.",
+        ),
+    ] = None
+    clearance: Annotated[
+        float, typer.Option("--clearance", metavar="D", help="Distance under which a line is too near, m; 0: touching.")
+    ] = 0.0
+    interference: Annotated[
+        bool, typer.Option("--interference/--no-interference", help="Find the distances of lines from everything.")
+    ] = True
+    expected_error: Annotated[
+        bool, typer.Option("--expected-error/--no-expected-error", help="Find the error under uncertain parameters.")
+    ] = True
+    seed: Seed = 0
     out: Annotated[Path | None, typer.Option("--out", help="Run folder; by default runs/check-ROBOT-JOB.")] = None
     as_json: AsJson = False
 
@@ -34,15 +54,35 @@ class CheckCommand:
         from cablewright.apps.report import check as report
         from cablewright.printing.job import load_job
         from cablewright.printing.layers import layer_table
+        from cablewright.robot import load_uncertainty
         from cablewright.studies import store
         from cablewright.studies.checks.check import check
 
         machine, job, tensions = self.robot.loaded(), load_job(self.job), tension_limits(self.tension_limits)
+        uncertain = None if self.uncertainty is None else load_uncertainty(self.uncertainty)
+        wanted = {"interference": self.interference, "expected-error": self.expected_error}
+        skipped = tuple(name for name, kept in wanted.items() if not kept)
         folder = self.out or Path("runs") / store.folder_name("check", machine.name, self.job.stem)
         with store.run_folder(folder) as part, progress() as show:
-            found = check(machine, job, tension_limits=tensions, progress=show)
+            found = check(
+                machine,
+                job,
+                tension_limits=tensions,
+                uncertainty=uncertain,
+                clearance=self.clearance,
+                skip=skipped,
+                seed=self.seed,
+                progress=show,
+            )
             show("writing report", 0, 1)
-            options = {"tension_limits": tensions, "load": self.robot.load, "wrench": self.robot.wrench}
-            store.write_check(found, part, self.robot.robot, self.job, options)
+            options = {
+                "tension_limits": tensions,
+                "load": self.robot.load,
+                "wrench": self.robot.wrench,
+                "clearance": self.clearance,
+                "skip": skipped,
+                "seed": self.seed,
+            }
+            store.write_check(found, part, self.robot.robot, self.job, options, self.uncertainty)
             report.write(found, part, layer_table(found.samples, found.law))
         return answer(found, self.as_json, report=folder / "report.html", lengths=folder / "lengths.csv")

@@ -1,4 +1,4 @@
-"""How far off the nozzle is at each height: without, with stretch alone and with full compensation."""
+"""How far off the nozzle is at each height: without and with partial compensation, and what is expected with all."""
 
 from __future__ import annotations
 
@@ -28,14 +28,16 @@ def error_by_height(digest: Digest) -> Figure | None:
         return None
     drawn = style.figure(9.0, 4.0)
     plain, log = drawn.subplots(1, 2, sharey=True, width_ratios=(1, 1.5))
-    kinds = (
-        ("none", digest.check.error_uncompensated, style.RED),
-        ("elastic", digest.check.error_elastic_only, style.ORANGE),
-        ("full", digest.check.error_compensated, style.BLUE),
-    )
-    for name, error, colour in kinds:
-        found, words = heights.band(error * 1e3), COMPENSATIONS[name].words
-        if name == "none":
+    check, without = digest.check, COMPENSATIONS["none"].words
+    kinds = [
+        (without, check.error_uncompensated, style.RED),
+        (COMPENSATIONS["elastic"].words, check.error_elastic_only, style.ORANGE),
+    ]
+    if check.expected is not None and check.expected.sample is not None:
+        kinds.append((f"expected {COMPENSATIONS['full'].words} (rms)", check.expected.rms, style.BLUE))
+    for words, error, colour in kinds:
+        found = heights.band(error * 1e3)
+        if words == without:
             _draw(plain, heights.z, found, colour, words)
             plain.set_title(words)
         _draw(log, heights.z, Band(*(np.maximum(part, _FLOOR) for part in found)), colour, words)
@@ -46,7 +48,7 @@ def error_by_height(digest: Digest) -> Figure | None:
     style.log_ticks(log.xaxis, *log.get_xlim())
     log.xaxis.set_major_formatter(lambda value, _: ("≤ " if value < _FLOOR * 1.01 else "") + style.power(value))
     log.set(xlabel="error in mm, log axis")
-    log.set_title("all three")
+    log.set_title("by compensation")
     log.plot([], [], color=style.GREY, label="median")
     log.plot([], [], color=style.GREY, linestyle=_DOTTED, linewidth=1.5, label="max")
     style.legend_below(drawn, log, columns=5)

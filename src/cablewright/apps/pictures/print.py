@@ -66,7 +66,7 @@ def path_picture(found: PrintRecord) -> Figure | None:
 def errors_picture(found: PrintRecord) -> Figure | None:
     """Draw the sideways error along some layers, and its statistics of each layer."""
     best = found.best
-    printed = np.flatnonzero(np.isfinite(best.by_layer.mean) & (best.by_layer.number >= 0))
+    printed = np.flatnonzero(np.isfinite(best.by_layer.mean) & (best.by_layer.number > 0))
     if not len(printed):
         return None
     many = len(printed) > 1
@@ -91,7 +91,7 @@ def _along(axes: Axes, found: PrintRecord, printed: Indices) -> None:
     colours = style.error_colours()(np.linspace(0.0, 1.0, len(chosen)))
     for each, colour in zip(chosen, colours, strict=True):
         rows = visit == each
-        label = f"layer {found.track.visits.number[each] + 1}"
+        label = f"layer {found.track.visits.number[each]}"
         axes.plot(distance[rows] - begins[each], errors[rows], color=colour, linewidth=0.9, label=label)
     title = "true error" if found.has_truth else "estimated error"
     axes.set(xlabel="distance along the layer's path in m", title=title)
@@ -100,7 +100,7 @@ def _along(axes: Axes, found: PrintRecord, printed: Indices) -> None:
 
 def _by_layer(axes: Axes, best: PathFollowing, printed: Indices) -> None:
     layers = best.by_layer
-    number = layers.number[printed] + 1.0
+    number = layers.number[printed].astype(float)
     mean, spread = 1e3 * layers.mean[printed], 1e3 * layers.deviation[printed]
     low, high = 1e3 * layers.min[printed], 1e3 * layers.max[printed]
     blue: dict[str, Any] = {"color": style.BLUE}

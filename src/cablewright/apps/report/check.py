@@ -7,22 +7,25 @@ from pathlib import Path
 
 import numpy as np
 
+from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.apps import style
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
-from cablewright.apps.quantities import count
+from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.digest import Digest
-from cablewright.apps.report.figures import along_table
+from cablewright.apps.report.figures import along_table, part_table
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section
+from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.terms import with_terms
 from cablewright.apps.report.viewer import canvas, script
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
 from cablewright.printing.layers import LayerTable
+from cablewright.robot.uncertainty import ASSUMED
+from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
 
 Pictures = dict[str, bytes]
@@ -61,10 +64,13 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     """Yield the page from the verdict to where everything came from."""
     yield element("h1", title)
     yield _verdict(digest.check)
-    turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated", "max_turn_compensated")
-    yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", *turns))
+    turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated",)
+    yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", "not_checked", *turns))
     yield from _notices(digest)
+    yield section("Not checked", list_of(list(digest.check.not_checked)))
     yield section("Worst place of every limit", findings_table(digest))
+    if digest.check.expected is not None and digest.check.expected.causes:
+        yield section("Expected error, and what makes it", *_expected(digest.check, digest.check.expected))
     yield section("The path, and how far off it is without compensation", *_path(digest, pictures))
     yield section("Tension of each line", *_tensions(digest, pictures))
     yield section("Error against height", *_errors(digest, pictures))
@@ -91,6 +97,25 @@ def _notices(digest: Digest) -> Iterator[Html]:
             f"at {count(lost)} of {total} samples it is not known where the platform hangs without compensation; "
             "pictures of the error leave them out"
         )
+
+
+def _expected(check: Check, expected: ExpectedError) -> Iterator[Html]:
+    """Yield what the expected error is, its causes, and the ranges that it comes from."""
+    source = "assumed, because nothing is given" if check.uncertainty == ASSUMED else f"given: {check.uncertainty}"
+    yield element(
+        "p",
+        f"95 of 100 machines whose numbers are uncertain as below ({source}) keep the nozzle within "
+        f"{quantity(expected.value, 'm')} of the whole path that lays material. The numbers are drawn once for the "
+        "job; the error is of first order in them. Forces of acceleration come on top: they move the nozzle by up to "
+        f"{quantity(extreme(np.fmax, check.statics.displacement), 'm')}.",
+    )
+    yield part_table(check, "expected_error_by")
+    yield table(("uncertain number", "min", "max", "unit"), _ranges(expected), numbers=(1, 2))
+
+
+def _ranges(expected: ExpectedError) -> Iterator[tuple[str, ...]]:
+    for each in expected.ranges:
+        yield each.parameter.label, f"{each.low:.6g}", f"{each.high:.6g}", each.parameter.unit
 
 
 def _path(digest: Digest, pictures: Pictures) -> Iterator[Html]:
@@ -131,9 +156,9 @@ def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         return
     yield picture(
         pictures["error-height"],
-        "Error against the height of the nozzle, without, with partial and with full compensation",
-        "Moves that lay material. Full line: the median at that height; dotted: the largest. What is left after full "
-        "compensation is that of the model and its solver, not of a machine.",
+        "Error against the height of the nozzle, without and with partial compensation, and expected with full",
+        "Moves that lay material. Full line: the median at that height; dotted: the largest. With full compensation "
+        "the model meets the path: what is left is by uncertain numbers, here its root mean square.",
     )
 
 

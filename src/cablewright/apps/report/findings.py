@@ -67,8 +67,7 @@ def _margin(finding: Finding) -> Html:
 def _place(digest: Digest, finding: Finding) -> Html:
     samples, at = digest.check.samples, finding.sample
     x, y, z = (f"{v:.2f}".replace("-", "\N{MINUS SIGN}") for v in samples.positions[at])
-    layer = int(samples.layer[at])
-    where = "before the first layer" if layer < 0 else f"layer {layer}"
+    where = samples.where(at).removeprefix("in ")
     first = f"{where}, {digest.check.job.move_name} {count(int(samples.line[at]))}"
     return join(
         [

@@ -22,7 +22,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
-from cablewright.studies.checks.result import Check
+from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, with_reserve
 from cablewright.studies.interference import JobDistances
@@ -31,9 +31,6 @@ from cablewright.studies.job_poses import along, sampled
 PLACES: Final = 7  # along each side of the frame, tried where no sample can be held
 TOO_LARGE: Final = 5.0
 """A path that is so many times as large as the frame has a wrong scale."""
-
-WRONG_UNIT: Final = 200.0
-"""A size that is so many times as large as another may have a wrong unit: mm taken for m."""
 
 
 def check(

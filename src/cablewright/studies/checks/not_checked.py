@@ -10,10 +10,12 @@ import numpy as np
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import PathStatics
 
-SKIPPABLE: Final = ("interference", "expected-error")
-"""What may be switched off, by its word on the command line."""
+SKIPPABLE: Final = {
+    "interference": "interference of lines",
+    "expected-error": "expected error",
+}
+"""What may be switched off, and what it is called."""
 
-_OFF: Final = {"interference": "interference of lines", "expected-error": "expected error"}
 _LIMITS: Final = (
     ("winch torque", "winch", "max_torque"),
     ("winch speed", "winch", "max_speed"),
@@ -32,7 +34,7 @@ _LEFT_OUT: Final = (
 
 def not_checked(robot: Robot, statics: PathStatics, skip: Collection[str], turns: bool) -> list[str]:
     """Return what a check of *robot* does not cover; *turns*: whether the platform turns on its way."""
-    found = [f"{_OFF[name]}: switched off" for name in SKIPPABLE if name in skip]
+    found = [f"{what}: switched off" for name, what in SKIPPABLE.items() if name in skip]
     found += _without_limit(robot)
     if "interference" not in skip:
         found += _without_shape(robot)

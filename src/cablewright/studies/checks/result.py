@@ -27,9 +27,13 @@ from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import PathStatics, extreme, median
 from cablewright.studies.interference import JobDistances
+from cablewright.units import spell_length
 
 MET: Final = 1e-6
 """Largest error (m, and rad) of the full model on the compensated path that counts as none."""
+
+WRONG_UNIT: Final = 200.0
+"""A size that is so many times as large as another may have a wrong unit: mm taken for m."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ class PlacedFinding(NamedTuple):
 
 PLACE = (
     Figure("position", "m", "Position of the nozzle."),
-    Figure("layer", "", "Layer; -1 before the first."),
+    Figure("layer", "", "Layer, counted from 1; 0 before the first."),
     Figure("gcode_line", "", "Line of the G-code file."),
 )
 FINDING = (
@@ -75,9 +79,9 @@ def _errors() -> tuple[Figure, ...]:
     """The largest errors, by what is compensated."""
     named = (("none", "uncompensated"), ("elastic", "elastic_only"), ("full", "compensated"))
     return tuple(
-        _extreme_of(f"max_error_{key}", "m", f"Largest error of the nozzle {words}.", np.fmax, f"error_{key}",
-                    name=f"max error {words}", digits=3, shown="mm")
-        for words, key in ((COMPENSATIONS[name].words, key) for name, key in named)
+        _extreme_of(f"max_error_{key}", "m", f"Largest error of the nozzle {words}, if all numbers are exact.", np.fmax,
+                    f"error_{key}", name=f"max error {words}", digits=3, shown="mm", detail=name == "full")
+        for name, words, key in ((name, COMPENSATIONS[name].words, key) for name, key in named)
     )  # fmt: skip
 
 
@@ -133,7 +137,7 @@ class Check(Result):
                     name="max turn without compensation", digits=3),
         _extreme_of("max_turn_compensated", "rad", "Largest angle of the platform from its expected rotation with full "
                     "compensation; 0 for a point platform.", np.fmax, "turn_compensated",
-                    name="max turn with full compensation", digits=3),
+                    name="max turn with full compensation", digits=3, detail=True),
         _extreme_of("max_winch_speed", "m/s", "Largest speed of a cable at its winch.", np.fmax,
                     "statics.lines.winch_speed", digits=3),
         _extreme_of("max_winch_torque", "N m", "Largest torque at a drum; null where no drum radius is given.", np.fmax,
@@ -257,6 +261,13 @@ class Check(Result):
         """What was guessed of the G-code, and what to know of the expected error."""
         found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
         notes = ["layers are found by height: the file has no layer markers"] if found else []
+        part = float(np.ptp(self.samples.positions, axis=0).max())
+        frame = float(np.subtract(self.robot.scene.frame_max, self.robot.scene.frame_min).max())
+        if frame > WRONG_UNIT * part:
+            notes.append(
+                f"the path is {spell_length(part)} large, the frame {spell_length(frame)}: is scale = {self.job.scale:g}, "
+                "or a unit of the robot file, wrong?"
+            )
         if self.reserved:
             notes.append(
                 "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
@@ -275,8 +286,7 @@ class Check(Result):
 
     def where(self, sample: int) -> str:
         """Layer and move of a sample, in words."""
-        layer = int(self.samples.layer[sample])
-        return f"in layer {layer}, {self.job.move_name} {self.samples.line[sample]}"
+        return f"{self.samples.where(sample)}, {self.job.move_name} {self.samples.line[sample]}"
 
     def place(self, sample: int) -> Place:
         """Where a sample is: position, layer and line of the G-code file."""

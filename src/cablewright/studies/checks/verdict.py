@@ -2,32 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
-from cablewright.analyses.accuracy.expected_error import INTERPOLATION, ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, Finding
 from cablewright.robot.uncertainty import ASSUMED
+from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
 from cablewright.units import spell_length
-
-REMEDIES: Final = {
-    "exit_point": "survey or calibrate the exit points",
-    "platform_point": "measure or calibrate the platform points",
-    "modulus": "measure the moduli of the cables",
-    "sheave_radius": "measure the sheaves",
-    "linear_density": "weigh the cables",
-    "length_offset": "home the lines better, or calibrate their lengths",
-    "length_scale": "calibrate the scale of the lengths",
-    "temperature": "compensate the temperature of the cables",
-    "mass": "weigh the platform",
-    "centre_of_mass": "measure the centre of mass",
-    "force": "measure the force on the platform",
-    "moment": "measure the moment on the platform",
-    INTERPOLATION: "give the job a shorter sampling.step",
-}
-"""What makes the uncertain numbers of a kind more certain."""
 
 
 def verdict(found: Check, nowhere: int) -> str:
@@ -38,7 +19,7 @@ def verdict(found: Check, nowhere: int) -> str:
     """
     machine, part = found.robot.name, found.job.name
     if found.feasible:
-        return f"{machine} can print {part}: {', and '.join(_shown(found))}."
+        return f"{machine} can print {part}: {'; '.join(_shown(found))}."
     if found.missed.any():
         first = int(np.flatnonzero(found.missed)[0])
         return (
@@ -63,7 +44,10 @@ def _shown(found: Check) -> list[str]:
     if found.nearest is not None:
         parts.append(f"lines keep {spell_length(found.nearest.margin)} from all that is described")
     if found.expected is not None and found.expected.sample is not None:
-        parts.append(f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}")
+        parts.append(
+            f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}, and up to "
+            f"{spell_length(extreme(np.fmax, found.statics.displacement))} more where the nozzle accelerates"
+        )
     return parts
 
 
@@ -94,16 +78,4 @@ def _broken(found: Check, worst: Finding) -> str:
     return (
         f"{worst.limit}{line} is out of bounds at {worst.violations} of {total} samples, worst {worst.value:.4g} "
         f"{worst.unit} where {worst.bounds()} is allowed, {where}"
-    )
-
-
-def advice(expected: ExpectedError | None) -> str:
-    """Return what contributes most to the expected error, and what would reduce it; empty where nothing is known."""
-    if expected is None or not expected.causes or not expected.value > 0.0:
-        return ""
-    most = expected.causes[0]
-    words = "interpolation between samples" if most.name == INTERPOLATION else most.name.replace("_", " ")
-    return (
-        f"most of the expected error is by {words} ({100.0 * most.share:.0f} %): {REMEDIES[most.name]}; exact numbers "
-        f"would leave {spell_length(most.without)}"
     )

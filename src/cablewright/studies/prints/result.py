@@ -29,7 +29,7 @@ class ErrorLocation(Result):
     FIGURES: ClassVar = (
         Figure("value", "m", "The error, positive left of the path.", name="error", shown="cm"),
         Figure("time", "s", "Time of the step.", shown="s"),
-        Figure("layer", "1", "Layer, counted from 0.", name="layer (from 0)"),
+        Figure("layer", "", "Layer, counted from 1; 0 before the first."),
         Figure("distance", "m", "Distance along the path.", shown="m"),
         Figure("place", "m", "Place on the path: x and y, world.", shown="m"),
     )
