@@ -42,7 +42,7 @@ def rounds(seed: int, layers: int) -> Track:
     """A pilot's rounds as a track, each told to be a millimetre higher, which the pilot does not heed."""
     way = random_loop(load("merlet2023"), 28.0, seed)
     places = np.concatenate([np.column_stack([way, np.full(len(way), HEIGHT + 1e-3 * k)]) for k in range(layers)])
-    layer = np.repeat(np.arange(layers, dtype=np.int32), len(way))
+    layer = np.repeat(np.arange(1, layers + 1, dtype=np.int32), len(way))
     laying = np.ones(len(places), dtype=bool)
     laying[:: len(way)] = False
     distance = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])

@@ -83,7 +83,7 @@ def test_the_package_says_that_it_is_typed() -> None:
         ("import cablewright.printing", {"numpy"}),
         ("import cablewright.apps.cli.main", {"typer", "rich"}),
         ("import cablewright.solvers.forward", {"numpy", "numba", "llvmlite", "scipy"}),  # Numba looks for SciPy
-        ("import cablewright.studies.check", {"numpy", "numba", "llvmlite", "scipy"}),
+        ("import cablewright.studies.checks.check", {"numpy", "numba", "llvmlite", "scipy"}),
     ],
 )
 def test_an_import_loads_no_more_than_it_needs(statement: str, allowed: set[str]) -> None:

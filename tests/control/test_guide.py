@@ -91,7 +91,7 @@ def test_it_ends(path: TimedPath) -> None:
 def test_the_first_layers_alone() -> None:
     whole, one = TimedPath.of(JOB), TimedPath.of(JOB, 1)
     assert one.track.length == pytest.approx(0.5 * whole.track.length, rel=1e-6)
-    assert set(one.track.layer) == {0}
+    assert set(one.track.layer) == {1}
 
 
 @pytest.mark.parametrize("layers", [0, -1, 3])

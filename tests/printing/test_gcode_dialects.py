@@ -59,20 +59,20 @@ class TestLayerMarkers:
     @pytest.mark.parametrize(
         ("markers", "layers", "by"),
         [
-            (("; CHANGE_LAYER", ";CHANGE_LAYER", "; CHANGE_LAYER\r"), [0, 1, 2], "; CHANGE_LAYER"),
-            (("; CHANGE_LAYER\n; Z_HEIGHT: 0.2\n; layer num/total_layer_count: 1/2",) * 2, [0, 1], "; CHANGE_LAYER"),
-            ((";LAYER_CHANGE\n;Z:0.2\n;HEIGHT:0.2", ";LAYER_CHANGE\n;Z:0.4"), [0, 1], ";LAYER_CHANGE"),
-            ((";Z:0.2", ";Z:0.4", ";Z:0.4", ";Z:0.6"), [0, 1, 1, 2], ";Z:"),
-            ((";Z:0.2", ";LAYER:7"), [-1, 7], ";LAYER:n"),
-            (("(<layer> 0.4 )", "(<layer> 0.8 )"), [0, 1], "(<layer> z)"),
+            (("; CHANGE_LAYER", ";CHANGE_LAYER", "; CHANGE_LAYER\r"), [1, 2, 3], "; CHANGE_LAYER"),
+            (("; CHANGE_LAYER\n; Z_HEIGHT: 0.2\n; layer num/total_layer_count: 1/2",) * 2, [1, 2], "; CHANGE_LAYER"),
+            ((";LAYER_CHANGE\n;Z:0.2\n;HEIGHT:0.2", ";LAYER_CHANGE\n;Z:0.4"), [1, 2], ";LAYER_CHANGE"),
+            ((";Z:0.2", ";Z:0.4", ";Z:0.4", ";Z:0.6"), [1, 2, 2, 3], ";Z:"),
+            ((";Z:0.2", ";LAYER:7"), [0, 7], ";LAYER:n"),
+            (("(<layer> 0.4 )", "(<layer> 0.8 )"), [1, 2], "(<layer> z)"),
             (
                 ("; BEGIN_LAYER_OBJECT z=0.20 z_thickness=0.20", "; BEGIN_LAYER_RAFT z=0.40"),
-                [0, 1],
+                [1, 2],
                 "; BEGIN_LAYER_OBJECT",
             ),
             (("(LAYER 1)", "(LAYER 2)", "(layer: 4)", "(Layer #5, z = 3)"), [1, 2, 4, 5], "(LAYER n)"),
             (("; LAYER 1", ";Layer: 2", "; Layer #3", ";; --- layer 4 (0.25mm @ 1.00mm)"), [1, 2, 3, 4], "; layer n"),
-            ((";HEIGHT:0.2", ";HEIGHT:0.3"), [0, 0], "height"),
+            ((";HEIGHT:0.2", ";HEIGHT:0.3"), [1, 1], "height"),
         ],
     )
     def test_of_slicers(self, markers, layers, by, read):

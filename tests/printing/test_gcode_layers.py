@@ -12,18 +12,18 @@ def three(*markers: str) -> str:
 @pytest.mark.parametrize(
     ("markers", "layers"),
     [
-        ((";LAYER:0", ";LAYER:1", ";LAYER:2"), [0, 1, 2]),
-        ((";LAYER:0 Z:1", ";LAYER:1 Z:2\r", ";LAYER:7\t"), [0, 1, 7]),
-        ((";LAYER_CHANGE", ";LAYER_CHANGE ", ";LAYER_CHANGE\r"), [0, 1, 2]),
+        ((";LAYER:0", ";LAYER:1", ";LAYER:2"), [1, 2, 3]),
+        ((";LAYER:0 Z:1", ";LAYER:1 Z:2\r", ";LAYER:7\t"), [1, 2, 8]),
+        ((";LAYER_CHANGE", ";LAYER_CHANGE ", ";LAYER_CHANGE\r"), [1, 2, 3]),
         (("; layer 1", ";layer 2", "; layer 3, Z = 0.6"), [1, 2, 3]),
-        ((";LAYER:-2", ";LAYER:-1", ";LAYER:0"), [0, 1, 2]),
-        ((";LAYER:0", ";LAYER_CHANGE", "; layer 9"), [0, 0, 0]),
+        ((";LAYER:-2", ";LAYER:-1", ";LAYER:0"), [1, 2, 3]),
+        ((";LAYER:0", ";LAYER_CHANGE", "; layer 9"), [1, 1, 1]),
         (("; layer 4", ";LAYER:7", "; layer 5"), [4, 4, 5]),
     ],
 )
 def test_markers(markers, layers, read):
     path = read(three(*markers))
-    assert path.layer.tolist() == [-1] + [layer for layer in layers for _ in range(2)]
+    assert path.layer.tolist() == [0] + [layer for layer in layers for _ in range(2)]
     assert path.layer_count == len(set(layers))
 
 
@@ -49,7 +49,7 @@ def test_markers(markers, layers, read):
 @pytest.mark.parametrize("marker", [";LAYER:0", ";LAYER_CHANGE", "; layer 0"])
 def test_what_is_no_marker(comment, marker, read):
     path = read(f"{marker}\nG1 X1 E1\n{comment}\nG1 X2 E2\n{comment}\nG1 X3 E3\n")
-    assert set(path.layer.tolist()) == {0}
+    assert set(path.layer.tolist()) == {1}
 
 
 def test_settings_at_the_end_of_a_file_make_no_layers(read):
@@ -65,7 +65,7 @@ def test_a_layer_without_material_does_not_count(read):
 class TestWithoutMarkers:
     def test_heights_counted_upwards(self, read):
         path = read("M83\nG1 Z2\nG1 X1 E1\nG1 Z9\nG1 X5\nG1 Z4\nG1 X1 E1\nG1 Z2\nG1 X0 E1\nG1 X1\n")
-        assert path.layer.tolist() == [-1, 0, 0, 0, 0, 1, 1, 0, 0]
+        assert path.layer.tolist() == [0, 1, 1, 1, 1, 2, 2, 1, 1]
         assert path.layer_count == 2
 
     def test_rounding_makes_no_layer(self, read):

@@ -33,7 +33,7 @@ def test_moves_and_layers(house):
     assert toolpath.layer_count == 140
     assert np.count_nonzero(toolpath.extruding) == 35_014
     assert toolpath.unknown == {"M107": 18, "M106": 16, "M104": 1, "M140": 1}
-    assert set(toolpath.layer.tolist()) == set(range(-1, 140))
+    assert set(toolpath.layer.tolist()) == set(range(141))
 
 
 def test_lengths_at_full_scale(house):
@@ -60,7 +60,7 @@ def test_time(house):
 
 def test_layers(house):
     table = layer_table(house[2], house[3])
-    assert table.number.tolist() == list(range(140))
+    assert table.number.tolist() == list(range(1, 141))
     assert table.z == pytest.approx(0.02 * np.arange(1, 141))
     assert table.extruded_length.sum() == pytest.approx(house[2].extruded_length)
     assert table.duration.min() > 600

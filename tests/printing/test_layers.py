@@ -19,7 +19,7 @@ TWO = "M83\nG1 Z1\n;LAYER:0\nG1 X100 E1\nG4 S3\nG1 X0\n;LAYER:1\nG1 Z2\nG1 X50 E
 
 def test_heights_lengths_and_ranges(read):
     samples, _, table = table_of(read, TWO)
-    assert table.number.tolist() == [0, 1, 2]
+    assert table.number.tolist() == [1, 2, 3]
     assert table.z == pytest.approx([1.01, 1.02, np.nan], nan_ok=True)
     assert table.extruded_length == pytest.approx([1, 0.5, 0])
     assert table.travel_length == pytest.approx([1, 0.01, 0.07])
@@ -48,5 +48,5 @@ def test_a_dwell_counts_where_it_is_waited(read):
 def test_a_second_part_comes_back_to_a_layer(read):
     part = ";LAYER:0\nG1 X0 Z1\nG1 X100 E1\n;LAYER:1\nG1 X0 Z2\nG1 X100 E1\n"
     _, _, table = table_of(read, "M83\n" + part + part)
-    assert table.number.tolist() == [0, 1, 0, 1]
+    assert table.number.tolist() == [1, 2, 1, 2]
     assert table.extruded_length == pytest.approx([1] * 4)

@@ -54,7 +54,7 @@ def test_a_helix_rises_evenly_about_the_origin(tmp_path: Path) -> None:
     assert samples.positions[0, 2] == pytest.approx(0.5)
     assert samples.positions[-1, 2] == pytest.approx(0.9)
     assert samples.distance[-1] == pytest.approx(4 * np.hypot(np.pi, 0.1), rel=1e-3)
-    assert np.unique(samples.layer).tolist() == [0, 1, 2, 3]
+    assert np.unique(samples.layer).tolist() == [1, 2, 3, 4]
     assert samples.extruding[1:].all()
 
 

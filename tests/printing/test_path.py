@@ -19,7 +19,7 @@ def test_scaled_and_placed(read):
     assert samples.extruding.tolist() == [False, False, True, True, True]
     assert samples.move.tolist() == [0, 0, 1, 2, 3]
     assert samples.line.tolist() == [3, 3, 4, 5, 6]
-    assert samples.layer.tolist() == [0] * 5
+    assert samples.layer.tolist() == [1] * 5
     assert samples.speed_limit == pytest.approx([0.02, 0.02, 0.02, 0.02, 0.04])
     assert (samples.extruded_length, samples.travel_length) == pytest.approx((6, 2))
     assert len(samples) == 5

@@ -93,7 +93,7 @@ def test_at_the_ends_only_what_is_beside_counts() -> None:
 
 def test_where_the_path_crosses_itself_the_branch_meant_is_found(track: Track) -> None:
     """On each branch, 1 cm before the crossing and 3 mm off, the other branch would be nearer or as near."""
-    once = track.positions[track.layer.searchsorted(0) : int(np.searchsorted(track.layer, 1)) + 1, :2]
+    once = track.positions[track.layer.searchsorted(1) : int(np.searchsorted(track.layer, 2)) + 1, :2]
     start, way = once[:-1], np.diff(once, axis=0)
     n, found = len(start), []
     for i in range(n):
@@ -117,7 +117,7 @@ def test_where_the_path_crosses_itself_the_branch_meant_is_found(track: Track) -
 
 def test_layers_above_each_other_are_told_apart(track: Track) -> None:
     visits = track.visits
-    assert visits.number.tolist() == [0, 1, 2]
+    assert visits.number.tolist() == [1, 2, 3]
     assert visits.begin == pytest.approx([0.0, 28.0, 56.0], abs=1e-2)
     for layer, begin in zip(visits.number, visits.begin, strict=True):
         at = track.nearest(track.at(begin + 5.0).position, begin + 5.01)

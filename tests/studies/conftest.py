@@ -8,7 +8,8 @@ import pytest
 
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.studies.check import Check, check
+from cablewright.studies.checks.check import check
+from cablewright.studies.checks.result import Check
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,9 @@ from cablewright.printing.job import load_job
 from cablewright.robot import Robot, library_text, load, loads
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.check import Check, PathStatics, check
+from cablewright.studies.checks.check import check
+from cablewright.studies.checks.path_statics import PathStatics
+from cablewright.studies.checks.result import Check
 
 ROUNDING = 1e-9  # N
 POSES = ("uncompensated", "compensated", "elastic_only")
@@ -69,7 +71,7 @@ def test_shapes_and_summary(found: Check) -> None:
     k = len(found.samples)
     shapes = {name: values.shape for name, values in arrays(found).items()}
     assert {shapes.pop(name) for name in POSES} == {(k, 3)}
-    assert {shapes.pop(name) for name in ("codes", "violations")} == {(k,)}
+    assert {shapes.pop(name) for name in ("codes", "violations", "displacement")} == {(k,)}
     assert set(shapes.values()) == {(k, 4)}
     assert len(shapes) == 11
     summary = found.to_dict()
@@ -101,6 +103,8 @@ def test_a_yes_has_findings_without_violations(found: Check) -> None:
         "winch speed",
         "winch torque",
         "sheave clearance",
+        "clearance of lines",
+        "expected error",
     }
     for finding in found.findings:
         assert finding.violations == 0
@@ -197,7 +201,7 @@ def test_made_up_numbers_are_in_no_summary(inside_sheave: Check) -> None:
 
 @pytest.mark.parametrize("block", [64, 100, 40])
 def test_blocks_do_not_matter(found: Check, job_file, monkeypatch, block: int) -> None:
-    monkeypatch.setattr("cablewright.studies.check.BLOCK", block)
+    monkeypatch.setattr("cablewright.studies.checks.walk.BLOCK", block)
     assert_same(check(found.robot, found.job), found, 1e-9)
 
 

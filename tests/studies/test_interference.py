@@ -77,8 +77,8 @@ def height_over_the_tower() -> float:
 
 
 def test_the_layer_that_first_reaches_a_line_is_found(job: Job, model: Model) -> None:
-    touched = int(np.floor(height_over_the_tower() / 0.02))  # whose top is the first above the line
-    assert touched == 33
+    touched = int(np.floor(height_over_the_tower() / 0.02)) + 1  # whose top is the first above the line
+    assert touched == 34
     seen = []
     found = interference(model, job, progress=lambda stage, done, total: seen.append(stage))
     assert found.unheld == 0
@@ -97,16 +97,16 @@ def test_a_clearance_is_met_earlier_by_as_many_layers_as_it_takes(job: Job, mode
     slope = (2.0 - 0.02) / 3.0
     for clearance in (0.01, 0.05, 0.1):
         found = interference(model, job, clearance=clearance)
-        if found.first_sample is None or found.first_layer == 0:
+        if found.first_sample is None or found.first_layer == 1:
             continue  # the nozzle's own strand is as near
         near = height_over_the_tower() - clearance * np.sqrt(1.0 + slope * slope)  # of the edge, at a right angle
-        assert found.first_layer == int(np.floor(near / 0.02))
+        assert found.first_layer == int(np.floor(near / 0.02)) + 1
 
 
 def test_each_layer_tells_its_distance(job: Job, model: Model) -> None:
     found = interference(model, job)
     numbers, least = found.layers()
-    assert (numbers[-TOWER:] == np.arange(TOWER)).all()
+    assert (numbers[-TOWER:] == np.arange(1, TOWER + 1)).all()
     assert (least[-TOWER:][:33] >= 0.0).all()
     assert (least[-TOWER:][33:] < 0.0).all()
     np.testing.assert_array_equal(np.fmin.reduce(found.margins[:, 3]), np.fmin.reduce(least))
@@ -127,7 +127,7 @@ def test_a_mesh_that_grows_with_the_job_is_touched_in_the_same_layer(job: Job, m
     mesh = TriangleMesh(corners, np.array([row for a, b, c, d in sides for row in ((a, b, c), (a, c, d))]))
     assert mesh.is_closed
     found = interference(model, job, part=mesh)
-    assert found.first_layer == 33
+    assert found.first_layer == 34
     assert found.contacts.part.margin == 0.0  # cables without a diameter, through a face without a depth
 
 

@@ -160,7 +160,7 @@ def test_layers_and_crossings_are_not_mixed_up() -> None:
     assert found.true.speed.mean == pytest.approx(SPEED, rel=1e-3)
     assert found.layers == found.layers_begun == 3
     layers = found.true.by_layer
-    assert layers.number.tolist() == [0, 1, 2]
+    assert layers.number.tolist() == [1, 2, 3]
     assert layers.mean == pytest.approx([0.04] * 3, rel=5e-3)
 
 

@@ -17,7 +17,8 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.printing.job import load_job
 from cablewright.robot import library_text, load
-from cablewright.studies.check import Check, check
+from cablewright.studies.checks.check import check
+from cablewright.studies.checks.result import Check
 from cablewright.studies.store import folder_name, run_folder, write_check
 
 

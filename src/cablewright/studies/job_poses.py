@@ -31,9 +31,14 @@ def sampled(robot: Robot, job: Job, toolpath: Toolpath) -> tuple[Samples, float]
     return job.samples(toolpath, step), step
 
 
-def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
+def path_box(job: Job, toolpath: Toolpath) -> tuple[Array, Array]:
+    """Return the lowest and the highest corner (3,) of the path, m, machine coordinates."""
     ends = np.concatenate([toolpath.start[:1], toolpath.end]) * job.scale + job.origin
-    low, high = ends.min(axis=0), ends.max(axis=0)
+    return ends.min(axis=0), ends.max(axis=0)
+
+
+def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
+    low, high = path_box(job, toolpath)
     exits = np.array([line.exit_point for line in robot.lines])
     apart = np.linalg.norm(np.maximum(np.maximum(low - exits, exits - high), 0.0), axis=1)
     reach = np.linalg.norm([line.platform_point for line in robot.lines], axis=1)

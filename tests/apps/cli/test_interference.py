@@ -119,7 +119,7 @@ def test_a_job(cli, job: Path, tmp_path) -> None:
     found = answer.json
     assert found.keys() == KEYS | OF_A_JOB
     assert found["first_layer"] is None
-    assert found["layers"][-2:] == [0, 1]
+    assert found["layers"][-2:] == [1, 2]
     assert found["unheld"] == 0
     assert 0.0 < found["free_fraction"] <= 1.0
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
@@ -132,7 +132,7 @@ def test_a_job_that_grows_through_a_wall(cli, job: Path, wall: Path) -> None:
     """The wall counts as far up as the job has laid: 0.1 m, over which the nozzle is as it begins."""
     answer = cli("interference", "house-printer", job, "--mesh", wall, "--clearance", "0.5", "--json")
     assert answer.json["status"] == "near"
-    assert answer.json["first_layer"] == 0
+    assert answer.json["first_layer"] == 1
     assert answer.json["first_gcode_line"] == 4
     assert "in layer" in answer.no
 

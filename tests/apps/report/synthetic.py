@@ -8,12 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
+from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
 from cablewright.analyses.feasibility import Finding, LineQuantities
 from cablewright.printing.job import load_job
 from cablewright.printing.layers import LayerTable, layer_table
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
-from cablewright.studies.check import Check, PathStatics
+from cablewright.robot.uncertainty import ASSUMED, assumed_uncertainty
+from cablewright.studies.checks.path_statics import PathStatics
+from cablewright.studies.checks.result import Check
 
 GRAVITY = 9.81
 
@@ -103,9 +106,12 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         poses=positions,
         retraction=None,
         statics=PathStatics(
-            codes=np.zeros(k, dtype=np.int64) if feasible else np.where(tensions[:, 0] < 20, 7, 0),
+            codes=np.zeros(k, dtype=np.int64)
+            if feasible
+            else np.where(tensions[:, 0] <= np.median(tensions[:, 0]), 7, 0),
             violations=np.zeros(k),
             tensions=tensions,
+            displacement=np.full(k, 2e-3),
             lines=LineQuantities(
                 lowest_tension=tensions - 4.0,
                 highest_tension=tensions + 0.5,
@@ -123,10 +129,13 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
             compensated=positions + wobble * down,
         ),
         findings=findings,
-        feasible=feasible,
-        toolpath=job.toolpath(),
-        unknown={"M104": 1},
-        layer_count=len(np.unique(samples.layer[samples.layer >= 0])),
+        toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
+        expected=_expected(robot, samples),
+        uncertainty=ASSUMED,
+        distances=None,
+        not_checked=("wind", "interference of lines: switched off"),
+        step=0.05,
+        reserved=False,
         verdict="Every sample is within all limits." if feasible else "A line hangs loose in layer 2.",
     )
     return check, layer_table(samples, law)
@@ -151,12 +160,19 @@ def first_sample(check: Check, layers: LayerTable) -> tuple[Check, LayerTable]:
     """The same check of nothing but the start of the path."""
     kind = type(check.samples)
     samples = kind(**{field.name: getattr(check.samples, field.name)[:1] for field in dataclasses.fields(kind)})
-    law = TimeLaw(np.zeros(1), np.zeros(1), 0.0)
+    law = TimeLaw(np.zeros(1), np.zeros(1), np.zeros((0, 2)), 0.0)
     arrays = {name: values[:1] for name, values in arrays_of(check).items()}
     findings = tuple(dataclasses.replace(finding, sample=0) for finding in check.findings)
     poses = check.poses[:1]
-    cut = changed(check, arrays, samples=samples, law=law, findings=findings, layer_count=0, poses=poses)
+    cut = changed(check, arrays, samples=samples, law=law, findings=findings, poses=poses)
     return cut, layer_table(samples, law)
+
+
+def _expected(robot: Robot, samples) -> ExpectedError:
+    """An expected error that grows with the height."""
+    rms = 4e-3 + 1e-4 * samples.positions[:, 2]
+    causes = (Cause("exit_point", 0.9, 2e-3), Cause("modulus", 0.1, 6e-3))
+    return ExpectedError(7e-3, int(rms.argmax()), rms, causes, assumed_uncertainty(robot).of(robot), 0.01, 0)
 
 
 def _findings(robot: Robot, samples, tensions):

@@ -5,7 +5,7 @@ import pytest
 
 from apps.report.synthetic import changed, make_check, ring_robot, small_job
 from cablewright.apps.report.digest import Digest, band
-from cablewright.studies.check import extreme, median
+from cablewright.studies.checks.path_statics import extreme, median
 
 
 def test_band_is_that_of_the_known_numbers():

@@ -2,8 +2,8 @@
 
 The uncertain numbers are drawn once for the whole job: they are biases of a machine, not noise. Of each drawn machine
 the largest distance of the nozzle from its path counts; of all machines the 95th percentile. The distance is of first
-order in the numbers, and contains what linear interpolation of the lengths between two samples adds. Moves that lay no
-material do not count.
+order in the numbers, enlarged where all draws, solved at the worst sample, give more. It contains what linear
+interpolation of the lengths between two samples adds. Moves that lay no material do not count.
 
 The largest distance is sought at some hundreds of samples: the path's box is divided into `CELLS` cells a side, and the
 sample with the largest root mean square error stands for its cell. The linearisation changes little within a cell.
@@ -12,7 +12,7 @@ sample with the largest root mean square error stands for its cell. The linearis
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 
 import numpy as np
@@ -87,7 +87,7 @@ class ExpectedError:
     rms: Array  # (k,) m, root mean square error; NaN where it is not known or not asked for
     causes: tuple[Cause, ...]  # largest share first
     ranges: tuple[Range, ...]
-    curvature: float  # error of the first order at that sample, as a share of the expected error
+    curvature: float  # how much larger the error is at that sample if all draws are solved, as a share; NaN if none is
     unsolved: int  # draws without an equilibrium at that sample
 
     @property
@@ -100,10 +100,10 @@ class ExpectedError:
                 f"{100.0 * most.share:.0f} % of the expected error is by {most.words}: {REMEDIES[most.name]}; exact "
                 f"numbers would leave {spell_length(most.without)}"
             )
-        if self.curvature > TOO_CURVED:
+        if abs(self.curvature) > TOO_CURVED:
             notes.append(
-                f"expected error: first order is off by {100.0 * self.curvature:.2g} % at its worst sample; "
-                "accuracy --path --method monte-carlo solves the machines that are drawn"
+                f"expected error: first order is off by {abs(100.0 * self.curvature):.2g} % at its worst sample; "
+                "accuracy --path --method monte-carlo solves drawn machines everywhere"
             )
         if self.unsolved:
             notes.append(
@@ -180,13 +180,14 @@ class ExpectedErrorSearch:
             return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0)
         cells = _Cells(self._effects[known], self._offsets[known], self._departures)
         worst = int(self._largest[known].argmax())
-        value = cells.error()
         exact, unsolved = self._solved(self._worst)
         straight = _percentile(np.linalg.norm(self._departures @ cells.effects[worst].T, axis=1))
-        curvature = abs(exact - straight) / value if value > 0.0 else 0.0
-        causes = tuple(sorted(self._causes(cells, worst), key=lambda cause: -cause.share))
+        curvature = exact / straight - 1.0 if straight > 0.0 else 0.0
+        larger = 1.0 + max(curvature, 0.0)  # NaN is no correction
+        found = sorted(self._causes(cells, worst), key=lambda cause: -cause.share)
+        causes = tuple(replace(cause, without=larger * cause.without) for cause in found)
         sample = int(self._sample[known][worst])
-        return ExpectedError(value, sample, self._rms, causes, self._ranges, curvature, unsolved)
+        return ExpectedError(larger * cells.error(), sample, self._rms, causes, self._ranges, curvature, unsolved)
 
     def _solved(self, worst: Equilibrium) -> tuple[float, int]:
         """The 95th percentile of the error at the worst sample by solving all draws, m, and how many have no answer."""

@@ -15,8 +15,8 @@ from cablewright.analyses.interference import too_near
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
+from cablewright.printing.toolpath import Toolpath
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
@@ -26,7 +26,7 @@ from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, with_reserve
 from cablewright.studies.interference import JobDistances
-from cablewright.studies.job_poses import along, sampled
+from cablewright.studies.job_poses import along, path_box, sampled
 
 PLACES: Final = 7  # along each side of the frame, tried where no sample can be held
 TOO_LARGE: Final = 5.0
@@ -66,8 +66,8 @@ def check(
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
     job = job if isinstance(job, Job) else load_job(job)
     toolpath = job.toolpath(report)
+    _require_scale(robot, job, toolpath)
     samples, step = sampled(robot, job, toolpath)
-    _require_scale(robot, job, samples)
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
     settings = uncertain.of(robot), skip, seed, report
@@ -145,10 +145,10 @@ def _nowhere(full: Model) -> int:
     return 0 if solve_inverse(full, full.unrotated_at(places)).ok.any() else len(places)
 
 
-def _require_scale(robot: Robot, job: Job, samples: Samples) -> None:
+def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:
     """Raise `InputError` for a path so much larger than the frame that its scale must be wrong."""
-    path = np.ptp(samples.positions, axis=0)
-    ratio = float((path / np.subtract(robot.scene.frame_max, robot.scene.frame_min)).max())
+    low, high = path_box(job, toolpath)
+    ratio = float(((high - low) / np.subtract(robot.scene.frame_max, robot.scene.frame_min)).max())
     if ratio < TOO_LARGE:
         return
     hint = ", or is a unit wrong, mm taken for m" if ratio > WRONG_UNIT else ""

@@ -265,8 +265,8 @@ class Check(Result):
         frame = float(np.subtract(self.robot.scene.frame_max, self.robot.scene.frame_min).max())
         if frame > WRONG_UNIT * part:
             notes.append(
-                f"the path is {spell_length(part)} large, the frame {spell_length(frame)}: is scale = {self.job.scale:g}, "
-                "or a unit of the robot file, wrong?"
+                f"the path is {spell_length(part)} large, the frame {spell_length(frame)}: is scale = "
+                f"{self.job.scale:g}, or a unit of the robot file, wrong?"
             )
         if self.reserved:
             notes.append(
