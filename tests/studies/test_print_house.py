@@ -35,6 +35,17 @@ def test_the_extruder_is_set_by_the_job(twin: MachineTwin) -> None:
     assert plan.height is None
 
 
+def test_cells_of_the_floor_are_finer_than_the_bead() -> None:
+    def cell(width: float) -> float:
+        job = JOB.model_copy(update={"bead": JOB.bead.model_copy(update={"width": width})})
+        return twin_of(load("house-printer"), job, None, PrintOptions(layers=1)).settings.room.cell
+
+    assert cell(0.06) == pytest.approx(0.02)
+    assert cell(0.03) == pytest.approx(0.01)
+    assert cell(0.002) == pytest.approx(15.0 / 2000.0)  # as fine as memory allows
+    assert cell(0.9) == pytest.approx(0.02)
+
+
 def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
     begin, choices = twin.path.track.at(0.0).position, twin.choices
     machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)

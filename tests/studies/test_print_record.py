@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import tracemalloc
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from cablewright.machine.log.log import Entry, LogWriter, read_log
+from cablewright.printing.job import Bead
 from cablewright.printing.track import Track
 from cablewright.signals import Estimate, LineAngles, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.studies.prints.record import UNUSED, record
@@ -49,7 +51,8 @@ def test_moments_are_those_of_every_printing_step(made, found) -> None:
         ways = np.array([track.at(each.distance).tangent for each in near])
         speeds = (np.array([each.velocity for each in signals]) * ways).sum(axis=1)
         heights = np.array([s.position[2] - e.progress.target[2] for s, e in zip(signals, steps, strict=True)])
-        for result, values in ((of.error, errors), (of.speed, speeds), (of.height, heights)):
+        space = np.hypot(errors, heights)
+        for result, values in ((of.error, errors), (of.speed, speeds), (of.height, heights), (of.space, space)):
             known = values[np.isfinite(values)]
             assert result.count == len(known)
             assert result.mean == pytest.approx(known.mean(), rel=1e-9)
@@ -131,7 +134,7 @@ def test_a_log_gives_what_its_steps_give(made, found, tmp_path: Path) -> None:
         again = record(log.entries(without=UNUSED), log.head, track, print_speed=SPEED)
     own = found.to_dict()
     for key, value in again.to_dict().items():
-        if key not in ("structure", "lines"):
+        if key not in ("structure", "lines", "notes"):  # the log has no true structure
             assert str(value) == str(own[key])
 
 
@@ -183,6 +186,24 @@ def test_the_rebuilt_structure_is_like_the_true_one(found) -> None:
     assert abs(structure.difference.mean) < 4e-3
     assert structure.difference.rms < 6e-3
     assert structure.mass == pytest.approx(found.rows["powder"][0] - found.rows["powder"][-1], abs=0.05)
+
+
+def test_mass_that_the_scans_missed_is_said(found) -> None:
+    structure = found.structure
+    assert structure.mass_seen == pytest.approx(structure.estimated_mass / structure.mass)
+    assert structure.mass_seen < 0.9
+    [note] = structure.notes
+    assert f"the scans saw {structure.estimated_mass:.3g} of {structure.mass:.3g} kg that were laid" in note
+    assert note in found.notes
+    seen = dataclasses.replace(structure, estimated=structure.true)
+    assert not seen.notes
+
+
+def test_beads_finer_than_the_cells_are_said(found) -> None:
+    whole = dataclasses.replace(found.structure, estimated=found.structure.true)
+    assert not dataclasses.replace(whole, bead=Bead(width=0.06, height=0.02)).notes
+    [note] = dataclasses.replace(whole, bead=Bead(width=0.002, height=0.001)).notes
+    assert note.startswith("beads are 2 mm wide, cells of the height field 20 mm")
 
 
 def test_a_scan_without_errors_rebuilds_the_heap() -> None:

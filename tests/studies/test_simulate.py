@@ -38,9 +38,9 @@ def test_a_simulation_is_a_result() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({}, "either the length of a loop or a place to hold"),
-        ({"loop": 28.0, "hold": [0.0, 0.0, 1.2]}, "either the length of a loop or a place to hold"),
-        ({"hold": [0.0, 0.0, 1.2]}, "a place to hold needs a duration"),
+        ({}, "either loop, a length, or hold, a place"),
+        ({"loop": 28.0, "hold": [0.0, 0.0, 1.2]}, "either loop, a length, or hold, a place"),
+        ({"hold": [0.0, 0.0, 1.2]}, "hold needs a duration"),
         ({**SHORT, "hold": [0.0, 0.0]}, "3 finite numbers"),
         ({**SHORT, "plant": "static"}, "unknown plant 'static'; did you mean 'quasi-static'"),
         ({**SHORT, "machine": "merlet"}, "no machine 'merlet'"),

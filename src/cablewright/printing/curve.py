@@ -30,6 +30,9 @@ _HEADINGS: Final = 90  # rotations tried to fit the curve into the area
 _GRAIN: Final = 0.02  # spacing of the points that measure the cover, as a share of the area's longer side
 
 
+MAX_LENGTH: Final = 10_000.0  # m
+
+
 @dataclass(frozen=True)
 class CurveRequirements:
     """Requirements of a curve."""
@@ -45,8 +48,8 @@ class CurveRequirements:
         sides = np.array(self.area)
         if not (np.isfinite(sides).all() and (sides > 0.0).all()):
             raise InputError(f"area = {self.area}: must be two sides over 0 m")
-        if not 0.0 < self.length < 1e4:
-            raise InputError(f"length = {self.length:g} m: must be more than 0 and less than 10 km")
+        if not 0.0 < self.length < MAX_LENGTH:
+            raise InputError(f"length = {self.length:g} m: must be more than 0 and less than {MAX_LENGTH:g} m")
         if not 0 <= self.crossings <= 50:
             raise InputError(f"crossings = {self.crossings}: must be from 0 to 50")
         if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):

@@ -19,6 +19,7 @@ from cablewright.machine.log.log import LogHead, write_log
 from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
+from cablewright.printing.curve import MAX_LENGTH
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
@@ -91,9 +92,11 @@ def simulate(
     """
     described, settings = robot.robot if isinstance(robot, Model) else robot, driving or DriveSettings()
     if (loop is None) == (hold is None):
-        raise InputError("simulate: requires either the length of a loop or a place to hold")
+        raise InputError("simulate: expected either loop, a length, or hold, a place")
     if hold is not None and duration is None:
-        raise InputError("simulate: a place to hold needs a duration")
+        raise InputError("simulate: hold needs a duration")
+    if loop is not None and not 0.0 < loop < MAX_LENGTH:
+        raise InputError(f"loop = {loop:g} m: must be more than 0 and less than {MAX_LENGTH:g} m")
     if log is not None and Path(log).suffix != ".mcap":
         raise InputError(f"log = {str(log)!r}: a name that ends in .mcap is expected")
     built = machine_of(described, machine)

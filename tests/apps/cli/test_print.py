@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 import pytest
 
+from cablewright.errors import AnswerError
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.robot import load
@@ -91,6 +92,21 @@ def test_bad_jobs_are_one_line(cli, tmp_path) -> None:
         assert answer.code in (1, 2)
         assert says in answer.err
         assert answer.err.count("\n") == 1
+
+
+def test_a_refused_print_leaves_nothing_and_can_be_tried_again(cli, job, tmp_path, monkeypatch) -> None:
+    def refuse(*_args, **_kwargs):
+        raise AnswerError("the machine as built cannot hold the start")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("cablewright.studies.prints.run.SimulatedMachine", refuse)
+        answer = cli("print", "merlet2023", job, *FAST, "--out", tmp_path / "run")
+    assert (answer.code, answer.err.count("\n")) == (1, 1)
+    assert not list(tmp_path.iterdir())
+    far = tmp_path / "far.toml"
+    far.write_text(JOB.replace("[0.3, -0.5, 0.0]", "[2.4, -0.5, 0.0]"))
+    assert cli("print", "merlet2023", far, *FAST, "--out", tmp_path / "run").code == 1
+    assert cli("print", "merlet2023", job, *FAST, "--out", tmp_path / "run").code == 0
 
 
 def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:

@@ -77,12 +77,12 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "either the length of a loop or a place to hold"),
-        (["--loop", "28", "--hold", "0,0,1"], "either the length of a loop or a place to hold"),
-        (["--hold", "0,0,1"], "a place to hold needs a duration"),
-        (["--hold", "0,0", "--duration", "1"], "3 finite numbers"),
+        ([], "expected either --loop or --hold"),
+        (["--loop", "28", "--hold", "0,0,1"], "expected either --loop or --hold"),
+        (["--hold", "0,0,1"], "--hold needs --duration"),
+        (["--hold", "0,0", "--duration", "1"], "--hold = 0,0: expected X,Y,Z, m"),
         (["--hold", "0,nan,1", "--duration", "1"], "3 finite numbers"),
-        (["--loop", "1e6"], "length = 1e+06 m"),
+        (["--loop", "1e6"], "loop = 1e+06 m: must be more than 0 and less than 10000 m"),
         ([*SHORT, "--plant", "static"], "--plant"),
         ([*SHORT, "--seed", "-1"], "seed = -1"),
         ([*SHORT, "--speed", "0"], "speed = 0"),

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
@@ -105,6 +105,13 @@ def _line_name(robot: Robot, given: str) -> str:
 
 
 def check_suffix(file: Path | None, option: str, *suffixes: str) -> None:
-    """Raise `InputError` unless a file that is to be written has one of the *suffixes*."""
-    if file is not None and file.suffix.lower() not in suffixes:
+    """Raise `InputError` unless a file that is to be written has one of the *suffixes*.
+
+    Raises `EnvironmentFault` if its folder is not there.
+    """
+    if file is None:
+        return
+    if file.suffix.lower() not in suffixes:
         raise InputError(f"{option} = {str(file)!r}: expected a name that ends in {' or '.join(suffixes)}")
+    if not file.parent.is_dir():
+        raise EnvironmentFault(f"{option} = {str(file)!r}: cannot be written: there is no folder {file.parent}")

@@ -10,7 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Plant, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import check_suffix, numbers
 from cablewright.apps.cli.robots import LibraryFile
 from cablewright.errors import InputError
 from cablewright.results import Figure, Result
@@ -76,6 +76,15 @@ class DriveOptions:
         float, typer.Option("--valve", metavar="O", help="Opening of the powder's valve, 0 (shut) to 1 (open).")
     ] = 1.0
 
+    def require(self) -> None:
+        """Refuse what contradicts itself, before any work. Raises `InputError`."""
+        if (self.loop is None) == (self.hold is None):
+            raise InputError("simulate: expected either --loop or --hold")
+        if self.hold is not None and self.duration is None:
+            raise InputError("--hold needs --duration")
+        if len(numbers(self.hold or "0,0,0", "--hold") or []) != 3:
+            raise InputError(f"--hold = {self.hold}: expected X,Y,Z, m")
+
 
 @dataclass(frozen=True, kw_only=True)
 class FaultOptions:
@@ -130,12 +139,17 @@ class SimulateCommand:
     out: Annotated[Path | None, typer.Option("--out", metavar="LOG.mcap", help="Write a log of the drive.")] = None
     output: OutputOptions
 
+    def __post_init__(self) -> None:
+        """Refuse a log that is no MCAP file, before any work. Raises `InputError`, `EnvironmentFault`."""
+        check_suffix(self.out, "--out", ".mcap")
+
     def run(self) -> int:
         """Drive, draw and print."""
         from cablewright.robot import load
         from cablewright.studies.drive import DriveSettings
         from cablewright.studies.simulate import machine_of, simulate
 
+        self.path.require()
         described, path = load(self.robot), self.path
         with progress() as show:
             found = simulate(

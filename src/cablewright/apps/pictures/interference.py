@@ -85,7 +85,7 @@ def _box(lowest: Any, highest: Any, pose: Array) -> Array:
 def _layers(axes: Any, found: JobInterference) -> None:
     """Draw the min distance of the lines from the part in each layer, and the clearance that is required."""
     numbers, nearest = found.layers()
-    shown = np.isfinite(nearest) & (numbers >= 0)
+    shown = np.isfinite(nearest) & (numbers > 0)
     axes.plot(numbers[shown], nearest[shown] * 1e3, color=style.ORANGE, label="min distance")
     axes.axhline(
         found.clearance * 1e3, color=style.RED, linewidth=1.0, linestyle=style.DASHED, label="required clearance"

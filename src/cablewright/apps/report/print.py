@@ -44,8 +44,8 @@ from cablewright.triangle_mesh import TriangleMesh
 Pictures = dict[str, bytes]
 
 _CARDS: Final = (
-    "layers", "distance", "duration", "mean_path_error", "max_path_error", "estimated_max_path_error", "mean_speed",
-    "barrier_stops", "refills",
+    "layers", "distance", "duration", "mean_path_error", "max_path_error", "max_height_error", "max_error_in_space",
+    "estimated_max_path_error", "mean_speed", "barrier_stops", "refills",
 )  # fmt: skip
 _PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 
@@ -121,16 +121,17 @@ def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iter
 
 
 def _verdict(found: PrintRecord) -> Html:
-    total = len(np.unique(found.track.visits.number[found.track.visits.number >= 0]))
+    total = len(np.unique(found.track.visits.number[found.track.visits.number > 0]))
     whole = found.layers >= total
     layers = f"all {count(total)} layers" if whole else f"{count(found.layers)} of {count(total)} layers"
     best = found.best
     if best.error.count:
         whose = "" if found.has_truth else " by the estimation"
-        error, rms = quantity(best.error.size, "m"), quantity(math.hypot(best.error.mean, best.error.deviation), "m")
+        beside, height, space = (quantity(each.size, "m") for each in (best.error, best.height, best.space))
+        rms = quantity(math.hypot(best.space.mean, best.space.deviation), "m")
         sentence = (
-            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the largest distance beside the path was "
-            f"{error}, rms {rms}{whose}."
+            f"{layers[0].upper()}{layers[1:]} in {duration(found.duration)}: the largest distance from the path was "
+            f"{space}, rms {rms}; at most {beside} beside it, and {height} above or below{whose}."
         )
     else:
         sentence = f"{layers}; the position of the platform is not known."

@@ -22,7 +22,7 @@ class PathErrors:
     def __init__(self, track: Track, print_speed: float, prefix: str) -> None:
         """*prefix* of the columns of positions and velocities: ``true_``, or empty for estimates."""
         self._track, self._prefix = track, prefix
-        self._error, self._height, self._speed = Moments(), Moments(), Moments()
+        self._error, self._height, self._space, self._speed = Moments(), Moments(), Moments(), Moments()
         self._layers = [Moments() for _ in track.visits.begin]
         self._worst: ErrorLocation | None = None
         self._errors = Histogram(-_MAX_ERROR, _MAX_ERROR, 400)
@@ -39,7 +39,9 @@ class PathErrors:
         speed = (rows[f"{self._prefix}velocity"] * way).sum(axis=1) / length
         self._error.add(error)
         self._speed.add(speed)
-        self._height.add(places[:, 2] - rows["target"][:, 2])
+        height = places[:, 2] - rows["target"][:, 2]
+        self._height.add(height)
+        self._space.add(np.hypot(error, height))
         self._errors.add(error)
         self._speeds.add(speed)
         self._update_worst(rows, reached, error)
@@ -68,6 +70,7 @@ class PathErrors:
         return PathFollowing(
             self._error.summary(),
             self._height.summary(),
+            self._space.summary(),
             self._speed.summary(),
             self._worst,
             by_layer,

@@ -26,6 +26,7 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.loop import PrintPlan
+from cablewright.studies.prints.structure import CELLS_PER_BEAD
 
 HEIGHTS: Final = get_args(HeightRule)
 
@@ -33,6 +34,8 @@ _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest mot
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
 _LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
 _MAX_INTRUSIONS: Final = 1000
+_FINEST_CELL: Final = 1e-3  # m
+_MAX_CELLS: Final = 4_000_000  # of the floor: 32 MB
 _INTRUSION_TIME: Final = 20.0  # s of one interruption of the light barrier
 
 
@@ -88,7 +91,7 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
             raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
         machine = robot.name
     own = machine if isinstance(machine, MachineSettings) else load_machine(machine)
-    settings = extruding(own, job.bead, job.motion.print_speed)
+    settings = _fine(extruding(own, job.bead, job.motion.print_speed), robot)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: must be over 0 and at most 60 s")
@@ -97,6 +100,18 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
     path = TimedPath.of(job, choices.layers, nozzle)
     settings = _intruded(settings, choices, path.duration)
     return MachineTwin(robot, settings, choices, choices.estimator or _best_estimator(settings, choices), path)
+
+
+def _fine(settings: MachineSettings, robot: Robot) -> MachineSettings:
+    """Return the settings with cells of the material that are finer than the bead, as far as memory allows."""
+    if settings.extrusion is None:
+        return settings
+    (x, y, _), (far_x, far_y, _) = robot.scene.frame_min, robot.scene.frame_max
+    finest = max(_FINEST_CELL, math.sqrt((far_x - x) * (far_y - y) / _MAX_CELLS))
+    cell = max(settings.extrusion.bead.width / CELLS_PER_BEAD, finest)
+    if cell >= settings.room.cell:
+        return settings
+    return settings.model_copy(update={"room": settings.room.model_copy(update={"cell": cell})})
 
 
 def _best_estimator(settings: MachineSettings, choices: PrintOptions) -> str:

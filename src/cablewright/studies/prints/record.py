@@ -194,7 +194,9 @@ class Recorder:
         done, begun = self._layers()
         true = self._true.result()
         settings = self.head.settings
-        density = settings.drum.powder_density if settings.extrusion is None else settings.extrusion.density
+        extrusion = settings.extrusion
+        density = settings.drum.powder_density if extrusion is None else extrusion.density
+        bead = None if extrusion is None else extrusion.bead
         return PrintRecord(
             head=self.head,
             track=self.track,
@@ -223,15 +225,15 @@ class Recorder:
             lines=self._lines.result(spools, vibration, tensions),
             spools=spools,
             vibration=vibration,
-            structure=structure_of(self._structure, true_structure, self.track, self._distance, density),
-            notes=notes,
+            structure=structure_of(self._structure, true_structure, self.track, self._distance, density, bead),
+            log_notes=notes,
         )
 
     def _layers(self) -> tuple[int, int]:
         """Number of layers finished, and of layers begun."""
         visits = self.track.visits
         ends = np.append(visits.begin[1:], self.track.length)
-        proper, done = visits.number >= 0, ends <= self._distance + _DONE
+        proper, done = visits.number > 0, ends <= self._distance + _DONE
         begun = proper & (visits.begin < self._distance)
         finished = np.setdiff1d(visits.number[proper & done], visits.number[begun & ~done])
         return len(finished), len(np.unique(visits.number[begun]))

@@ -27,7 +27,7 @@ class ErrorLocation(Result):
     """Place and time of the largest error."""
 
     FIGURES: ClassVar = (
-        Figure("value", "m", "The error, positive left of the path.", name="error", shown="cm"),
+        Figure("value", "m", "The error, positive left of the path.", name="error", shown="mm"),
         Figure("time", "s", "Time of the step.", shown="s"),
         Figure("layer", "", "Layer, counted from 1; 0 before the first."),
         Figure("distance", "m", "Distance along the path.", shown="m"),
@@ -88,21 +88,23 @@ class PathFollowing(Result):
 
     FIGURES: ClassVar = (
         Figure("mean_path_error", "m", "Mean distance beside the path, seen from above; left of it is positive.",
-               "error.mean", shown="cm"),
+               "error.mean", shown="mm"),
         Figure("path_error_variance", "m^2", "Variance of the distance beside the path.", "error.variance",
                shown="cm^2"),
         Figure("path_error_deviation", "m", "Standard deviation of the distance beside the path.", "error.deviation",
-               detail=True, shown="cm"),
-        Figure("max_path_error", "m", "Largest distance beside the path.", "error.size", shown="cm"),
+               detail=True, shown="mm"),
+        Figure("max_path_error", "m", "Largest distance beside the path.", "error.size", shown="mm"),
         Figure("worst_place", "", "Where and when the distance beside the path was largest; null where it is not "
                "known.", "worst", parts=ErrorLocation.FIGURES, detail=True),
-        Figure("mean_height_error", "m", "Mean height above the target.", "height.mean", detail=True, shown="cm"),
+        Figure("mean_height_error", "m", "Mean height above the target.", "height.mean", detail=True, shown="mm"),
         Figure("height_error_variance", "m^2", "Variance of the height above the target.", "height.variance",
                detail=True, shown="cm^2"),
         Figure("height_error_deviation", "m", "Standard deviation of the height above the target.", "height.deviation",
-               detail=True, shown="cm"),
-        Figure("max_height_error", "m", "Largest height above or below the target.", "height.size", detail=True,
-               shown="cm"),
+               detail=True, shown="mm"),
+        Figure("max_height_error", "m", "Largest height above or below the target.", "height.size", shown="mm"),
+        Figure("mean_error_in_space", "m", "Mean distance from the path: beside it, and above or below the target.",
+               "space.mean", shown="mm"),
+        Figure("max_error_in_space", "m", "Largest distance from the path.", "space.max", shown="mm"),
         Figure("mean_speed", "m/s", "Mean speed along the path.", "speed.mean", shown="cm/s"),
         Figure("speed_variance", "m^2/s^2", "Variance of the speed along the path.", "speed.variance",
                shown="cm^2/s^2"),
@@ -111,6 +113,7 @@ class PathFollowing(Result):
 
     error: Summary  # m, cross-track, from above
     height: Summary  # m, above the target
+    space: Summary  # m, distance from the path in space
     speed: Summary  # m/s along the path
     worst: ErrorLocation | None
     by_layer: LayerErrors
@@ -197,7 +200,7 @@ class PrintRecord(Result):
         *_of("true", ""),
         *_of("estimated", "estimated_"),
         Figure("mean_estimation_error", "m", "Mean of the estimated less the true distance beside the path.",
-               "estimation_error.mean", detail=True, shown="cm"),
+               "estimation_error.mean", detail=True, shown="mm"),
         Figure("estimation_error_variance", "m^2", "Variance of the estimated less the true distance beside the path.",
                "estimation_error.variance", detail=True, shown="cm^2"),
         Figure("print_speed", "m/s", "Speed that the job requires.", shown="cm/s", name="required speed", detail=True),
@@ -215,7 +218,7 @@ class PrintRecord(Result):
         Figure("lines", "", "Load and motion of each line.", parts=LineUse.FIGURES, detail=True),
         Figure("structure", "", "The printed structure; null where nothing of it is known.",
                parts=PrintedStructure.FIGURES),
-        Figure("notes", "", "Errors of the log.", detail=True),
+        Figure("notes", "", "Errors of the log, and where the record says less than it seems.", detail=True),
     )  # fmt: skip
 
     head: LogHead
@@ -246,7 +249,12 @@ class PrintRecord(Result):
     spools: tuple[SpoolRadii, ...]
     vibration: LineVibration
     structure: PrintedStructure | None
-    notes: tuple[str, ...] = ()
+    log_notes: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Errors of the log, and where the record says less than it seems."""
+        return self.log_notes if self.structure is None else (*self.log_notes, *self.structure.notes)
 
     @property
     def has_truth(self) -> bool:

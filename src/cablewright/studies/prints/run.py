@@ -11,7 +11,7 @@ import gc
 import json
 import time
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -129,10 +129,14 @@ def run_print(
     Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
     cannot be printed; `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
+    manifest = manifest_of("print", inputs, options)
+    _require(folder, manifest, resume)
     plan = plan_print(twin)
-    _prepare(folder, manifest_of("print", inputs, options), resume)
+    begun = None if resume else _begun(twin, plan)  # a print that is refused leaves no folder
+    if begun is not None:
+        _make(folder, manifest)
     with alone_in(folder):
-        machine, printer = _printer(twin, plan, folder, resume)
+        machine, printer = begun or _taken_up(twin, plan, folder)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
@@ -212,28 +216,37 @@ def _save(run: PrintRun, writer: SnapshotWriter) -> None:
     writer.put({"machine": run.machine.snapshot(), "print": archive.snapshot})
 
 
-def _printer(twin: MachineTwin, plan: PrintPlan, folder: Path, resume: bool) -> tuple[SimulatedMachine, Printer]:
+def _begun(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
+    """Machine and print at the start of the path."""
+    choices, begin = twin.choices, twin.path.track.at(0.0).position
+    machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=None)
+
+
+def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[SimulatedMachine, Printer]:
     """Machine and print from the checkpoint, or at the start of the path without one."""
-    path, choices, begin = folder / CHECKPOINT, twin.choices, twin.path.track.at(0.0).position
-    found = read_snapshots(path) if resume and path.exists() else None
-    if found is not None and not {"machine", "print"} <= found.keys():
+    path, choices = folder / CHECKPOINT, twin.choices
+    if not path.exists():
+        return _begun(twin, plan)
+    found = read_snapshots(path)
+    if not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
-    if found is None:
-        machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
-    else:
-        machine = SimulatedMachine.resumed(
-            twin.robot, twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
-        )
-
-    def make(place: Array, radii: Array) -> Estimator:
-        return estimator(twin.estimator, twin.robot, machine.settings, place, choices.lasers, radii)
-
-    archive = None if found is None else Archive(found["print"], loading=True)
-    return machine, Printer(plan, machine, make, now=machine.time, archive=archive)
+    machine = SimulatedMachine.resumed(
+        twin.robot, twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
+    )
+    archive = Archive(found["print"], loading=True)
+    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=archive)
 
 
-def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
-    """Make the folder of a new print, or check that it holds the print to be resumed. Raises `InputError`."""
+def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Array], Estimator]:
+    """Return what makes the print's estimator, from a place and the radii of the drums."""
+    return lambda place, radii: estimator(
+        twin.estimator, twin.robot, machine.settings, place, twin.choices.lasers, radii
+    )
+
+
+def _require(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
+    """Raise `InputError` unless *folder* may hold a new print, or holds the print to be resumed."""
     if resume:
         kept = read_manifest(folder)
         if kept is None or kept["command"] != "print":
@@ -246,6 +259,10 @@ def _prepare(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
         raise InputError(f"--out = {folder}: is no folder")
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
+
+
+def _make(folder: Path, manifest: Mapping[str, Any]) -> None:
+    """Make the folder of a new print."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as reason:

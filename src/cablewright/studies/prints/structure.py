@@ -18,10 +18,12 @@ from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.simulated.settings import LidarSettings
 from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField, rebuilt
+from cablewright.printing.job import Bead
 from cablewright.printing.track import Track
 from cablewright.results import Figure, Result
 from cablewright.signals import Estimate, Scan
 from cablewright.studies.error_statistics import spread
+from cablewright.units import spell_length
 
 CELL: Final = 0.02
 """Cell size of the reconstruction, m."""
@@ -29,6 +31,10 @@ CELL: Final = 0.02
 EVERY: Final = 2.0
 """s between two scans that are used: the paper's."""
 
+CELLS_PER_BEAD: Final = 3.0
+"""Cells across a bead for its height to show."""
+
+_SEEN: Final = 0.9  # share of the mass under which a note says so
 _MARGIN: Final = 0.6  # m around the path that is reconstructed
 _CONE: Final = math.radians(70.0)  # half angle about the drum's axis; beyond it rays graze
 _NOISE: Final = 0.05  # m below the floor, or from both neighbours, of a point that is an outlier
@@ -157,6 +163,8 @@ class PrintedStructure(Result):
                detail=True),
         Figure("estimated_mass", "kg", "Mass by the scans, where it is over 5 mm high; null without scans.",
                name="mass by the scans, where over 5 mm high"),
+        Figure("mass_seen", "1", "Mass by the scans as a share of the true one; null where one is not known.",
+               name="mass seen by the scans", shown="%", digits=3),
         Figure("estimated_volume", "m^3", "Volume by the scans, where it is over 5 mm high; null without scans.",
                lambda of: of.estimated_mass / of.density, detail=True),
         Figure("density", "kg/m^3", "Density of what was laid.", detail=True),
@@ -178,6 +186,7 @@ class PrintedStructure(Result):
     density: float  # kg/m^3
     difference: HeightDifference | None
     sections: tuple[CrossSection, ...]
+    bead: Bead | None = None  # that the machine extrudes; None: it pours powder
 
     @property
     def best(self) -> HeightField | None:
@@ -198,20 +207,47 @@ class PrintedStructure(Result):
         return float(heights[heights > _MIN_HEIGHT].sum()) * self.estimated.cell**2 * self.density
 
     @property
+    def mass_seen(self) -> float:
+        """Mass by the scans as a share of the true one; NaN where one is not known, or nothing is laid."""
+        return self.estimated_mass / self.mass if self.mass > 0.0 else math.nan
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Where the scans, or the cells, tell less than is there."""
+        notes = []
+        if self.mass_seen < _SEEN:
+            notes.append(
+                f"the scans saw {self.estimated_mass:.3g} of {self.mass:.3g} kg that were laid: "
+                f"{100.0 * self.mass_seen:.0f} %, where the structure is over {_MIN_HEIGHT * 1e3:g} mm high"
+            )
+        best = self.best
+        if best is not None and self.bead is not None and self.bead.width < CELLS_PER_BEAD * best.cell:
+            notes.append(
+                f"beads are {spell_length(self.bead.width)} wide, cells of the height field "
+                f"{spell_length(best.cell)}: heights are means over cells, lower than the beads"
+            )
+        return tuple(notes)
+
+    @property
     def highest(self) -> float:
         """Greatest height, m; NaN: unknown."""
         return math.nan if self.best is None else float(np.nanmax(self.best.heights, initial=-np.inf))
 
 
 def structure_of(
-    scans: StructureScans | None, true: HeightField | None, track: Track, distance: float, density: float
+    scans: StructureScans | None,
+    true: HeightField | None,
+    track: Track,
+    distance: float,
+    density: float,
+    bead: Bead | None,
 ) -> PrintedStructure | None:
     """Return the structure after *distance* (m) of *track*, of *density* (kg/m^3); None if nothing is known."""
     estimated = None if scans is None else scans.heights(_cells(track, true))
     if estimated is None and true is None:
         return None
     difference = None if estimated is None or true is None else _difference(estimated, true)
-    return PrintedStructure(estimated, true, density, difference, _sections(track, distance, estimated, true))
+    return PrintedStructure(estimated, true, density, difference, _sections(track, distance, estimated, true), bead)
 
 
 def _cells(track: Track, true: HeightField | None) -> HeightField:
