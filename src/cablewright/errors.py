@@ -49,10 +49,14 @@ class CablewrightError(Exception):
 
 
 class AnswerError(CablewrightError):
-    """The work ran and its answer is no: infeasible, overstretched, not converged; `status` where one solve says so."""
+    """The work ran and its answer is no: infeasible, overstretched, not converged; `status` where one solve says so.
+
+    ``known``: what JSON has besides the reason.
+    """
 
     def __init__(self, message: str, status: Status | None = None) -> None:
         self.status = status
+        self.known: dict[str, object] = {}
         super().__init__(message)
 
 

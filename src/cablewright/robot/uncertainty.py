@@ -244,6 +244,11 @@ def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[R
     return tuple(Range(parameter, 1.0, low, high, min_value=0.0) for parameter in parameters_of(robot, "modulus"))
 
 
+def ranges_of(robot: Robot) -> tuple[Range, ...]:
+    """Return the ranges of the robot file's uncertainty, or else those of `modulus_ranges`."""
+    return modulus_ranges(robot) if robot.uncertainty is None else robot.uncertainty.of(robot)
+
+
 def _si(kind: Kind, key: str, value: Any) -> Any:
     """Return the value of ``key`` with texts converted to SI; other values are left to the field's own check."""
     if isinstance(value, list | tuple):

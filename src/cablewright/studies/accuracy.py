@@ -157,7 +157,8 @@ def accuracy(
     *where* is one pose (n,), m and rad (returns `AccuracyAtPose`, the most detailed result); poses (N, n) (`Accuracy`);
     `Places`, with the platform unrotated, or a `Job` or its file, with the rotations of its schedule (`AccuracyStudy`).
 
-    *ranges*: by default each line's modulus between 0.7 and 1.3 of its nominal value. *compensation*: the model that
+    *ranges*: by default those of the robot file's uncertainty, or else each line's modulus between 0.7 and 1.3 of its
+    nominal value. *compensation*: the model that
     the commanded lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: how the spread of errors
     is found, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the

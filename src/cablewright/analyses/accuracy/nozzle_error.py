@@ -22,7 +22,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.robot.uncertainty import Range, modulus_ranges
+from cablewright.robot.uncertainty import Range, ranges_of
 from cablewright.solvers.arguments import as_poses, given_numbers
 from cablewright.solvers.inverse import solve_inverse
 
@@ -285,7 +285,7 @@ class AccuracyQuestion:
     ) -> Self:
         """Return the settings for the arguments of `accuracy`. Raises `InputError` for invalid ones."""
         model = Model.full(robot, tension_limits=tension_limits)
-        known = tuple(modulus_ranges(model.robot) if ranges is None else ranges)
+        known = tuple(ranges_of(model.robot) if ranges is None else ranges)
         if not known:
             raise InputError("ranges: none are given; at least one parameter has to be uncertain")
         if isinstance(method, str):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, Limits, Retraction, RobotOptions, Seed
-from cablewright.apps.cli.output import answer, progress, refused
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, tension_limits
 from cablewright.choices import CompensationName, MethodName
 from cablewright.errors import InputError
@@ -117,12 +117,18 @@ class UncertaintyOptions:
     modulus_range: Annotated[
         str | None,
         typer.Option(
-            "--modulus-range", metavar="MIN,MAX", help="Factors between which moduli lie; by default 0.7,1.3."
+            "--modulus-range",
+            metavar="MIN,MAX",
+            help="Factors between which moduli lie, and nothing else is uncertain; by default 0.7,1.3.",
         ),
     ] = None
     uncertainty: Annotated[
         Path | None,
-        typer.Option("--uncertainty", metavar="TOML", help="File of uncertain parameters, instead of moduli alone."),
+        typer.Option(
+            "--uncertainty",
+            metavar="TOML",
+            help="File of uncertain parameters; by default the robot file's [uncertainty], or else moduli alone.",
+        ),
     ] = None
     method: Annotated[MethodName, typer.Option("--method", help="How the spread is found.")] = "vertices"
     samples: Annotated[
@@ -132,13 +138,15 @@ class UncertaintyOptions:
 
     def ranges(self, machine: Robot) -> tuple[Range, ...]:
         """What is uncertain of a robot. Raises `InputError`."""
-        from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges
+        from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges, ranges_of
 
         if self.uncertainty is not None:
             if self.modulus_range is not None:
                 raise InputError("--modulus-range and --uncertainty: give one of them")
             return load_uncertainty(self.uncertainty).of(machine, str(self.uncertainty))
-        low, high = numbers(self.modulus_range, "--modulus-range", 2) or (0.7, 1.3)
+        if self.modulus_range is None:
+            return ranges_of(machine)
+        low, high = numbers(self.modulus_range, "--modulus-range", 2) or []
         return modulus_ranges(machine, low, high)
 
     def spread_method(self) -> Method | str:
@@ -196,7 +204,6 @@ class AccuracyCommand:
         where, folder, options = self._where(), self._folder(), self.options
         ranges = self.uncertain.ranges(self.machine)
         with (
-            refused(self.as_json),
             nullcontext() if folder is None else store.run_folder(folder) as part,
             progress() as show,
         ):

@@ -72,7 +72,7 @@ class BracketCommand:
 
         pose = numbers(self.at, "--at", free=True)
         known = {"robot": model.robot.name, "pose": pose, "universal_joint": None, "conventional": None}
-        with refused(self.output.as_json, "infeasible", **known), progress() as show:
+        with refused("infeasible", **known), progress() as show:
             found = bracket(
                 model,
                 pose if self.job is None else load_job(self.job),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, Lengths, Retraction, RobotOptions, Seed, SheaveChoice
-from cablewright.apps.cli.output import answer, progress, refused, tell
+from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import numbers
 from cablewright.errors import InputError
 
@@ -83,8 +83,7 @@ class EquilibriaCommand:
         given, box = numbers(self.lengths, "--lengths") or [], numbers(self.box, "--box")
         if not self.exhaustive and (self.time_limit is not None or self.out is not None):
             raise InputError("--time-limit and --out: only with --exhaustive")
-        with refused(self.as_json):
-            found = equilibria(model, given, box=box, starts=self.starts, seed=self.seed)
+        found = equilibria(model, given, box=box, starts=self.starts, seed=self.seed)
         return answer(self._searched(found, box) if self.exhaustive else found, self.as_json)
 
     def _searched(self, found: Found, box: list[float] | None) -> Found:

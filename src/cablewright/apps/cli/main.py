@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
-from cablewright.errors import CablewrightError
+from cablewright.errors import AnswerError, CablewrightError
 
 COMMANDS = {
     "Model": {
@@ -134,6 +134,10 @@ def run(arguments: list[str]) -> int:
             _explain("interrupted", debug=False)
         return code
     except CablewrightError as error:
+        if isinstance(error, AnswerError) and "--json" in arguments:
+            from cablewright.apps.cli.output import print_refusal
+
+            print_refusal(error)
         _explain(str(error), debug)
         return error.exit_code
     except TyperException as error:

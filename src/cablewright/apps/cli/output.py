@@ -46,18 +46,18 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
 
 
 @contextmanager
-def refused(as_json: bool, status: str = "", **known: object) -> Iterator[None]:
-    """With --json, an `AnswerError` inside is printed as a refusal, with what is *known*, before it is raised on.
-
-    With a *status* the JSON has that of the error, or *status* where the error has none.
-    """
+def refused(status: str, **known: object) -> Iterator[None]:
+    """What is *known*, and the status of the error or else *status*, are in the JSON of an `AnswerError` inside."""
     try:
         yield
     except AnswerError as reason:
-        if as_json:
-            word = "refused" if not status else status if reason.status is None else reason.status.word
-            print_json({"status": word, "reason": str(reason)} | known)
+        reason.known = {"status": status if reason.status is None else reason.status.word} | known
         raise
+
+
+def print_refusal(reason: AnswerError) -> None:
+    """Print an answer that is no as JSON."""
+    print_json({"status": "refused", "reason": str(reason)} | reason.known)
 
 
 def print_json(values: Mapping[str, Any]) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import OutputOptions, RegionOptions, RobotOptions
-from cablewright.apps.cli.output import answer, progress, refused
+from cablewright.apps.cli.output import answer, progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class RetractionCommand:
         """Find the best lengths and the law, draw and print them."""
         from cablewright.analyses.workspace.retraction import retraction
 
-        with refused(self.output.as_json), progress() as show:
+        with progress() as show:
             found = retraction(
                 self.robot.loaded(),
                 self.region.criterion_name,

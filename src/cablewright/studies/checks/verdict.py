@@ -28,8 +28,10 @@ def verdict(found: Check, nowhere: int) -> str:
         )
     worst, *others = (finding for finding in found.findings if finding.violations)
     told = f"{machine} cannot print {part}: {_broken(found, worst)}."
-    if others:
-        told += f" Also out of bounds: {', '.join(dict.fromkeys(finding.limit for finding in others))}."
+    limits = [finding.limit for finding in others if not finding.is_status]
+    if limits:
+        told += f" Also out of bounds: {', '.join(limits)}."
+    told += "".join(f" At {each.violations} samples {each.limit}." for each in others if each.is_status)
     if nowhere:
         told += (
             f" Its lines hold the platform at none of {nowhere} places tried in the frame: check tension limits, exit "

@@ -1,0 +1,41 @@
+"""The page of verdicts: each command on it answers with the sentence beside it."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "verdicts.md").read_text("utf-8")
+ROWS = re.findall(r"^\| `cablewright (.*?)` \| (.*) \|$", PAGE, re.MULTILINE)
+FILES = re.findall(r"^`([\w.]+)`:\n\n```\w+\n(.*?)```$", PAGE, re.MULTILINE | re.DOTALL)
+(BEFORE,) = re.findall(r"^```sh\ncablewright (.*)\n```$", PAGE, re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def folder(cli, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The files of the page, the examples, and the log of a machine that sees nothing."""
+    place = tmp_path_factory.mktemp("verdicts")
+    for name, text in FILES:
+        (place / name).write_text(text)
+    (place / "examples").symlink_to(ROOT / "examples")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        assert cli(*shlex.split(BEFORE)).code == 0
+    return place
+
+
+@pytest.mark.parametrize(("command", "sentence"), ROWS, ids=[command for command, _ in ROWS])
+def test_a_command_answers_with_its_sentence(cli, folder: Path, monkeypatch, command: str, sentence: str) -> None:
+    monkeypatch.chdir(folder)
+    answer = cli(*shlex.split(command), "--json")
+    said = answer.json["verdict"] if "verdict" in (answer.json or {}) else answer.no
+    assert re.fullmatch(re.escape(sentence).replace(r"\.\.\.", ".+?"), said), said
+    assert answer.code == (0 if " can print " in sentence else 1)
+
+
+def test_the_page_is_read() -> None:
+    assert (len(ROWS), len(FILES)) == (27, 4)
