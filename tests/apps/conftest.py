@@ -32,7 +32,7 @@ class Outcome:
         """The one object on stdout; NaN and Infinity, which Python would let pass, are refused."""
         found = json.loads(self.out, parse_constant=_no_constant)
         assert isinstance(found, dict)
-        assert found["schema"] == 2
+        assert found["schema"] == 3
         return found
 
     def figure(self, label: str) -> str:

@@ -16,7 +16,7 @@ def test_numbers_that_are_not_finite_are_null(capsys) -> None:
     printed = capsys.readouterr().out
     assert printed.count("\n") == 1
     assert json.loads(printed) == {
-        "schema": 2,
+        "schema": 3,
         "a": None,
         "b": [1.0, None, {"c": None}],
         "d": [[1.5, None]],
@@ -28,4 +28,4 @@ def test_numbers_that_are_not_finite_are_null(capsys) -> None:
 def test_arrays_and_numpy_scalars_keep_every_digit(capsys) -> None:
     values = {"x": np.array([0.1, 1 / 3]), "n": np.int64(3), "yes": np.bool_(True), "one": np.array(1 / 7)}
     print_json(values)
-    assert json.loads(capsys.readouterr().out) == {"schema": 2, "x": [0.1, 1 / 3], "n": 3, "yes": True, "one": 1 / 7}
+    assert json.loads(capsys.readouterr().out) == {"schema": 3, "x": [0.1, 1 / 3], "n": 3, "yes": True, "one": 1 / 7}

@@ -19,7 +19,7 @@ from cablewright.results import Result, plain
 if TYPE_CHECKING:
     from cablewright.apps.figures import Sheet
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the JSON that commands print."""
 
 NO = 1

@@ -22,7 +22,7 @@ from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import PrintRun, run_print
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 """Version of metrics.json."""
 
 _STEP_TIME: Final = (
