@@ -111,7 +111,7 @@ _PER_MINUTE = _EXACT.divide(Decimal(1), Decimal(60))
 
 LENGTH = _dimension("length", {"m": "1", "mm": "1e-3", "cm": "1e-2", "um": "1e-6", "km": "1e3"})
 AREA = _dimension("area", {"m^2": "1", "mm^2": "1e-6", "cm^2": "1e-4"})
-FORCE = _dimension("force", {"N": "1", "kN": "1e3", "mN": "1e-3"})
+FORCE = _dimension("force", {"N": "1", "kN": "1e3", "MN": "1e6", "mN": "1e-3"})
 PRESSURE = _dimension("pressure", {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"})
 MASS = _dimension("mass", {"kg": "1", "g": "1e-3", "t": "1e3"})
 LINEAR_DENSITY = _dimension("linear density", {"kg/m": "1", "g/m": "1e-3"})

@@ -12,13 +12,19 @@ from cablewright.robot import (
     Cable,
     Eyelet,
     Line,
+    Parameter,
     PointPlatform,
     Robot,
     Scene,
     Swivel,
     UniversalJoint,
     Winch,
+    library_text,
+    loads,
+    update,
+    with_value,
 )
+from cablewright.robot.cable import CONSTRUCTIONS
 
 CABLE = Cable(axial_stiffness="700 kN", linear_density="30 g/m", breaking_load="10 kN")
 SWIVEL: dict[str, Any] = {"kind": "swivel", "radius": "50 mm"}
@@ -54,13 +60,40 @@ def test_a_cable_is_as_stiff_as_either_way_says() -> None:
     assert CABLE.stiffness == 700e3
     by_section = Cable(young_modulus="100 GPa", section="10 mm^2", linear_density=0, breaking_load=1)
     assert by_section.stiffness == pytest.approx(1e6, rel=1e-15)
+    rope = {"young_modulus": "100 GPa", "diameter": "4 mm", "linear_density": 0, "breaking_load": 1}
+    assert Cable(**rope, fill_factor=0.5).stiffness == pytest.approx(1e11 * 0.5 * math.pi * 2e-3**2)
+    assert Cable(**rope, construction="6x19-IWRC").stiffness == pytest.approx(1e11 * 0.449 * 16e-6)
+    assert Cable(axial_stiffness="1.5 MN", linear_density=0, breaking_load=1).stiffness == 1.5e6
+
+
+def test_rope_constructions_leave_room_between_their_wires() -> None:
+    for name, factor in CONSTRUCTIONS.items():
+        assert 0.35 < factor < 0.25 * math.pi * 0.65, name  # less than a strand of round wires fills
+
+
+def test_a_rope_that_is_given_by_its_construction_is_written_back() -> None:
+    text = library_text("house-printer").replace('section = "12.566370614359172 mm^2"', 'construction = "6x7-FC"')
+    robot = loads(text.partition("  # assumed: full")[0] + "\n" + text.partition("  # assumed: full 4 mm circle\n")[2])
+    assert robot.lines[0].cable.stiffness == pytest.approx(102.2e9 * 0.369 * 16e-6)
+    stiffer = with_value(robot, Parameter("modulus", robot.lines[0].name), 1.1)
+    assert stiffer.lines[0].cable.stiffness == pytest.approx(1.1 * robot.lines[0].cable.stiffness)
+    assert loads(update(text, robot)) == robot
 
 
 @pytest.mark.parametrize(
     ("stiffness", "match"),
     [
         ({}, "young_modulus: is missing"),
-        ({"young_modulus": 1e9}, "section: is missing"),
+        ({"young_modulus": 1e9}, "section: is missing: give young_modulus and section, or diameter with fill_factor"),
+        ({"young_modulus": 1e9, "diameter": 1e-3}, "fill_factor: is missing"),
+        ({"young_modulus": 1e9, "fill_factor": 0.5}, "diameter: is missing: fill_factor needs it"),
+        ({"young_modulus": 1e9, "diameter": 1e-3, "fill_factor": 1.1}, "less than or equal to 1"),
+        (
+            {"young_modulus": 1e9, "diameter": 1e-3, "fill_factor": 0.5, "section": 1e-6},
+            "fill_factor: give either this",
+        ),
+        ({"young_modulus": 1e9, "diameter": 1e-3, "construction": "6x9-FC"}, "construction: unknown; did you mean"),
+        ({"axial_stiffness": 1, "construction": "6x7-FC"}, "axial_stiffness: give either"),
         ({"section": 1e-6}, "young_modulus: is missing"),
         ({"axial_stiffness": 1, "section": 1e-6}, "axial_stiffness: give either"),
         ({"axial_stiffness": 1, "young_modulus": 1e9, "section": 1e-6}, "axial_stiffness: give either"),

@@ -2,24 +2,40 @@
 
 from __future__ import annotations
 
-from typing import Self
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Final, Self
 
-from pydantic import model_validator
+from annotated_types import Gt, Le
+from pydantic import Field, Strict, model_validator
 
+from cablewright.errors import suggestion
 from cablewright.units import Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure, ThermalExpansion
 from cablewright.validation import Description, refusal
+
+CONSTRUCTIONS: Final[Mapping[str, float]] = MappingProxyType({
+    "6x7-FC": 0.369, "6x7-IWRC": 0.432, "6x7-WSC": 0.432, "6x19-FC": 0.384, "6x19-IWRC": 0.449, "6x36-FC": 0.393,
+    "6x36-IWRC": 0.460, "6x19M-FC": 0.357, "6x19M-WSC": 0.418, "6x37M-FC": 0.357, "6x37M-WSC": 0.418,
+})  # fmt: skip
+"""Metallic section of steel wire ropes over the square of their diameter, by construction: EN 12385-4, factor C."""
+
+_SECTIONS = ("section", "fill_factor", "construction")
 
 
 class Cable(Description):
     """A cable's properties per metre.
 
-    Its axial stiffness EA is given either as ``young_modulus`` and ``section`` or as ``axial_stiffness``, because the
-    section of a rope is often a matter of definition while its EA is measured. ``thermal_expansion`` (1/K): strain per
-    degree, negative for aramid and Dyneema; None: unknown.
+    Its axial stiffness EA is given either as ``axial_stiffness``, because the section of a rope is often a matter of
+    definition while its EA is measured, or as ``young_modulus`` and the section that it refers to: ``section``; or
+    ``diameter`` with ``fill_factor``, the share of its circle that is filled, or with ``construction``, one of
+    `CONSTRUCTIONS`. ``thermal_expansion`` (1/K): strain per degree, negative for aramid and Dyneema; None: unknown.
     """
 
     young_modulus: Positive[Pressure] | None = None
     section: Positive[Area] | None = None
+    fill_factor: Annotated[float, Strict(), Gt(0), Le(1)] | None = None
+    construction: Annotated[str, Field(json_schema_extra={"enum": [*CONSTRUCTIONS]})] | None = None
     axial_stiffness: Positive[Force] | None = None
     linear_density: NonNegative[LinearDensity]
     breaking_load: Positive[Force]
@@ -28,18 +44,39 @@ class Cable(Description):
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
+        given = [key for key in _SECTIONS if getattr(self, key) is not None]
+        if self.construction is not None and self.construction not in CONSTRUCTIONS:
+            raise refusal("construction", f"unknown; {suggestion(self.construction, CONSTRUCTIONS)}")
         if self.axial_stiffness is not None:
-            if self.young_modulus is not None or self.section is not None:
+            if self.young_modulus is not None or given:
                 raise refusal("axial_stiffness", "give either this or young_modulus and section, not both")
-        elif self.young_modulus is None or self.section is None:
-            missing = "young_modulus" if self.young_modulus is None else "section"
-            raise refusal(missing, "is missing: give young_modulus and section, or axial_stiffness")
+            return self
+        ways = "section, or diameter with fill_factor or construction"
+        if self.young_modulus is None:
+            raise refusal("young_modulus", f"is missing: give young_modulus and {ways}; or axial_stiffness")
+        if len(given) > 1:
+            raise refusal(given[1], f"give either this or {given[0]}, not both")
+        if not given:
+            key = "section" if self.diameter is None else "fill_factor"
+            raise refusal(key, f"is missing: give young_modulus and {ways}; or axial_stiffness")
+        if given[0] != "section" and self.diameter is None:
+            raise refusal("diameter", f"is missing: {given[0]} needs it")
         return self
+
+    @property
+    def load_section(self) -> float | None:
+        """The section that ``young_modulus`` refers to, m^2; None where ``axial_stiffness`` is given."""
+        if self.section is not None or self.diameter is None:
+            return self.section
+        if self.construction is not None:
+            return CONSTRUCTIONS[self.construction] * self.diameter**2
+        return None if self.fill_factor is None else 0.25 * math.pi * self.fill_factor * self.diameter**2
 
     @property
     def stiffness(self) -> float:
         """EA, N."""
-        if self.young_modulus is not None and self.section is not None:
-            return self.young_modulus * self.section
+        section = self.load_section
+        if self.young_modulus is not None and section is not None:
+            return self.young_modulus * section
         assert self.axial_stiffness is not None  # checked by _one_stiffness
         return self.axial_stiffness

@@ -233,7 +233,7 @@ def assumed_uncertainty(robot: Robot) -> Uncertainty:
 
 
 def _is_steel(cable: Cable) -> bool:
-    area = cable.section if cable.diameter is None else 0.25 * math.pi * cable.diameter**2
+    area = cable.load_section if cable.diameter is None else 0.25 * math.pi * cable.diameter**2
     return area is not None and cable.linear_density >= STEEL_DENSITY * area
 
 

@@ -59,10 +59,10 @@ class SpecimenOptions:
         load = _quantity(self.breaking_load, "--breaking-load", FORCE)
         if self.robot is not None:
             cable = self._cable(self.robot, with_section=area is None, with_load=load is None)
-            if area is None and cable.section is None:
+            if area is None and cable.load_section is None:
                 reason = "its cable is given by axial_stiffness and has no section; give --section or --diameter"
                 raise InputError(f"--robot = {self.robot!r}: {reason}")
-            area, load = cable.section if area is None else area, cable.breaking_load if load is None else load
+            area, load = cable.load_section if area is None else area, cable.breaking_load if load is None else load
         if area is None:
             raise InputError("missing option '--section': give it, or --diameter, or --robot")
         if load is None:
@@ -80,12 +80,10 @@ class SpecimenOptions:
                 raise UnknownName("line", self.line, named)
             return named[self.line]
         cables = [each.cable for each in lines]
-        if (
-            len(
-                {(each.section if with_section else None, each.breaking_load if with_load else None) for each in cables}
-            )
-            > 1
-        ):
+        needed = {
+            (each.load_section if with_section else None, each.breaking_load if with_load else None) for each in cables
+        }
+        if len(needed) > 1:
             raise InputError(f"--robot = {robot!r}: its lines have different cables; name one with --line")
         return cables[0]
 

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class MachinesCommand:
     """The file of a machine has its tolerances, drum, winches, room and sensors; --machine of other commands takes one.
 
-    Start your own from one of them: `cablewright machines NAME > mine.toml`.
+    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your own robot from
+    `cablewright machines --for ROBOT > mine.toml`.
     """
 
     EXAMPLE: ClassVar = "machines merlet2023"
@@ -32,12 +33,25 @@ class MachinesCommand:
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Machine whose file is printed; without it, all are listed.")
     ] = None
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--for", metavar="ROBOT", help="Robot for which a machine file is printed, with assumed numbers marked."
+        ),
+    ] = None
     as_json: AsJson = False
 
     def run(self) -> int:
         """Print the list, or the file."""
+        from cablewright.machine.simulated.machine_file import machine_file
         from cablewright.machine.simulated.settings import machine_names, machine_text
+        from cablewright.robot import load
 
+        if self.name is not None and self.robot is not None:
+            raise InputError("machines: expected NAME or --for ROBOT, not both")
+        if self.robot is not None:
+            described = load(self.robot)
+            return LibraryFile(described.name, machine_file(described)).show(self.as_json)
         if self.name is not None:
             return LibraryFile(self.name, machine_text(self.name)).show(self.as_json)
         return answer(MachineList(tuple(machine_names())), self.as_json)

@@ -14,7 +14,7 @@ from cablewright.apps import style
 from cablewright.apps.report.digest import Band, Digest
 from cablewright.arrays import Array
 
-_FLOOR: Final = 1e-6  # mm: smaller errors are of the arithmetic, not of the machine
+_FLOOR: Final = 1e-3  # mm: smaller errors are of the model, not of a machine
 _DOTTED: Final = (0, (1, 1.4))
 
 

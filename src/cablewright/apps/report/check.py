@@ -142,8 +142,9 @@ def _tensions(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         yield picture(
             pictures["tensions"],
             "Tension of the lines over the time of the print, with their limits",
-            f"Band: from the lowest to the highest tension {each}, anywhere along the line, compensated. Line: the "
-            f"median at the sheave. Dashed: the line's tension limits.{_some(m)}",
+            f"Band: from the lowest to the highest tension {each}, anywhere along the line, with the forces of "
+            "acceleration. Line: the "
+            f"median at the sheave, at rest. Dashed: the line's tension limits.{_some(m)}",
         )
     else:
         yield element("p", "Not known: no equilibrium was found.")

@@ -1,0 +1,167 @@
+"""The file of a simulated machine for any point robot: its own numbers where its file has them, else assumed ones."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from typing import Final
+
+import tomlkit
+
+from cablewright.errors import InputError
+from cablewright.robot import PointPlatform, Robot
+from cablewright.units import FORCE, LENGTH, TORQUE
+
+SPEED: Final = 1.0  # m/s of a cable whose winch has no limit
+RESERVE: Final = 1.25  # cable on the winch, over the longest line in the frame
+LAYER: Final = 1.1  # turns of the coil's one layer, over those that the cable takes
+PITCH: Final = 1.05  # of two turns, over the cable's diameter
+SIZE: Final = 0.02  # radius of gyration of the platform, over the frame's width
+
+
+def machine_file(robot: Robot) -> str:
+    """Return the text of a machine file for *robot*, each number with where it is from.
+
+    Sensors are encoders and a light barrier: with them `print` uses dead reckoning. Raises `InputError` for a robot
+    that cannot be simulated: a body, a line without weight, diameter or drum radius, or winches whose drums differ.
+    """
+    _require_simulated(robot)
+    radius, speed, torque = _winch(robot)
+    length = RESERVE * _longest(robot)
+    pitch = PITCH * max(line.cable.diameter or 0.0 for line in robot.lines)
+    width = LAYER * pitch * length / (2.0 * math.pi * radius)
+    scene = robot.scene
+    size = max(high - low for low, high in zip(scene.frame_min[:2], scene.frame_max[:2], strict=True))
+    inertia = robot.platform.mass * (SIZE * size) ** 2
+    return _TEMPLATE.format(
+        name=tomlkit.item(robot.name).as_string(),
+        mass=f"{robot.platform.mass:g}",
+        gyration=LENGTH.write(_rounded(SIZE * size), "mm"),
+        damping=_rounded(0.6 * inertia * math.sqrt(scene.gravity / (SIZE * size))),
+        yaw=_rounded(inertia),
+        drag=_rounded(0.1 * robot.platform.mass),
+        speed=_rounded(speed / radius),
+        torque=TORQUE.write(_rounded(torque), "N m"),
+        held=LENGTH.write(_rounded(length), "m"),
+        capacity=LENGTH.write(_rounded(1.1 * length), "m"),
+        width=LENGTH.write(_rounded(1.1 * width), "mm"),
+        pitch=LENGTH.write(_rounded(pitch), "mm"),
+        ceiling=LENGTH.write(_rounded(scene.frame_max[2] + size), "m"),
+        pull=FORCE.write(_rounded(torque / radius), "N"),
+    )
+
+
+def _require_simulated(robot: Robot) -> None:
+    origin = f"robot {robot.name!r}"
+    if not isinstance(robot.platform, PointPlatform):
+        raise InputError(f"{origin}: only a point platform can be simulated, so that it has no machine file")
+    for line in robot.lines:
+        if line.cable.linear_density == 0.0:
+            raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")
+        for key, value in (("cable.diameter", line.cable.diameter), ("winch.drum_radius", line.winch.drum_radius)):
+            if value is None:
+                raise InputError(f"{origin}: line {line.name!r} gives no {key}, which a plant needs")
+
+
+def _winch(robot: Robot) -> tuple[float, float, float]:
+    """Radius of the drums, m, speed of the cable, m/s, and torque at the drum, N m."""
+    radii = {line.winch.drum_radius for line in robot.lines if line.winch.drum_radius is not None}
+    if len(radii) > 1:
+        raise InputError(f"robot {robot.name!r}: drums of lines differ, and a machine file has one kind of winch")
+    radius = radii.pop()
+    speeds = [line.winch.max_speed for line in robot.lines if line.winch.max_speed is not None]
+    torques = [line.winch.max_torque for line in robot.lines if line.winch.max_torque is not None]
+    strongest = max(line.tension_limits[1] for line in robot.lines)
+    return radius, min(speeds, default=SPEED), min(torques, default=1.2 * strongest * radius)
+
+
+def _longest(robot: Robot) -> float:
+    """The longest cable within the frame, m, with its dead span."""
+    scene = robot.scene
+    corners = list(product(*zip(scene.frame_min, scene.frame_max, strict=True)))
+    lengths = []
+    for line in robot.lines:
+        dead = line.dead_length if line.winch_exit is None else math.dist(line.exit_point, line.winch_exit)
+        lengths.append(dead + max(math.dist(line.exit_point, corner) for corner in corners))
+    return max(lengths)
+
+
+def _rounded(value: float) -> float:
+    """Three digits."""
+    return float(f"{value:.3g}")
+
+
+_TEMPLATE: Final = """\
+# A machine for the robot {name}. Numbers marked "robot" are from its file; all others are assumed: replace them by what
+# you know of yours.
+
+schema = 1
+name = {name}
+period = "10 ms"                # of the control
+substep = "2 ms"
+quasi_static_period = "200 ms"
+
+[tolerances]                    # how far the machine as built is off the robot file
+anchor = "1 mm"                 # each coordinate of an exit point, standard deviation
+sheave_radius = "0.1 mm"
+modulus = 0.05                  # uniform, +- this share
+
+[drum]                          # the platform, in which the lines meet
+empty_mass = "{mass} kg"        # robot
+flow = 0.1                      # kg/s, valve open; a job with strands sets its own
+empty_centre = "{gyration}"     # of mass, below the lines' point
+empty_gyration = ["{gyration}", "{gyration}", "{gyration}"]
+valve = "20 mm"                 # nozzle, below the lines' point
+swing_damping = {damping}       # N m s/rad
+yaw_stiffness = {yaw}           # N m/rad
+yaw_damping = {yaw}             # N m s/rad
+yaw_wander = "1 deg"
+yaw_wander_length = "5 m"
+drag = {drag}                   # N s/m
+
+[extrusion]
+density = "2000 kg/m^3"         # of what is laid; the job sets width and height of the bead
+
+[winch]
+max_speed = {speed}             # rad/s of the drum: the robot's speed of the cable, or 1 m/s
+max_torque = "{torque}"         # at the drum: the robot's, or for {pull} of pull
+lag = "20 ms"
+ratio = 20.0                    # of the gear
+counts = 4096                   # of the encoder, a turn of the motor
+held = "{held}"                 # cable of each line: a quarter more than the farthest corner of the frame takes
+capacity = "{capacity}"
+width = "{width}"               # of the drum: one layer
+pitch = "{pitch}"
+radius_walk = "20 um"
+walk_turns = 10.0
+sideways_walk = "0.2 mm"
+
+[line]
+relaxation = "1 ms"
+vibration = "0.1 mm"
+vibration_damping = 0.01
+
+[climate]
+temperature = 22.0
+swing = 2.0
+humidity = 0.5
+humidity_swing = 0.1
+
+[room]                          # without lidars no wall is needed
+ceiling = "{ceiling}"
+walls = []
+
+[wire]
+latency = "1 ms"
+
+[encoders]
+rate = 100.0
+
+[climate_sensor]
+rate = 0.1
+temperature_deviation = 0.1
+humidity_deviation = 0.01
+
+[barrier]
+rate = 20.0
+"""

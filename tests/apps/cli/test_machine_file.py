@@ -1,0 +1,115 @@
+"""A machine file for one's own robot: it is read, it follows the robot, and the machine prints."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from cablewright.errors import InputError
+from cablewright.machine.simulated.machine_file import machine_file
+from cablewright.machine.simulated.settings import MachineSettings, load_machine
+from cablewright.robot import Robot, load, loads
+from cablewright.studies.simulate import simulate
+
+OWN = """
+schema = 1
+name = "attic"
+scene = { frame_min = [-1, -1, 0], frame_max = [1, 1, 2] }
+platform = { mass = "3 kg" }
+sheave = { kind = "eyelet" }
+winch = { drum_radius = "30 mm" }
+line = { tension_limits = ["1 N", "200 N"] }
+lines = [
+    { name = "a", exit_point = [-1, -1, 2] },
+    { name = "b", exit_point = [1, -1, 2] },
+    { name = "c", exit_point = [1, 1, 2] },
+    { name = "d", exit_point = [-1, 1, 2] },
+]
+[cable]
+young_modulus = "60 GPa"
+diameter = "1 mm"
+fill_factor = 0.6
+linear_density = "0.6 g/m"
+breaking_load = "1 kN"
+"""
+RING = """
+schema = 1
+name = "ring"
+helix = { radius = "0.2 m", layers = 1, layer_height = "2 mm", first_height = "0.3 m" }
+bead = { width = "10 mm", height = "2 mm" }
+motion = { print_speed = "50 mm/s", travel_speed = "50 mm/s", acceleration = "0.1 m/s^2" }
+"""
+
+
+def settings(robot: Robot, folder: Path) -> MachineSettings:
+    (folder / "machine.toml").write_text(machine_file(robot))
+    return load_machine(folder / "machine.toml")
+
+
+def test_its_numbers_are_the_robots(tmp_path: Path) -> None:
+    robot = load("house-printer")
+    found = settings(robot, tmp_path)
+    winch = robot.lines[0].winch
+    assert found.name == robot.name
+    assert found.drum.empty_mass == robot.platform.mass
+    assert found.winch.max_speed * winch.drum_radius == pytest.approx(winch.max_speed, rel=0.01)
+    assert found.winch.max_torque == pytest.approx(winch.max_torque, rel=0.01)
+    assert 15.0 + 25.9 < found.winch.held <= found.winch.capacity  # dead span and the frame's diagonal
+    assert not found.lidars
+
+
+@pytest.mark.parametrize("plant", ["dynamic", "quasi-static"])
+@pytest.mark.parametrize("robot", [load("house-printer"), load("merlet2023"), loads(OWN)], ids=lambda each: each.name)
+def test_the_machine_holds_its_place(robot: Robot, plant: str, tmp_path: Path) -> None:
+    low, high = robot.scene.frame_min, robot.scene.frame_max
+    middle = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2] + 0.3 * (high[2] - low[2])]
+    found = simulate(robot, settings(robot, tmp_path), hold=middle, duration=2.0, plant=plant)
+    assert not found.drive.notices
+    assert found.drive.distance < 0.02
+
+
+def test_an_own_robot_is_checked_and_printed_without_editing(cli, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "attic.toml").write_text(OWN)
+    (tmp_path / "ring.toml").write_text(RING)
+    assert cli(*shlex.split("check attic.toml ring.toml --json")).json["feasible"]
+    (tmp_path / "machine.toml").write_text(cli("machines", "--for", "attic.toml").out)
+    found = cli(*shlex.split("print attic.toml ring.toml --machine machine.toml --plant quasi-static --out run --json"))
+    assert found.code == 0
+    assert found.json["status"] == "finished"
+    assert found.json["max_error_in_space"] < 0.05
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('winch = { drum_radius = "30 mm" }', "", "line 'a' gives no winch.drum_radius, which a plant needs"),
+        ('linear_density = "0.6 g/m"', "linear_density = 0", "the cable of line 'a' has no weight"),
+        ('{ name = "a",', '{ name = "a", winch = { drum_radius = "40 mm" },', "drums of lines differ"),
+        (
+            'diameter = "1 mm"\nfill_factor = 0.6', 'section = "0.5 mm^2"',
+            "line 'a' gives no cable.diameter, which a plant needs",
+        ),
+    ],
+)  # fmt: skip
+def test_a_robot_that_no_plant_can_simulate(old: str, new: str, says: str) -> None:
+    robot = loads(OWN.replace(old, new))
+    with pytest.raises(InputError, match="robot 'attic': ") as refusal:
+        machine_file(robot)
+    assert says in str(refusal.value)
+
+
+def test_a_body_has_none() -> None:
+    with pytest.raises(InputError, match="only a point platform"):
+        machine_file(load("cogiro"))
+
+
+@pytest.mark.parametrize("name", ['say "attic"', "a\nb = 1", "\\", "\u2028 \u00e9 \U0001f916", "\x1b[31m"])
+def test_a_name_writes_no_key_of_its_own(name: str, tmp_path: Path) -> None:
+    assert settings(load("house-printer").model_copy(update={"name": name}), tmp_path).name == name
+
+
+def test_a_name_and_a_robot_are_one_too_many(cli) -> None:
+    assert "not both" in cli("machines", "merlet2023", "--for", "merlet2023").refusal
