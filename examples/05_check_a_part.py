@@ -17,7 +17,7 @@ with TemporaryDirectory() as folder:
 
 print(found.verdict)
 print("not checked:", "; ".join(found.not_checked))
-print(f"{found.toolpath.layer_count} layers, {found.samples.extruded_length:.0f} m laid in {found.law.duration:.0f} s")
-print(f"largest error without compensation: {1e3 * found.error_uncompensated.max():.2f} mm")
 for cause in found.expected.causes if found.expected else ():
     print(f"{cause.words}: {100 * cause.share:.0f} % of the expected error; {1e3 * cause.without:.1f} mm without it")
+print(f"{found.toolpath.layer_count} layers, {found.samples.extruded_length:.0f} m laid in {found.law.duration:.0f} s")
+print(f"largest error without compensation: {1e3 * found.error_uncompensated.max():.2f} mm")

@@ -10,7 +10,7 @@ MASS, ROUNDS = 2560.0, 14  # kg in all, of Merlet and Papegay 2023
 
 job = cw.load_job(Path(__file__).parent / "blind-machines.toml")
 samples = job.samples(job.toolpath())
-once = samples.positions[samples.layer == 0]
+once = samples.positions[samples.layer == 1]
 length = np.linalg.norm(np.diff(once, axis=0), axis=1)
 
 powder, field = cw.Powder(), cw.HeightField.flat((-2.2, -4.4), (2.2, 4.4), 0.02)

@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+FileKind = Literal["robot", "job", "machine", "uncertainty", "calibration", "survey"]
+"""Kind of a TOML file that is read."""
 CriterionName = Literal["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static"]
 """Criterion of a workspace; ``static`` counts sag, the others are of straight lines."""
 PointName = Literal["nozzle", "origin"]

@@ -20,6 +20,7 @@ NEWEST_SCHEMA: Final = 1
 KeyPath = tuple[str | int, ...]
 
 _LONGEST_VALUE = 60
+_MOST_FAULTS = 5  # of a file that one line names
 _ABSENT = object()
 
 _Model = TypeVar("_Model", bound="Description")
@@ -82,7 +83,7 @@ def validated(
     """Return the ``model`` of ``data``.
 
     ``locate`` maps a key path in ``data`` to the path in the file, and a note to put after it. Raises `InputError`:
-    the first error, with ``origin`` (the file), key path, value and what is allowed.
+    its errors, the first five, with ``origin`` (the file), key path, value and what is allowed.
     """
     try:
         return model.model_validate(data)
@@ -95,8 +96,9 @@ def validated(
             tables = any(isinstance(entry, dict) for entry in (value if isinstance(value, list) else [value]))
             found = "" if value is _ABSENT or tables else f" = {shown(value)}"
             lines.append(f"{spell(place)}{note}{found}: {why}" if path else why)
-    more = len(set(lines)) - 1
-    raise InputError(f"{origin}: {lines[0]}" + (f" (and {more} more)" if more else ""))
+    faults = list(dict.fromkeys(lines))
+    more = len(faults) - _MOST_FAULTS
+    raise InputError(f"{origin}: {'; '.join(faults[:_MOST_FAULTS])}" + (f" (and {more} more)" if more > 0 else ""))
 
 
 def look_up(data: Any, path: KeyPath, absent: Any = None) -> Any:

@@ -108,7 +108,11 @@ DEFAULT_FAULTS = [
     ("young_modulus", "yung_modulus", "cable.yung_modulus = '100 GPa': unknown key; did you mean 'young_modulus'?"),
     ('breaking_load = "10 kN"', "", "cable.breaking_load: is missing"),
     ('radius = "50 mm"', "", "sheave.radius: is missing"),
-    ('section = "10 mm^2"', "", "cable.section: is missing: give young_modulus and section, or axial_stiffness"),
+    (
+        'section = "10 mm^2"',
+        "",
+        "cable.section: is missing: give young_modulus and section, or diameter",
+    ),
     ('"1 kN"', '"11 kN"', "line.tension_limits = ['10 N', '11 kN']: must end at or below the breaking load, 10000 N"),
     ('["10 N", "1 kN"]', "3", "line.tension_limits = 3: must be a list"),
     ('"swivel"', '"swivle"', "sheave.kind = 'swivle': must be one of 'eyelet', 'swivel', 'universal-joint'"),
@@ -186,9 +190,13 @@ def test_lines_that_are_no_lines(lines: str) -> None:
     assert message(text).startswith("lines")
 
 
-def test_further_faults_are_counted() -> None:
+def test_all_faults_are_told_at_once_and_further_ones_counted() -> None:
     text = changed('mass = "10 kg"', "mass = -1", last_line("winch_exit = 'x'\ncable = { section = 0 }"))
-    assert message(text) == "platform.mass = -1: must be greater than 0 (and 2 more)"
+    first, second, third = message(text).split("; ")
+    assert first == "platform.mass = -1: must be greater than 0"
+    assert second.startswith("lines[1].winch_exit (line 'west') = 'x'") or "winch_exit" in third
+    many = "schema = 1\nname = 1\ndescription = 2\nsource = 3\nscene = 4\nplatform = 5\nlines = 6\nbracket = 7\n"
+    assert message(many).endswith("(and 2 more)")
 
 
 @pytest.mark.parametrize(

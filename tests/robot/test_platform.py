@@ -119,7 +119,7 @@ FAULTS = [
         "inertia = [1, 1, 1]\nloads = [{ name = 'a', inertia_products = [2, 0, 0] }]",
         "platform.loads[0].inertia: must be positive definite",
     ),
-    ("[platform.retraction]", "platform.retraction.length: is missing (and 3 more)"),
+    ("[platform.retraction]", "platform.retraction.length: is missing; platform.retraction.least: is missing; "),
     ("retraction = 3", "platform.retraction = 3: must be a table"),
 ]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
-from pydantic import Field, Strict, StrictBool, model_validator
+from pydantic import Field, Strict, StrictBool, WithJsonSchema, model_validator
 
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.cable import Cable
@@ -38,6 +38,9 @@ _RELATIVE: Final = {"factor": "plus_minus", "relative_deviation": "deviation"}
 
 _Number = Annotated[float, Strict()]
 _Width = Annotated[float, Strict(), Field(gt=0)]
+_OR_TEXT: Final = WithJsonSchema(
+    {"anyOf": [{"type": "number"}, {"type": "string"}]}
+)  # with a unit that the name decides
 
 
 @dataclass(frozen=True)
@@ -85,9 +88,9 @@ class Uncertain(Description):
     lines: Annotated[tuple[str, ...], Field(max_length=MAX_LINES)] | None = None
     shared: StrictBool = False
     factor: tuple[_Number, _Number] | None = None
-    range: tuple[_Number, _Number] | None = None
-    plus_minus: _Width | None = None
-    deviation: _Width | None = None
+    range: tuple[Annotated[_Number, _OR_TEXT], Annotated[_Number, _OR_TEXT]] | None = None
+    plus_minus: Annotated[_Width, _OR_TEXT] | None = None
+    deviation: Annotated[_Width, _OR_TEXT] | None = None
     relative_deviation: _Width | None = None
 
     @model_validator(mode="before")

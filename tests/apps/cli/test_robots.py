@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
+import tomllib
+from pathlib import Path
+from typing import get_args
 
 import jsonschema
 import pytest
 
+from cablewright.choices import FileKind
+from cablewright.machine.simulated.settings import machine_names, machine_text
 from cablewright.robot import library_names, library_text, load, loads
 
 
@@ -32,7 +37,24 @@ def test_a_printed_robot_is_that_robot(cli, name: str) -> None:
     assert cli("robots", name, "--json").json["file"] == answer.out
 
 
-def test_the_schema_is_a_json_schema(cli) -> None:
-    answer = cli("schema")
+EXAMPLES = Path(__file__).parents[3] / "examples"
+FILES = {
+    "robot": [library_text(name) for name in library_names()],
+    "job": [(EXAMPLES / name).read_text() for name in ("house.toml", "helix.toml", "blind-machines.toml")],
+    "machine": [machine_text(name) for name in machine_names()],
+    "uncertainty": [(EXAMPLES / "uncertain.toml").read_text()],
+    "calibration": ['schema = 1\nunknowns = ["exit_point"]\nlevel = "1 deg"\n'],
+    "survey": [(EXAMPLES / "survey.toml").read_text()],
+}
+
+
+@pytest.mark.parametrize("kind", get_args(FileKind))
+def test_the_schema_of_a_kind_is_one_and_takes_its_files(cli, kind: str) -> None:
+    answer = cli("schema", kind)
     assert (answer.code, answer.err) == (0, "")
-    jsonschema.validators.validator_for(json.loads(answer.out)).check_schema(json.loads(answer.out))
+    schema = json.loads(answer.out)
+    validator = jsonschema.validators.validator_for(schema)
+    validator.check_schema(schema)
+    for text in FILES[kind]:
+        validator(schema).validate(tomllib.loads(text))
+    assert list(validator(schema).iter_errors({"schema": 1, "no such key": 1}))

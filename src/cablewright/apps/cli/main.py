@@ -56,7 +56,7 @@ COMMANDS = {
     "Tools": {
         "robots": ("robots.RobotsCommand", "Robots of the library, or the file of one."),
         "machines": ("simulate.MachinesCommand", "Simulated machines of the library, or the file of one."),
-        "schema": ("robots.SchemaCommand", "JSON Schema of robot files, for editors."),
+        "schema": ("robots.SchemaCommand", "JSON Schema of robot, job, machine and other files, for editors."),
         "curves": ("curves.CurvesCommand", "Random closed curves to print, ranked by how well they cover an area."),
     },
 }

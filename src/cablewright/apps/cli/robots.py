@@ -10,6 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer
+from cablewright.choices import FileKind
 from cablewright.results import Figure, Result
 
 if TYPE_CHECKING:
@@ -39,16 +40,18 @@ class RobotsCommand:
 
 @dataclass(frozen=True, kw_only=True)
 class SchemaCommand:
-    """An editor that knows it completes keys of a robot file and marks errors."""
+    """An editor that knows it completes keys of a file and marks errors."""
 
-    EXAMPLE: ClassVar = "schema"
+    EXAMPLE: ClassVar = "schema job"
     ANSWERS: ClassVar = ()
+
+    kind: Annotated[FileKind, typer.Argument(metavar="[KIND]", help="Kind of the file.")] = "robot"
 
     def run(self) -> int:
         """Print it."""
-        from cablewright.robot import json_schema
+        from cablewright.apps.cli.schemas import json_schema
 
-        typer.echo(json.dumps(json_schema(), indent=2))
+        typer.echo(json.dumps(json_schema(self.kind), indent=2))
         return 0
 
 
