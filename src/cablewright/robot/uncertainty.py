@@ -38,9 +38,8 @@ _RELATIVE: Final = {"factor": "plus_minus", "relative_deviation": "deviation"}
 
 _Number = Annotated[float, Strict()]
 _Width = Annotated[float, Strict(), Field(gt=0)]
-_OR_TEXT: Final = WithJsonSchema(
-    {"anyOf": [{"type": "number"}, {"type": "string"}]}
-)  # with a unit that the name decides
+_OR_TEXT: Final = WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]})
+"""Of a number or a text with a unit, which the name of the entry decides."""
 
 
 @dataclass(frozen=True)
