@@ -49,7 +49,7 @@ class SchemaCommand:
 
     def run(self) -> int:
         """Print it."""
-        from cablewright.apps.cli.schemas import json_schema
+        from cablewright.apps.schemas import json_schema
 
         typer.echo(json.dumps(json_schema(self.kind), indent=2))
         return 0
