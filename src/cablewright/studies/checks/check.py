@@ -24,7 +24,7 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
-from cablewright.studies.checks.walk import JobPath, with_reserve
+from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
 from cablewright.studies.interference import JobDistances
 from cablewright.studies.job_poses import along, path_box, sampled
 
@@ -70,14 +70,7 @@ def check(
     samples, step = sampled(robot, job, toolpath)
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
-    settings = uncertain.of(robot), skip, seed, report
-    walked = path.walk(Model.full(robot), *settings)
-    reserved = None
-    if not walked.statics.codes.any() and _breaks_tensions(path.judged(robot, walked)):
-        careful = with_reserve(robot, walked)
-        reserved = None if careful is None else path.walk(Model.full(careful), *settings)
-        if reserved is not None and not _breaks_tensions(path.judged(robot, reserved)):
-            walked = reserved
+    walked, reserved = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
     findings = ranked((*path.judged(robot, walked), *extra))
@@ -97,9 +90,24 @@ def check(
         distances=walked.distances,
         not_checked=tuple(not_checked(robot, walked.statics, skip, Schedule(job.schedule).turns)),
         step=step,
-        reserved=walked is reserved,
+        reserved=reserved,
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
+
+
+def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, bool]:
+    """What was found along the path, and whether tensions at rest keep a reserve for acceleration.
+
+    They do where poses can be held at rest, acceleration breaks tension limits, and with the reserve it does not.
+    """
+    walked = path.walk(Model.full(robot), *settings)
+    if walked.statics.codes.any() or not _breaks_tensions(path.judged(robot, walked)):
+        return walked, False
+    careful = with_reserve(robot, walked)
+    if careful is None:
+        return walked, False
+    reserved = path.walk(Model.full(careful), *settings)
+    return (walked, False) if _breaks_tensions(path.judged(robot, reserved)) else (reserved, True)
 
 
 def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertainty]:

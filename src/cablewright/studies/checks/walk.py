@@ -28,6 +28,9 @@ BLOCK: Final = 128 * 64  # samples solved between two reports of progress; a mul
 RESERVE: Final = 1.1
 """Tension kept from the limits at rest, in units of what acceleration takes."""
 
+WalkSettings = tuple[Sequence[Range], Collection[str], int, Progress]
+"""Ranges of the uncertain numbers, what to leave out, the seed of the machines drawn, and the progress."""
+
 
 @dataclass(frozen=True, eq=False)
 class Walked:
