@@ -361,7 +361,7 @@ def test_lines_are_those_of_the_file(tmp_path) -> None:
         ("# only words\n\n", "empty"),
         (
             "time,elongation\n1,2",
-            "line 1: no column 'force' (a unit may follow, as in 'force (kN)', one of N, kN, MN, mN)",
+            "line 1: no column 'force' (a unit may follow, as in 'force (kN)', one of N, kN, MN",
         ),
         ("forse,elongation\n1,2", "column 'forse': did you mean 'force'?"),
         ("force,elongatoin\n1,2", "column 'elongatoin': did you mean 'elongation'?"),
