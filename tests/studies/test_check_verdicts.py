@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from cablewright.robot import Robot, Uncertainty, library_text, load, loads
 from cablewright.solvers.forward import solve_forward
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check
+from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.interference import interference
 
 TOWER = """
@@ -112,6 +114,13 @@ class TestNo:
         assert "Also out of bounds: " in no.verdict
         for name in ("winch torque", "winch speed", "cable length"):
             assert name in no.verdict
+
+    def test_a_path_that_the_model_does_not_meet_is_no_yes(self, found: Check) -> None:
+        off = dataclasses.replace(found.statics, compensated=found.statics.compensated + 1e-3)
+        no = dataclasses.replace(found, statics=off)
+        assert not no.feasible
+        says = "house-printer cannot be shown to print square: the compensated path is not met at"
+        assert verdict(no, 0).startswith(f"{says} {len(found.samples)} samples, first in layer 1, G-code line ")
 
     def test_a_robot_that_holds_nothing_anywhere(self, job_file: Path) -> None:
         no = check(load("house-printer"), job_file, tension_limits=(3000.0, 3001.0))
