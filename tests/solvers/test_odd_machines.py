@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError, Status
+from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -92,7 +92,9 @@ def test_three_lines_in_a_plane(turned: bool) -> None:
 
 
 def test_a_weight_on_one_line_hangs_under_its_exit() -> None:
-    assert solve_forward(Model(machine([(0, 0, 10)])), [5.0]).status is Status.UNDER_EXIT
+    found = solve_forward(Model(machine([(0, 0, 10)])), [5.0])
+    assert found.is_valid()
+    assert np.abs(found.pose[:2]).max() < 1e-8
 
 
 def test_a_frame_far_from_the_origin() -> None:

@@ -19,6 +19,7 @@ from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, lever_stable, settle, start_force
 from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.kernels.statics.wrench import has_plane
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
@@ -28,7 +29,7 @@ LineKey = str | int
 """A line by its name, or by its index in the robot's lines, from 0."""
 
 TAUT = 1e9  # N; tension at which a lever's weight is negligible
-UNDER = 1e-9  # m; horizontal distance below which a line has no plane, as in the inverse problem
+FLOOR_ROUNDING = 1e-9  # m; a cable that is that far below the floor counts as on it
 LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # tensions, times the weight of the straight line, at which levers are placed
 FIRST_STEP, STEP = 1e-3, 1.2  # m, factor: steps of the search for the largest excess
 RESOLUTION = 1e-9  # m per m of excess, of the ends of a range
@@ -79,7 +80,7 @@ def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
 def hang(row: Array, plane: Array, length: float, y: Array) -> int:
     """Set the line state *y* to a line of unstrained *length* (m) in its plane (4,). Returns a kernel code."""
     x, z, own = plane[2], plane[3], LineNumbers(row)
-    if x <= UNDER:
+    if not has_plane(row, plane):
         return Code.UNDER_EXIT
     if math.isnan(length) or (own.has_lever and math.hypot(x, z) < own.lever + own.radius):
         return Code.INSIDE_SHEAVE
@@ -130,7 +131,7 @@ def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
     def ends(excess: float) -> str:
         if hang(row, planes[i], taut + excess, y) != Code.OK:
             return "sheave"
-        return "floor" if _lowest(row, y) < floor - UNDER else ""
+        return "floor" if _lowest(row, y) < floor - FLOOR_ROUNDING else ""
 
     if ends(0.0):
         return 0.0, ends(0.0)

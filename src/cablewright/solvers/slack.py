@@ -29,6 +29,7 @@ from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.inverse import inverse_workspace, stays
 from cablewright.kernels.statics.line import extremes
 from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.kernels.statics.wrench import has_plane
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
@@ -38,7 +39,6 @@ from cablewright.solvers.arguments import as_poses, as_rows, run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
     TAUT,
-    UNDER,
     LineKey,
     end_wrench,
     hang,
@@ -375,7 +375,7 @@ def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> t
         )
     at, planes = one_pose(model, pose)
     plane, y = planes[i], blank_states()
-    if plane[2] <= UNDER or not straight(row, plane[2], plane[3], TAUT, y):
+    if not has_plane(row, plane) or not straight(row, plane[2], plane[3], TAUT, y):
         raise InputError(
             f"pose: line {name!r} has no plane or no tangent there: under its exit point, or in its sheave"
         )

@@ -128,7 +128,7 @@ def _add_spring(row, length, arm, plane, wrench, stiffness):
     c, s = x / distance, z / distance
     across = tension / distance
     kxx, kxz, kzz = rate * c * c + across * s * s, (rate - across) * c * s, rate * s * s + across * c * c
-    add_line(arm, plane, tension * c, tension * s, kxx, kxz, kxz, kzz, wrench, stiffness)
+    add_line(row, arm, plane, tension * c, tension * s, kxx, kxz, kxz, kzz, wrench, stiffness)
 
 
 @jit

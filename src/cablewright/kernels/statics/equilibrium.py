@@ -32,7 +32,7 @@ from cablewright.kernels.newton import copy, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
 from cablewright.kernels.statics.sheave import wrap
-from cablewright.kernels.statics.wrench import add_force, add_line, place, start_balance
+from cablewright.kernels.statics.wrench import add_force, add_line, has_plane, place, start_balance
 
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # m, on every geometric equation
@@ -142,7 +142,7 @@ def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
     kxx, kzx = force_change(h, v, weight, steps, 1)
     kxz, kzz = force_change(h, v, weight, steps, 2)
     v += weight * y[FREE]
-    add_line(arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
+    add_line(row, arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
 
 
 @jit
@@ -248,7 +248,7 @@ def judge(packed, states, planes):
     code = OK
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
-        if planes[i, 2] <= 1e-9:
+        if not has_plane(row, planes[i]):
             return UNDER_EXIT
         if not lever_stable(row, y):
             return LEVER_UNSTABLE

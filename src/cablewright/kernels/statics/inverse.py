@@ -56,7 +56,7 @@ from cablewright.kernels.statics.line import (
 )
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
-from cablewright.kernels.statics.wrench import add_force, place, start_balance
+from cablewright.kernels.statics.wrench import add_force, has_plane, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
@@ -300,7 +300,7 @@ def _begin(packed, pose, states, work, known):
     for i in range(packed.lines.shape[0]):
         row, y, plane = packed.lines[i], states[i], base.planes[i]
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
-        if plane[2] <= 1e-9:
+        if not has_plane(row, plane):
             return UNDER_EXIT
         if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
             return INSIDE_SHEAVE  # within reach of the lever

@@ -27,7 +27,7 @@ from cablewright.kernels.statics.catenary import span
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
 from cablewright.kernels.statics.sheave import wrap
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_force
+from cablewright.kernels.statics.wrench import add_force, sideways
 
 # Columns of a line's parameters: length, relative modulus, exit point x, y, z, sheave radius, relative weight, and the
 # platform point x, y, z in the platform's frame.
@@ -128,7 +128,7 @@ def _add_points(row, y, i, work, right):
     ex, ey = plane[0], plane[1]
     kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
     kxz, kzz = force_change(h, v, row[WEIGHT], steps, 2)
-    across = h / max(plane[2], AXIS_DISTANCE)
+    across = sideways(row, plane[2], h, kxx)
     xx, yy, xy = ex * ex * kxx + ey * ey * across, ey * ey * kxx + ex * ex * across, ex * ey * (kxx - across)
     column = i * PARAMETERS + EXIT
     _write(right, arm, xx, xy, ex * kzx, column, work.trial)

@@ -247,7 +247,7 @@ def _evaluate(packed, pose, states, work, restart):
         kxx, kzx = force_change(h, v, weight, steps, 0)
         dh, dv = force_change(h, v, weight, steps, 1)
         kxz, kzz = force_change(h, v, weight, steps, 2)
-        add_line(base.arms[i], plane, h, v + weight * y[FREE], kxx, kxz, kzx, kzz, base.wrench, base.stiffness)
+        add_line(row, base.arms[i], plane, h, v + weight * y[FREE], kxx, kxz, kzx, kzz, base.wrench, base.stiffness)
         work.column[:] = 0.0
         add_force(base.arms[i], -dh * plane[0], -dh * plane[1], -dv, work.column)
         for k in range(packed.freedoms):

@@ -3,10 +3,12 @@
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, MASS_X, PLATFORM_WEIGHT, POINT_X, WRENCH
+from cablewright.kernels.layout import EXIT_X, LEVER, MASS_X, PLATFORM_WEIGHT, POINT_X, RADIUS, WRENCH
 from cablewright.kernels.rotation import rotate
 
-AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point a line has no plane
+AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
+NO_PLANE = 1e-9  # m: nearer to the vertical through its exit point a line over a sheave has no plane
+STRAIGHT_DOWN = 1e-7  # m: nearer to it the line from an eyelet is as stiff sideways as in its plane
 
 
 @jit
@@ -30,6 +32,25 @@ def place(lines, i, pose, rotation, arm, plane):
 
 
 @jit
+def has_plane(row, plane):
+    """Whether a line has a plane: not on the axis of its sheave, nor in its eyelet. From an eyelet any will do."""
+    if plane[2] > NO_PLANE:
+        return True
+    return row[RADIUS] == 0.0 and row[LEVER] == 0.0 and abs(plane[3]) > NO_PLANE
+
+
+@jit
+def sideways(row, x, h, kxx):
+    """Stiffness of a line across its plane: h / x, as the plane turns about the vertical through the exit point.
+
+    Straight below an eyelet all planes are alike, and its limit is the stiffness *kxx* in the plane.
+    """
+    if x < STRAIGHT_DOWN and row[RADIUS] == 0.0 and row[LEVER] == 0.0:
+        return kxx
+    return h / max(x, AXIS_DISTANCE)
+
+
+@jit
 def start_balance(packed, rotation, wrench, stiffness):
     """Set *wrench* (n,) to the platform's own load and *stiffness* (n, n) to minus its derivative by the pose."""
     n = packed.freedoms
@@ -47,12 +68,12 @@ def start_balance(packed, rotation, wrench, stiffness):
 
 
 @jit
-def add_line(arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
+def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
     """Add one line with the end force (h, v) and its in-plane stiffness, the derivatives of (h, v) by (x, z)."""
     ex, ey = plane[0], plane[1]
     fx, fy, fz = -h * ex, -h * ey, -v
     add_force(arm, fx, fy, fz, wrench)
-    across = h / max(plane[2], AXIS_DISTANCE)  # rotation of the plane about the vertical through the exit point
+    across = sideways(row, plane[2], h, kxx)
     xx = ex * ex * kxx + ey * ey * across
     yy = ey * ey * kxx + ex * ex * across
     xy = ex * ey * (kxx - across)

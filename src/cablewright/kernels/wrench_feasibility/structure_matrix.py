@@ -31,9 +31,8 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.rotation import matrix, rotate
 from cablewright.kernels.statics.sheave import straight, wrap
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, place
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, place
 
-NO_PLANE = 1e-9  # m: nearer than this to the vertical through its exit point a line has no plane
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
 ASIDE = 1e-9  # of the load: largest distance of a balanced load from the column space of A
@@ -118,7 +117,7 @@ def _over_sheave(lines, i, pose, rotation, arm, plane, state):
     """Status code and the unit vector along which line *i* pulls, over its sheave; writes its arm."""
     row = lines[i]
     place(lines, i, pose, rotation, arm, plane)
-    if plane[2] <= NO_PLANE:
+    if not has_plane(row, plane):
         return UNDER_EXIT, 0.0, 0.0, 0.0
     if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
