@@ -174,6 +174,11 @@ def respell(value: float, like: str) -> str:
     raise ValueError(f"{like!r} has no known unit")
 
 
+def three_digits(value: float) -> float:
+    """Return *value* rounded to three significant digits."""
+    return float(f"{value:.3g}")
+
+
 def spell_length(value: float) -> str:
     """Return a length (m) for a sentence: three digits, in mm below a metre."""
     return f"{value * 1e3:.3g} mm" if abs(value) < 1.0 else f"{value:.3g} m"

@@ -16,7 +16,7 @@ from cablewright.choices import PlantName
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.machine.log.log import LogHead, write_log
-from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
+from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names, require_robot
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.curve import MAX_LENGTH
@@ -119,11 +119,14 @@ def simulate(
 def machine_of(robot: Robot, machine: MachineSettings | str | Path | None) -> MachineSettings:
     """Return *machine*: settings, a name of `machine_names` or a TOML file.
 
-    By default the library's machine of the robot's name, or ``merlet2023`` if there is none.
+    By default the library's machine of the robot's name, or ``merlet2023`` if there is none. Raises `InputError` for
+    the machine of another robot.
     """
-    if isinstance(machine, MachineSettings):
-        return machine
-    return load_machine(machine or (robot.name if robot.name in machine_names() else _DEFAULT))
+    if machine is None:
+        return load_machine(robot.name if robot.name in machine_names() else _DEFAULT)
+    settings = machine if isinstance(machine, MachineSettings) else load_machine(machine)
+    require_robot(settings, robot.name)
+    return settings
 
 
 def _logged(run: Callable[..., Drive], out: Path, head: LogHead) -> Drive:

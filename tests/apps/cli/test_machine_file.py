@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.machine.simulated.machine_file import machine_file
-from cablewright.machine.simulated.settings import MachineSettings, load_machine
+from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_text
 from cablewright.robot import Robot, load, loads
 from cablewright.studies.simulate import simulate
 
@@ -52,7 +52,7 @@ def test_its_numbers_are_the_robots(tmp_path: Path) -> None:
     robot = load("house-printer")
     found = settings(robot, tmp_path)
     winch = robot.lines[0].winch
-    assert found.name == robot.name
+    assert found.name == found.robot == robot.name
     assert found.drum.empty_mass == robot.platform.mass
     assert found.winch.max_speed * winch.drum_radius == pytest.approx(winch.max_speed, rel=0.01)
     assert found.winch.max_torque == pytest.approx(winch.max_torque, rel=0.01)
@@ -113,3 +113,21 @@ def test_a_name_writes_no_key_of_its_own(name: str, tmp_path: Path) -> None:
 
 def test_a_name_and_a_robot_are_one_too_many(cli) -> None:
     assert "not both" in cli("machines", "merlet2023", "--for", "merlet2023").refusal
+
+
+@pytest.mark.parametrize("command", ["print house-printer ring.toml", "simulate house-printer --loop 5 --height 2"])
+def test_the_machine_of_another_robot_is_refused(cli, command: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ring.toml").write_text(RING)
+    (tmp_path / "machine.toml").write_text(machine_file(loads(OWN)))
+    found = cli(*shlex.split(command), "--machine", "machine.toml")
+    assert "machine 'attic': robot = 'attic', but the robot is 'house-printer'" in found.refusal
+
+
+def test_a_height_over_the_floor_needs_some(cli, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = machine_text("merlet2023").replace('robot = "merlet2023"', "")
+    (tmp_path / "machine.toml").write_text(text)
+    (tmp_path / "ring.toml").write_text(RING.replace("0.3 m", "0 m"))
+    found = cli(*shlex.split("print merlet2023 ring.toml --machine machine.toml --plant quasi-static --out run"))
+    assert "height = structure: the path begins on the floor" in found.refusal

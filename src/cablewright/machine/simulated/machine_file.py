@@ -10,7 +10,7 @@ import tomlkit
 
 from cablewright.errors import InputError
 from cablewright.robot import PointPlatform, Robot
-from cablewright.units import FORCE, LENGTH, TORQUE
+from cablewright.units import FORCE, LENGTH, TORQUE, three_digits
 
 SPEED: Final = 1.0  # m/s of a cable whose winch has no limit
 RESERVE: Final = 1.25  # cable on the winch, over the longest line in the frame
@@ -36,18 +36,18 @@ def machine_file(robot: Robot) -> str:
     return _TEMPLATE.format(
         name=tomlkit.item(robot.name).as_string(),
         mass=f"{robot.platform.mass:g}",
-        gyration=LENGTH.write(_rounded(SIZE * size), "mm"),
-        damping=_rounded(0.6 * inertia * math.sqrt(scene.gravity / (SIZE * size))),
-        yaw=_rounded(inertia),
-        drag=_rounded(0.1 * robot.platform.mass),
-        speed=_rounded(speed / radius),
-        torque=TORQUE.write(_rounded(torque), "N m"),
-        held=LENGTH.write(_rounded(length), "m"),
-        capacity=LENGTH.write(_rounded(1.1 * length), "m"),
-        width=LENGTH.write(_rounded(1.1 * width), "mm"),
-        pitch=LENGTH.write(_rounded(pitch), "mm"),
-        ceiling=LENGTH.write(_rounded(scene.frame_max[2] + size), "m"),
-        pull=FORCE.write(_rounded(torque / radius), "N"),
+        gyration=LENGTH.write(three_digits(SIZE * size), "mm"),
+        damping=three_digits(0.6 * inertia * math.sqrt(scene.gravity / (SIZE * size))),
+        yaw=three_digits(inertia),
+        drag=three_digits(0.1 * robot.platform.mass),
+        speed=three_digits(speed / radius),
+        torque=TORQUE.write(three_digits(torque), "N m"),
+        held=LENGTH.write(three_digits(length), "m"),
+        capacity=LENGTH.write(three_digits(1.1 * length), "m"),
+        width=LENGTH.write(three_digits(1.1 * width), "mm"),
+        pitch=LENGTH.write(three_digits(pitch), "mm"),
+        ceiling=LENGTH.write(three_digits(scene.frame_max[2] + size), "m"),
+        pull=FORCE.write(three_digits(torque / radius), "N"),
     )
 
 
@@ -86,17 +86,13 @@ def _longest(robot: Robot) -> float:
     return max(lengths)
 
 
-def _rounded(value: float) -> float:
-    """Three digits."""
-    return float(f"{value:.3g}")
-
-
 _TEMPLATE: Final = """\
 # A machine for the robot {name}. Numbers marked "robot" are from its file; all others are assumed: replace them by what
 # you know of yours.
 
 schema = 1
 name = {name}
+robot = {name}                  # the only robot that this is a machine of
 period = "10 ms"                # of the control
 substep = "2 ms"
 quasi_static_period = "200 ms"

@@ -277,9 +277,13 @@ class FaultPlan(Description):
 
 
 class MachineSettings(FileDescription):
-    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it."""
+    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it.
+
+    ``robot``: name of the only robot that it is a machine of; None: any.
+    """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    robot: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     period: Positive[Duration]
     substep: Positive[Duration]
     quasi_static_period: Positive[Duration]
@@ -337,6 +341,13 @@ def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSet
     extrusion = settings.extrusion.model_copy(update={"bead": bead})
     drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
     return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
+
+
+def require_robot(settings: MachineSettings, robot: str) -> None:
+    """Raise `InputError` where the settings are those of another robot than the one called *robot*."""
+    if settings.robot not in (None, robot):
+        why = f"but the robot is {robot!r}; leave the key out if the machine is one for any robot"
+        raise InputError(f"machine {settings.name!r}: robot = {settings.robot!r}, {why}")
 
 
 def check_faults(settings: MachineSettings, lines: tuple[str, ...]) -> None:

@@ -17,7 +17,13 @@ from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import LAWS, VelocitySettings
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
-from cablewright.machine.simulated.settings import MachineSettings, extruding, load_machine, machine_names
+from cablewright.machine.simulated.settings import (
+    MachineSettings,
+    extruding,
+    load_machine,
+    machine_names,
+    require_robot,
+)
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
@@ -81,7 +87,7 @@ class MachineTwin:
 def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
     """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's name).
 
-    Raises `InputError` for a robot without a machine, a job of another robot, layers that the job does not have.
+    Raises `InputError` for a robot without a machine, a job or machine of another, layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
@@ -91,6 +97,7 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
             raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
         machine = robot.name
     own = machine if isinstance(machine, MachineSettings) else load_machine(machine)
+    require_robot(own, robot.name)
     settings = _fine(extruding(own, job.bead, job.motion.print_speed), robot)
     if choices.plant == "quasi-static":
         if not 0.0 < choices.period <= 60.0:
@@ -146,6 +153,9 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
         raise InputError(f"height = structure: estimator {twin.estimator!r} on {settings.name!r} does not see it")
     begin = path.track.at(0.0).position
     scene = robot.scene
+    if rule == "structure" and not begin[2] > scene.frame_min[2]:
+        why = "the path begins on the floor, over which no height can be kept; height = job follows the job's own"
+        raise InputError(f"height = structure: {why}")
     fastest = max(path.print_speed, path.travel_speed)
     barrier = settings.barrier
     limits = SupervisorSettings(
