@@ -4,6 +4,21 @@ from typing import Literal
 
 FileKind = Literal["robot", "job", "machine", "uncertainty", "calibration", "survey"]
 """Kind of a TOML file that is read."""
+LayoutName = Literal["suspended", "over-middle", "body", "planar"]
+"""Arrangement of the lines of a new robot."""
+CableName = Literal[
+    "steel-4mm",
+    "dyneema-1mm",
+    "dyneema-2mm",
+    "dyneema-3mm",
+    "dyneema-4mm",
+    "dyneema-5mm",
+    "dyneema-6mm",
+    "spectra-1.1mm",
+    "belt-at5-10mm",
+    "belt-atl5-10mm",
+]
+"""Cable of a new robot, from a small table."""
 CriterionName = Literal["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static"]
 """Criterion of a workspace; ``static`` counts sag, the others are of straight lines."""
 PointName = Literal["nozzle", "origin"]

@@ -7,6 +7,7 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from shutil import rmtree
 from typing import IO
 
 from cablewright.errors import EnvironmentFault
@@ -35,6 +36,24 @@ def whole_file(path: Path, *, parents: bool = False) -> Iterator[IO[bytes]]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+@contextmanager
+def whole_folder(path: Path) -> Iterator[Path]:
+    """Make a temporary folder that becomes *path* when the block ends without an error.
+
+    *path* must not exist, or be an empty folder: nothing is replaced. On an error the temporary folder is removed.
+    Raises `EnvironmentFault` where the folder cannot be made, or is there.
+    """
+    part = path.absolute().parent / f".{secrets.token_hex(8)}.part"
+    try:
+        part.mkdir()
+        yield part
+        part.rename(path)
+    except OSError as reason:
+        raise cannot_write(path, reason) from None
+    finally:
+        rmtree(part, ignore_errors=True)
 
 
 def write_whole(path: Path, content: bytes, *, parents: bool = False) -> None:

@@ -66,7 +66,8 @@ def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) 
     assert answer.out
     if not kind.ANSWERS:
         return
-    shutil.rmtree("runs", ignore_errors=True)  # a print begins in a new folder
+    for made in ("runs", "workshop"):  # a print and a robot begin in a new folder
+        shutil.rmtree(made, ignore_errors=True)
     printed = cli(command, *arguments, "--json").json
     options = {"schema", "plot", "report", "out", "file", "mesh", "vtu", "robot", "lengths", "truth", "log"}
     missing = {}

@@ -55,6 +55,7 @@ COMMANDS = {
     },
     "Tools": {
         "robots": ("robots.RobotsCommand", "Robots of the library, or the file of one."),
+        "new": ("robots.NewCommand", "Files of a robot of your own, from its size, layout, mass and cable."),
         "machines": ("simulate.MachinesCommand", "Simulated machines of the library, or the file of one."),
         "schema": ("robots.SchemaCommand", "JSON Schema of robot, job, machine and other files, for editors."),
         "curves": ("curves.CurvesCommand", "Random closed curves to print, ranked by how well they cover an area."),
@@ -140,6 +141,9 @@ def run(arguments: list[str]) -> int:
             print_refusal(error)
         _explain(str(error), debug)
         return error.exit_code
+    except typer.Abort:  # a question was left
+        _explain("interrupted", debug)
+        return INTERRUPTED
     except TyperException as error:
         _explain(" ".join(error.format_message().replace("Value error, ", "").split()), debug)
         return BAD_INPUT

@@ -1,16 +1,20 @@
-"""`robots` and `schema`: the library of robots, and the JSON Schema of robot files."""
+"""`robots`, `new` and `schema`: the library of robots, the files of one's own, and the JSON Schema of files."""
 
 from __future__ import annotations
 
 import json
+import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer
-from cablewright.choices import FileKind
+from cablewright.apps.cli.parsing import numbers
+from cablewright.choices import CableName, FileKind, LayoutName
+from cablewright.errors import InputError, suggestion
 from cablewright.results import Figure, Result
 
 if TYPE_CHECKING:
@@ -39,6 +43,66 @@ class RobotsCommand:
 
 
 @dataclass(frozen=True, kw_only=True)
+class NewCommand:
+    """Makes a folder with a robot file, a file of a simulated machine and a first part that the robot can print.
+
+    What is not given is asked for on a terminal, and else has its default. All that nobody was asked is assumed, and
+    marked so in the files.
+    """
+
+    EXAMPLE: ClassVar = "new workshop --size 4,4,3 --mass 10 --cable dyneema-2mm"
+    ANSWERS: ClassVar = ("studies.new_robot:NewRobot",)
+
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its folder, which is made.")]
+    layout: Annotated[
+        LayoutName | None,
+        typer.Option("--layout", help="Arrangement of the lines, see docs/robots.md; by default suspended."),
+    ] = None
+    size: Annotated[
+        str | None,
+        typer.Option(
+            "--size", metavar="X,Y,Z", help="Sides of the frame up to the highest exit points, m; X,Z of a planar one."
+        ),
+    ] = None
+    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="Mass of the platform, kg.")] = None
+    cable: Annotated[CableName | None, typer.Option("--cable", help="Cable of all lines; by default dyneema-2mm.")] = (
+        None
+    )
+    lines: Annotated[
+        int | None, typer.Option("--lines", metavar="N", help="Number of lines; by default that of the layout.")
+    ] = None
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Ask what is missing, write and print."""
+        from cablewright.robot.cable_table import CABLES
+        from cablewright.robot.new_robot import LAYOUTS, Outline
+        from cablewright.studies.new_robot import new_robot
+
+        people = sys.stdin.isatty() and sys.stderr.isatty() and not self.as_json
+
+        def ask(question: str, default: object, read: Callable[[str], Any]) -> Any:
+            return _asked(question, str(default), read) if people else read(str(default))
+
+        layout = self.layout or ask(f"layout ({', '.join(LAYOUTS)})", Outline.layout, _one_of(LAYOUTS))
+        form, usual = ("X,Z", "4,3") if layout == "planar" else ("X,Y,Z", "4,4,3")
+
+        def sides(text: str) -> list[float]:
+            return numbers(text, "--size", form.count(",") + 1) or []
+
+        x, *y, z = ask(f"size {form}, m", usual, sides) if self.size is None else sides(self.size)
+        outline = Outline(
+            name=self.name,
+            layout=layout,
+            size=(x, y[0] if y else 0.0, z),
+            mass=ask("mass of the platform, kg", Outline.mass, float) if self.mass is None else self.mass,
+            cable=self.cable or ask(f"cable ({', '.join(CABLES)})", Outline.cable, _one_of(CABLES)),
+            lines=ask("number of lines", LAYOUTS[layout].lines, int) if self.lines is None else self.lines,
+        )
+        return answer(new_robot(outline), self.as_json)
+
+
+@dataclass(frozen=True, kw_only=True)
 class SchemaCommand:
     """An editor that knows it completes keys of a file and marks errors."""
 
@@ -53,6 +117,29 @@ class SchemaCommand:
 
         typer.echo(json.dumps(json_schema(self.kind), indent=2))
         return 0
+
+
+def _asked(question: str, default: str, read: Callable[[str], Any]) -> Any:
+    """The answer of the person at the terminal, asked again until it can be read."""
+
+    def heard(text: str) -> Any:
+        try:
+            return read(text)
+        except (InputError, ValueError) as reason:
+            raise typer.BadParameter(str(reason)) from None
+
+    return typer.prompt(question, default=default, value_proc=heard, err=True)
+
+
+def _one_of(names: Iterable[str]) -> Callable[[str], str]:
+    """A reader of one of these names."""
+
+    def read(text: str) -> str:
+        if text not in names:
+            raise InputError(suggestion(text, names))
+        return text
+
+    return read
 
 
 @dataclass(frozen=True, repr=False)

@@ -101,7 +101,7 @@ def _notices(digest: Digest) -> Iterator[Html]:
 
 def _expected(check: Check, expected: ExpectedError) -> Iterator[Html]:
     """Yield what the expected error is, its causes, and the ranges that it comes from."""
-    source = "assumed, because nothing is given" if check.uncertainty == ASSUMED else f"given: {check.uncertainty}"
+    source = "assumed, nothing was measured" if check.uncertainty == ASSUMED else f"given: {check.uncertainty}"
     yield element(
         "p",
         f"95 of 100 machines whose numbers are uncertain as below ({source}) keep the nozzle within "

@@ -115,7 +115,7 @@ def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertai
     if given is not None:
         return given.name or "given", given
     if robot.uncertainty is not None:
-        return "robot file", robot.uncertainty
+        return robot.uncertainty.name or "robot file", robot.uncertainty
     return ASSUMED, assumed_uncertainty(robot)
 
 

@@ -1,0 +1,133 @@
+"""`new`: a folder of one's own, complete or absent, from options or from questions on a terminal."""
+
+from __future__ import annotations
+
+import os
+import pty
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+PROGRAM = "import sys; sys.argv[0] = 'cablewright'; from cablewright.apps.cli.main import main; main()"
+
+
+@pytest.fixture(autouse=True)
+def _within(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def on_terminal(*typed: str) -> tuple[str, int]:
+    """What `new attic` says on a terminal where each of *typed* is an answer, and its exit code."""
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execv(sys.executable, [sys.executable, "-c", PROGRAM, "new", "attic"])
+    said, answers = "", list(typed)
+    while True:
+        try:
+            said += os.read(terminal, 4096).decode()
+        except OSError:  # Linux: the other end is closed
+            return said, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        if said.endswith("]: ") and answers:
+            os.write(terminal, answers.pop(0).encode())
+
+
+def names(folder: str = ".") -> list[str]:
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def robot(folder: str) -> dict[str, object]:
+    return tomllib.loads((Path(folder) / "robot.toml").read_text())
+
+
+def test_without_a_terminal_it_asks_nothing(cli) -> None:
+    found = cli("new", "attic", "--json")
+    assert found.code == 0
+    assert found.json["folder"] == "attic"
+    assert sorted(each["file"] for each in found.json["files"]) == names("attic")
+    assert names() == ["attic"]
+    assert found.json["print"].split()[-1] == "attic/machine.toml"
+
+
+def test_on_a_terminal_it_asks_what_is_missing() -> None:
+    said, code = on_terminal("round\n", "planar\n", "4\n", "3,2.5\n", "heavy\n", "3\n", "belt-at5-10mm\n", "\n")
+    assert code == 0, said
+    assert "allowed: body, over-middle, planar, suspended" in said
+    assert "expected 2 finite numbers" in said
+    assert "could not convert string to float: 'heavy'" in said
+    assert robot("attic")["platform"] == {"kind": "point", "mass": "3 kg"}
+    assert robot("attic")["cable"]["axial_stiffness"] == "140 kN"
+    assert robot("attic")["lines"][0]["exit_point"] == [-1.5, 0.0, 2.5]
+
+
+@pytest.mark.parametrize("typed", [["\x03"], ["\n", "\x03"], ["\n", "\x04"]], ids=["at once", "second", "end of file"])
+def test_leaving_the_questions_writes_nothing(typed: list[str]) -> None:
+    said, code = on_terminal(*typed)
+    assert code == 130
+    assert "Traceback" not in said
+    assert names() == []
+
+
+@pytest.mark.parametrize("there", ["folder", "file", "link"])
+def test_nothing_is_overwritten(cli, there: str) -> None:
+    match there:
+        case "folder":
+            Path("attic").mkdir()
+        case "file":
+            Path("attic").write_text("mine")
+        case _:
+            Path("attic").symlink_to("elsewhere")
+    assert "attic: is there already; nothing is overwritten" in cli("new", "attic").refusal
+    assert names() == ["attic"]
+
+
+def test_a_folder_that_cannot_be_made_is_the_environments_fault(cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    found = cli("new", "attic")
+    assert found.code == 3
+    assert "No space left on device" in found.err
+    assert names() == []
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--size", "4,4"], "--size = '4,4': expected 3 finite numbers"),
+        (["--size", ""], "--size = ''"),
+        (["--size", "4,4,3", "--layout", "planar"], "expected 2 finite numbers"),
+        (["--lines", "0"], "lines = 0"),
+        (["--mass", "nan"], "mass = nan kg"),
+    ],
+)
+def test_bad_options_are_one_line(cli, options: list[str], says: str) -> None:
+    assert says in cli("new", "attic", *options).refusal
+    assert names() == []
+
+
+def test_a_body_has_no_machine_and_says_so(cli) -> None:
+    found = cli("new", "attic", "--layout", "body")
+    assert found.code == 0
+    assert "only a point platform can be simulated" in found.err
+    assert "machine.toml" not in names("attic")
+
+
+@pytest.mark.parametrize("options", [["--layout", "over-middle"], ["--layout", "body"], ["--layout", "planar"]])
+def test_the_first_part_of_each_layout_can_be_printed(cli, options: list[str]) -> None:
+    cli("new", "attic", *options)
+    found = cli("check", "attic/robot.toml", "attic/part.toml", "--json")
+    assert found.json["feasible"], found.err
+    assert found.json["uncertainty"] == "assumed"
+    assert found.json["layers"] == 3
+
+
+@pytest.mark.parametrize("layout", ["over-middle", "planar"])
+def test_and_prints_on_the_simulated_machine(cli, layout: str) -> None:
+    cli("new", "attic", "--layout", layout)
+    options = ("--machine", "attic/machine.toml", "--plant", "quasi-static", "--layers", "1", "--json")
+    found = cli("print", "attic/robot.toml", "attic/part.toml", *options)
+    assert found.json["status"] == "finished"
+    assert found.json["max_error_in_space"] < 0.01
