@@ -7,9 +7,11 @@ scan's. Times are seconds since the machine's start, by its own clock. NaN: not 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TypeVar
+from types import MappingProxyType
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -238,3 +240,13 @@ class Progress:
     target: Array  # (3,) m, world, of B
     error: float  # m, estimated cross-track error in plan view; positive: left of the path; NaN: off the path
     reason: str = ""  # for not printing
+
+
+PER_LINE: Final[Mapping[type, tuple[str, ...]]] = MappingProxyType({
+    Encoders: ("counts",),
+    LineAngles: ("angles",),
+    Command: ("winch_speeds",),
+    Truth: ("lengths", "tensions", "excess", "radii"),
+    Estimate: ("lengths", "excess", "slack", "radii"),
+})  # fmt: skip
+"""Arrays (m,) with a number for each line, by kind of signal."""

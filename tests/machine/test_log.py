@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import struct
+import tracemalloc
+import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import lz4.frame
 import numpy as np
 import pytest
+import zstandard
 from jsonschema import Draft202012Validator
 from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import CRCValidationError
 from mcap.writer import CompressionType, Writer
 
 from cablewright.errors import InputError
@@ -22,6 +30,7 @@ from cablewright.robot import load
 from cablewright.signals import (
     Command,
     Condition,
+    Encoders,
     Estimate,
     Fault,
     Notice,
@@ -258,3 +267,59 @@ def test_ranges_of_any_grain_come_out_again(grain: float, longest: float) -> Non
     assert same(decode(topic, data, "a.mcap"), scan)
     decoded = json.loads(data)["ranges"]
     np.testing.assert_array_equal(decoded, np.nan_to_num(ranges))
+
+
+def chunk_of(compression: str, data: bytes, size: int, check: int = 0) -> Chunk:
+    return Chunk(
+        compression=compression,
+        data=data,
+        message_start_time=0,
+        message_end_time=0,
+        uncompressed_crc=check,
+        uncompressed_size=size,
+    )
+
+
+@pytest.mark.parametrize(
+    ("compression", "pack"), [("zstd", zstandard.compress), ("lz4", lz4.frame.compress), ("", lambda data: data)]
+)
+def test_a_chunk_is_unpacked_as_far_as_it_declares(compression: str, pack: Callable[[bytes], bytes]) -> None:
+    data = b"abc" * 1000
+    packed = pack(data)
+    assert logs.unpacked(chunk_of(compression, packed, len(data), zlib.crc32(data))) == data
+    for size in (len(data) - 1, len(data) + 1, 0):
+        with pytest.raises(struct.error):
+            logs.unpacked(chunk_of(compression, packed, size))
+    with pytest.raises(CRCValidationError):
+        logs.unpacked(chunk_of(compression, packed, len(data), 1))
+
+
+@pytest.mark.parametrize(("compression", "pack"), [("zstd", zstandard.compress), ("lz4", lz4.frame.compress)])
+def test_a_bomb_costs_no_more_than_it_declares(compression: str, pack: Callable[[bytes], bytes]) -> None:
+    """A frame of a gigabyte in a chunk that declares a kilobyte, as frames say their own size and lz4 has no limit."""
+    bomb = pack(bytes(1 << 30))
+    tracemalloc.start()
+    try:
+        with pytest.raises(struct.error, match="another size"):
+            logs.unpacked(chunk_of(compression, bomb, 1000))
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 64 << 20
+
+
+@pytest.mark.parametrize("data", [b"", b"\0", b"no frame", bytes(1000)])
+@pytest.mark.parametrize("compression", ["zstd", "lz4", "gzip", "\x1b[31m"])
+def test_packed_data_that_is_none_is_damage(compression: str, data: bytes) -> None:
+    with pytest.raises(logs.BROKEN):
+        logs.unpacked(chunk_of(compression, data, 10))
+
+
+@pytest.mark.parametrize("signal", [Command(0.0, frozen([1.0, 2.0])), Encoders(0.0, np.arange(3, dtype=np.int64))])
+def test_numbers_of_another_count_of_lines_are_refused(signal: Any, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    readings = (signal,) if isinstance(signal, Encoders) else ()
+    with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 1)) as log:
+        log.write(SensorFrame(0.01, readings), signal if isinstance(signal, Command) else None, None, None, None)
+    with pytest.raises(InputError, match="numbers; the robot of the log has 4 lines"):
+        read(path)

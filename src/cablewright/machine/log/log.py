@@ -22,7 +22,7 @@ from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.robot import Robot
-from cablewright.signals import Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
+from cablewright.signals import PER_LINE, Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
 
 NEWEST_SCHEMA: Final = 1
 _CHUNK: Final = 256 << 10  # bytes: a second or two
@@ -219,8 +219,11 @@ class Log:
         last, skipped = -1.0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):
-            *signals, frame = (decode(each.topic, each.data, str(self._segments.file.path)) for each in step)
+            origin = str(self._segments.file.path)
+            *signals, frame = (decode(each.topic, each.data, origin) for each in step)
             assert isinstance(frame, SensorFrame)  # it closes the step
+            for each in signals:
+                _require_lines(each, len(self.head.robot.lines), origin)
             if frame.time > last:
                 if self._segments.file is not file:
                     file = self._segments.file
@@ -240,6 +243,15 @@ def _entry(time: float, notices: tuple[Notice, ...], signals: Sequence[Signal | 
     readings = tuple(each for each in signals if isinstance(each, Reading))
     others = (_last(signals, Command), _last(signals, Truth), _last(signals, Estimate), _last(signals, Progress))
     return Entry(SensorFrame(time, readings, notices), *others)
+
+
+def _require_lines(signal: object, lines: int, origin: str) -> None:
+    """Raise `InputError` where a signal has numbers of another count of *lines* than the robot of the head."""
+    for name in PER_LINE.get(type(signal), ()):
+        given = len(getattr(signal, name))
+        if given != lines:
+            kind = type(signal).__name__
+            raise InputError(f"{origin}: {name} of a {kind}: {given} numbers; the robot of the log has {lines} lines")
 
 
 def _last(signals: Sequence[object], kind: type[_Kind]) -> _Kind | None:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Collection, Iterator, Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata
-from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
+from mcap.stream_reader import CRCValidationError, StreamReader
 
 from cablewright.errors import InputError
 
@@ -25,7 +27,18 @@ HEAD: Final = "cablewright"
 
 _RECORD: Final = struct.Struct("<BQ")  # opcode and length
 _MESSAGE: Final = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-_BROKEN: Final = (McapError, CRCValidationError, zstandard.ZstdError, struct.error, UnicodeDecodeError, MemoryError)
+BROKEN: Final = (
+    McapError,
+    CRCValidationError,
+    zstandard.ZstdError,
+    struct.error,
+    EOFError,
+    MemoryError,
+    OverflowError,
+    RuntimeError,
+    ValueError,
+)
+"""What mcap and the decompressors raise for damaged data: ValueError also of text that is not UTF-8."""
 
 
 class RawMessage(NamedTuple):
@@ -95,7 +108,7 @@ class LogFile:
                     return
                 else:
                     yield from self._plain(record)
-        except _BROKEN:
+        except BROKEN:
             self.cut = self._file.tell()
 
     def _plain(self, record: McapRecord) -> Iterator[RawMessage | Metadata]:
@@ -112,10 +125,10 @@ class LogFile:
     def _chunk(self, chunk: Chunk) -> Iterator[RawMessage]:
         """Yield the messages of a chunk, five times as fast as mcap's own reader, which also decodes excluded ones."""
         if chunk.uncompressed_size > MAX_RECORD:
-            size = chunk.uncompressed_size
-            raise InputError(f"{self.path}: a chunk of {size} bytes; at most {MAX_RECORD} are read")
-        stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-        data, at = stream.read(size), 0
+            found = chunk.uncompressed_size
+            raise InputError(f"{self.path}: a chunk of {found} bytes; at most {MAX_RECORD} are read")
+        data, at = unpacked(chunk), 0
+        size = len(data)
         while at < size:
             opcode, length = _RECORD.unpack_from(data, at)
             at, end = at + _RECORD.size, at + _RECORD.size + length
@@ -130,3 +143,26 @@ class LogFile:
                 if topic is not None and topic not in self._excluded:
                     yield RawMessage(topic, logged, measured, data[at + _MESSAGE.size : end])
             at = end
+
+
+def unpacked(chunk: Chunk) -> bytes:
+    """Return the records of a chunk: never more bytes than it declares, whatever its packed data would become.
+
+    Raises one of `BROKEN` for other data than declared.
+    """
+    size, packed = chunk.uncompressed_size, BytesIO(chunk.data)
+    if chunk.compression == "zstd":
+        with zstandard.ZstdDecompressor(max_window_size=MAX_RECORD).stream_reader(packed) as stream:
+            data = stream.read(size + 1)
+    elif chunk.compression == "lz4":
+        with lz4.frame.LZ4FrameFile(packed) as stream:
+            data = stream.read(size + 1)
+    elif not chunk.compression:
+        data = chunk.data
+    else:
+        raise McapError(f"compression {chunk.compression!r}")
+    if len(data) != size:
+        raise struct.error("a chunk of another size than it declares")
+    if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+        raise CRCValidationError(expected=chunk.uncompressed_crc, actual=zlib.crc32(data), record=chunk)
+    return data

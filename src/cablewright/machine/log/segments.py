@@ -19,6 +19,9 @@ from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 JOINED_NAME: Final = "log.mcap"
 """Name of the log of a run folder, once its segments are joined."""
 
+FIRST_SEGMENT: Final = "log-000.mcap"
+"""Name of the first file of a log that no joined one precedes."""
+
 CLOSING_TOPIC: Final = "/frame"
 """Topic of the message that comes last in each step."""
 
@@ -45,7 +48,7 @@ def log_files(path: Path) -> list[Path]:
     except OSError as reason:
         raise InputError(f"{path}: cannot be read: {reason.strerror}") from None
     if not found:
-        raise InputError(f"{path}: no log in this folder: neither {JOINED_NAME} nor log-000.mcap")
+        raise InputError(f"{path}: no log in this folder: neither {JOINED_NAME} nor {FIRST_SEGMENT}")
     return found
 
 
