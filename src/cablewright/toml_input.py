@@ -29,6 +29,14 @@ _KEY_END = re.compile(r"[=\[\]{},\n]")
 _File = TypeVar("_File", bound=FileDescription)
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is a file at ``path``; not under a name that is too long or otherwise none for the system."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def open_regular(path: Path) -> BinaryIO:
     """Open the file at ``path`` to read. Raises `InputError` where it is no regular file or cannot be opened."""
     try:

@@ -123,7 +123,8 @@ def machine_of(robot: Robot, machine: MachineSettings | str | Path | None) -> Ma
     the machine of another robot.
     """
     if machine is None:
-        return load_machine(robot.name if robot.name in machine_names() else _DEFAULT)
+        own = load_machine(robot.name if robot.name in machine_names() else _DEFAULT)
+        return own if own.robot == robot.name else own.model_copy(update={"robot": None})
     settings = machine if isinstance(machine, MachineSettings) else load_machine(machine)
     require_robot(settings, robot.name)
     return settings

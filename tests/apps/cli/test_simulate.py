@@ -116,6 +116,13 @@ def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
         ("axes = [[0, 0, -1], [1, 0, 0]]", "axes = [[0, 0, -1], [1, 0, 1]]", "two unit vectors at right angles"),
         ("to = [-2.5, 5.0]", "to = [-2.5, -5.0]", "must differ from from"),
         ("schema = 1", "schema = 2", "schema = 2"),
+        (
+            'radius = "0.18 m"',
+            'radius = "1e-300 m"',
+            "drum.radius = '1e-300 m': must be at least 1e-06",
+        ),
+        ('width = "75 mm"', 'width = "1e300 mm"', "winch.width = '1e300 mm': must be at most 100000"),
+        ('lag = "20 ms"', 'lag = "1e300 s"', "winch.lag"),
         ("[wifi]", "[wify]", "wify: unknown key; did you mean 'wifi'"),
     ):
         (tmp_path / "own.toml").write_text(text.replace(old, new, 1))

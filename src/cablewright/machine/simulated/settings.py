@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.printing.job import Bead
-from cablewright.toml_input import load_model, parse_table
+from cablewright.toml_input import is_file, load_model, parse_table
 from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names, validated
 
@@ -18,6 +18,13 @@ MAX_WALLS: Final = 200
 MAX_RAYS: Final = 20_000
 MAX_FAULTS: Final = 1000
 
+# Beyond any machine, but so far from the ends of floats that nothing computed from them leaves those.
+_Span = Annotated[Length, Field(ge=1e-6, le=1e5)]
+_Width = Annotated[Length, Field(ge=0.0, le=1e5)]
+_Time = Annotated[Duration, Field(ge=1e-6, le=1e9)]
+_Delay = Annotated[Duration, Field(ge=0.0, le=1e9)]
+_Heavy = Annotated[Mass, Field(ge=1e-6, le=1e9)]
+_Factor = Annotated[float, Field(ge=1e-6, le=1e9)]
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Rate = Annotated[float, Field(gt=0.0, le=1e5)]
 _Size = Annotated[float, Field(ge=0.0, le=1e6)]
@@ -35,8 +42,8 @@ def _require_rising(key: str, spans: tuple[tuple[float, float], ...], unit: str 
 class Tolerances(Description):
     """Standard deviations of the true machine from its description; ``modulus``: largest relative error."""
 
-    anchor: NonNegative[Length]
-    sheave_radius: NonNegative[Length]
+    anchor: _Width
+    sheave_radius: _Width
     modulus: Annotated[float, Field(ge=0.0, lt=1.0)]
 
 
@@ -46,21 +53,21 @@ class Drum(Description):
     Without ``capacity`` it holds no powder: material comes through a hose, without end. ``flow``: kg/s.
     """
 
-    empty_mass: Positive[Mass]
+    empty_mass: _Heavy
     powder: NonNegative[Mass] = 0.0
     capacity: NonNegative[Mass] = 0.0
     powder_density: Positive[Density] = 1500.0
     flow: NonNegative[float]
-    radius: Positive[Length] = 0.1
-    powder_bottom: Positive[Length] = 0.1
-    empty_centre: Positive[Length]
-    empty_gyration: tuple[Positive[Length], Positive[Length], Positive[Length]]
-    valve: Positive[Length]
+    radius: _Span = 0.1
+    powder_bottom: _Span = 0.1
+    empty_centre: _Span
+    empty_gyration: tuple[_Span, _Span, _Span]
+    valve: _Span
     swing_damping: _Size
     yaw_stiffness: _Size
     yaw_damping: _Size
     yaw_wander: NonNegative[Angle]
-    yaw_wander_length: Positive[Length]
+    yaw_wander_length: _Span
     drag: _Size
 
     @model_validator(mode="after")
@@ -84,18 +91,18 @@ class Extrusion(Description):
 class WinchSettings(Description):
     """Each winch: motor, drum, and the winding of the cable. Speeds and torques are the drum's."""
 
-    max_speed: Positive[float]
+    max_speed: _Factor
     max_torque: Positive[Torque]
-    lag: NonNegative[Duration]
-    ratio: Positive[float]
+    lag: _Delay
+    ratio: _Factor
     counts: Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
-    held: Positive[Length]
+    held: _Span
     capacity: Annotated[Length, Field(gt=0.0, le=10_000.0)]
-    width: Positive[Length]
-    pitch: Positive[Length]
-    radius_walk: NonNegative[Length]
-    walk_turns: Positive[float]
-    sideways_walk: NonNegative[Length]
+    width: _Span
+    pitch: _Span
+    radius_walk: _Width
+    walk_turns: _Factor
+    sideways_walk: _Width
 
     @model_validator(mode="after")
     def _cable_fits(self) -> Self:
@@ -107,8 +114,8 @@ class WinchSettings(Description):
 class LineSettings(Description):
     """Relaxation and vibration of the lines."""
 
-    relaxation: NonNegative[Duration]
-    vibration: NonNegative[Length]
+    relaxation: _Delay
+    vibration: _Width
     vibration_damping: Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
@@ -139,7 +146,7 @@ class RoomSettings(Description):
     """Walls and ceiling that lidars see. ``cell``: m, grid of the material on the floor."""
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
-    ceiling: Positive[Length]
+    ceiling: _Span
     walls: Annotated[tuple[WallFace, ...], Field(max_length=MAX_WALLS)]
 
     @model_validator(mode="after")
@@ -155,8 +162,8 @@ class Link(Description):
     ``gaps``: start and end, s, of times without connection; readings sent then arrive at the end.
     """
 
-    latency: NonNegative[Duration] = 0.0
-    jitter: NonNegative[Duration] = 0.0
+    latency: _Delay = 0.0
+    jitter: _Delay = 0.0
     loss: _Share = 0.0
     gaps: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
 
@@ -169,13 +176,13 @@ class Link(Description):
 class LidarSettings(Description):
     """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad."""
 
-    turn: Positive[Duration]
+    turn: _Time
     rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
-    least: Positive[Length]
-    most: Positive[Length]
-    deviation: NonNegative[Length]
-    resolution: Positive[Length]
-    bias: NonNegative[Length]
+    least: _Span
+    most: _Span
+    deviation: _Width
+    resolution: _Span
+    bias: _Width
     dropout: _Share = 0.0
     outliers: _Share = 0.0
     place: Vec3
@@ -215,16 +222,16 @@ class InertialSensor(_TimedSensor):
 class LineSensor(_TimedSensor):
     """Accelerometers on the lines, ``from_platform`` along the cable before B."""
 
-    from_platform: NonNegative[Length]
+    from_platform: _Width
     deviation: NonNegative[Angle]
 
 
 class DistanceSensor(_TimedSensor):
     """Distance from the valve along the drum's axis."""
 
-    least: NonNegative[Length]
-    most: Positive[Length]
-    deviation: NonNegative[Length]
+    least: _Width
+    most: _Span
+    deviation: _Width
 
 
 class Encoder(_TimedSensor):
@@ -264,8 +271,8 @@ class FaultPlan(Description):
     ]
     line: str | None = None
     kind: Literal["silent", "stuck"] = "silent"
-    begin: NonNegative[Duration] = 0.0
-    end: Positive[Duration] = 1e12
+    begin: _Delay = 0.0
+    end: _Time = 1e9
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
@@ -284,9 +291,9 @@ class MachineSettings(FileDescription):
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
     robot: Annotated[str, Field(min_length=1, max_length=100)] | None = None
-    period: Positive[Duration]
-    substep: Positive[Duration]
-    quasi_static_period: Positive[Duration]
+    period: _Time
+    substep: _Time
+    quasi_static_period: _Time
     tolerances: Tolerances
     drum: Drum
     extrusion: Extrusion | None = None
@@ -312,7 +319,7 @@ def load_machine(name_or_path: str | Path) -> MachineSettings:
         origin = f"{name_or_path} (library)"
         return validated(MachineSettings, parse_table(machine_text(name_or_path), origin), origin)
     path = Path(name_or_path)
-    if not str(name_or_path).endswith(".toml") and not path.is_file():
+    if not str(name_or_path).endswith(".toml") and not is_file(path):
         hint = suggestion(str(name_or_path), machine_names())
         raise InputError(f"no machine {str(name_or_path)!r} in the library and no file of that name; {hint}")
     return load_model(MachineSettings, path)
