@@ -6,7 +6,10 @@ import difflib
 import math
 from collections.abc import Iterable
 from enum import Enum
-from typing import ClassVar, Self
+from typing import ClassVar, Final, Self
+
+MAX_MESSAGE: Final = 2000
+"""Characters of the longest message."""
 
 
 class Status(Enum):
@@ -45,7 +48,24 @@ class CablewrightError(Exception):
     exit_code: ClassVar[int] = 1
 
     def __init__(self, message: str) -> None:
-        super().__init__(" ".join(message.split()))
+        super().__init__(one_line(message))
+
+
+def one_line(message: str) -> str:
+    """Return a message as one line of at most `MAX_MESSAGE` characters, without control characters.
+
+    Names and keys from strangers' files are in messages, and a terminal would obey what they hold. A longer one loses
+    its middle.
+    """
+    line = printable(" ".join(message.split()))
+    return line if len(line) <= MAX_MESSAGE else f"{line[: MAX_MESSAGE // 2]} ... {line[10 - MAX_MESSAGE // 2 :]}"
+
+
+def printable(text: str) -> str:
+    """Return *text* with each character that no terminal shows, other than line ends, as its escape."""
+    if text.isprintable():
+        return text
+    return "".join(each if each.isprintable() or each == "\n" else ascii(each)[1:-1] for each in text)
 
 
 class AnswerError(CablewrightError):

@@ -23,7 +23,7 @@ from cablewright.printing.schedule import ScheduleStep
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.printing.toolpath import Material, Toolpath
 from cablewright.progress import Progress
-from cablewright.toml_input import read_table, require_schema
+from cablewright.toml_input import is_file, read_table, require_schema
 from cablewright.units import Acceleration, Jerk, Length, Speed
 from cablewright.validation import Description, FileDescription, refusal, validated
 
@@ -169,6 +169,6 @@ def _located(table: dict[str, Any], path: Path) -> dict[str, Path]:
         why = "leaves the folder of the job; a file within it, or a full path, is allowed"
         raise InputError(f"{path}: gcode = {written!r}: {why}")
     place = path.parent / within
-    if not place.is_file():
+    if not is_file(place):
         raise InputError(f"{path}: gcode = {written!r}: no such file")
     return {"gcode": place}

@@ -12,7 +12,7 @@ from typing import Any
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.defaults import locate, merge
 from cablewright.robot.robot import Robot
-from cablewright.toml_input import MAX_BYTES, parse_table, read_table, require_schema
+from cablewright.toml_input import MAX_BYTES, is_file, parse_table, read_table, require_schema
 from cablewright.validation import validated
 
 
@@ -24,7 +24,7 @@ def load(name_or_path: str | Path) -> Robot:
     if isinstance(name_or_path, str) and not _looks_like_a_path(name_or_path):
         if name_or_path in library_names():
             return loads(library_text(name_or_path), f"{name_or_path} (library)")
-        if not Path(name_or_path).is_file():
+        if not is_file(Path(name_or_path)):
             hint = suggestion(name_or_path, library_names())
             raise InputError(f"no robot {name_or_path!r} in the library and no file of that name; {hint}")
     table, _ = read_table(name_or_path)

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from cablewright.apps.cli import main
+from cablewright.robot import Scene, library_text
+
+HOUSE = Path(__file__).resolve().parents[3] / "examples" / "house.toml"
 COMMAND = [sys.executable, "-c", "from cablewright.apps.cli.main import main; main()"]
 
 
@@ -73,6 +80,92 @@ def raising(error: BaseException) -> Callable[..., None]:
         raise error
 
     return call
+
+
+def test_full_memory_is_the_environments_fault(cli, monkeypatch) -> None:
+    monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", raising(MemoryError()))
+    answer = cli("inverse", "merlet2023", "--at", "0,0,1", "--json")
+    assert (answer.code, answer.out) == (3, "")
+    assert answer.err == "cablewright: there is not enough memory for this\n"
+
+
+@pytest.mark.parametrize(
+    "error", [np.linalg.LinAlgError("Singular matrix"), OverflowError("too large"), ZeroDivisionError()]
+)
+def test_numbers_that_cannot_be_computed_with_are_a_no(cli, monkeypatch, error: Exception) -> None:
+    monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", raising(error))
+    answer = cli("inverse", "merlet2023", "--at", "0,0,1", "--json")
+    assert answer.code == 1
+    assert answer.json["status"] == "refused"
+    assert type(error).__name__ in answer.no
+
+
+def test_a_robot_that_follows_and_is_none_is_bad_input(cli, monkeypatch) -> None:
+    def made(*_arguments: object, **_options: object) -> None:
+        Scene(frame_min=(0.0, 0.0, 0.0), frame_max=(1.0, 1.0, -1.0))
+
+    monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", made)
+    assert "must be above frame_min in z" in cli("inverse", "merlet2023", "--at", "0,0,1").refusal
+
+
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_a_request_to_end_is_heard_anywhere(asked: signal.Signals, tmp_path: Path) -> None:
+    """Early, in the imports; later, while kernels are compiled, where Numba makes errors of its own of it."""
+    for wait in (0.3, 1.0, 2.5, 5.0):
+        process = subprocess.Popen(
+            [*COMMAND, "check", "house-printer", str(HOUSE), "--out", str(tmp_path / "run")],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+            env=os.environ | {"CABLEWRIGHT_CACHE_DIR": str(tmp_path / "cache")},
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )  # fmt: skip
+        time.sleep(wait)
+        process.send_signal(asked)
+        _, err = process.communicate(timeout=60)
+        assert "Traceback" not in err, wait
+        assert process.returncode == 130 or (wait < 1.0 and process.returncode == -asked)
+        assert [each.name for each in tmp_path.iterdir() if each.name != "cache"] == []
+
+
+def test_an_error_after_an_interruption_is_the_interruption(cli, monkeypatch) -> None:
+    def call(*_arguments: object, **_options: object) -> None:
+        try:
+            main._interrupt(2, None)
+        except KeyboardInterrupt:
+            raise RuntimeError("what a library makes of it") from None
+
+    monkeypatch.setattr(main._Interrupts, "asked", False)
+    monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", call)
+    assert cli("inverse", "merlet2023", "--at", "0,0,1").code == 130
+    monkeypatch.setattr(main._Interrupts, "asked", False)
+    monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", raising(RuntimeError("our own fault")))
+    with pytest.raises(RuntimeError):
+        cli("inverse", "merlet2023", "--at", "0,0,1")
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "ascii", "cp437"])
+def test_letters_that_a_terminal_does_not_know(encoding: str) -> None:
+    ended = subprocess.run(
+        [*COMMAND, "trade", "--help"], capture_output=True, env=os.environ | {"PYTHONIOENCODING": encoding}, check=False
+    )
+    assert (ended.returncode, ended.stderr) == (0, b"")
+
+
+def test_names_from_files_do_not_reach_the_terminal_raw(cli, tmp_path: Path) -> None:
+    evil = "\x1b]0;pwned\x07\x1b[31m"
+    text = library_text("merlet2023").replace('name = "merlet2023"', f"name = {json.dumps(evil)}")
+    (tmp_path / "evil.toml").write_text(text)
+    (tmp_path / "worse.toml").write_text(text.replace("[cable]", f"[cable]\n{json.dumps(evil)} = 1"))
+    for command in (("inverse", tmp_path / "evil.toml", "--at", "0,0,1"), ("inverse", tmp_path / "worse.toml")):
+        answer = cli(*command)
+        assert "\x1b" not in answer.out + answer.err
+    assert "\\x1b" in cli("inverse", tmp_path / "evil.toml", "--at", "0,0,1").out
+
+
+def test_no_message_is_long(cli, tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text("\n".join(f"key{k}{'x' * 2000} = 1" for k in range(200)))
+    answer = cli("inverse", tmp_path / "long.toml", "--at", "0,0,1")
+    assert answer.code == 2
+    assert len(answer.err) < 2100
 
 
 def test_an_interruption(cli, monkeypatch) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import logging
 import os
+import signal
 import sys
 import traceback
 from importlib import import_module
@@ -13,7 +16,7 @@ import typer
 from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
-from cablewright.errors import AnswerError, CablewrightError
+from cablewright.errors import AnswerError, CablewrightError, InputError, one_line
 
 COMMANDS = {
     "Model": {
@@ -114,6 +117,12 @@ def _root(
 
 def main() -> None:
     """Run the command line; never returns."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that knows no such letter shows something else
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) != signal.SIG_IGN:  # a job in the background of a shell is asked by nobody
+            signal.signal(number, _interrupt)
     code = run(sys.argv[1:])
     try:
         sys.stdout.flush()
@@ -123,6 +132,17 @@ def main() -> None:
     sys.exit(code)
 
 
+class _Interrupts:
+    """Whether the person, or the system, has asked the program to end."""
+
+    asked = False
+
+
+def _interrupt(_number: int, _frame: object) -> None:
+    _Interrupts.asked = True
+    raise KeyboardInterrupt
+
+
 def run(arguments: list[str]) -> int:
     """Run one command; returns its exit code. Errors become one line on stderr, with --debug a traceback too."""
     debug = "--debug" in arguments
@@ -130,7 +150,17 @@ def run(arguments: list[str]) -> int:
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     logging.getLogger("cablewright").setLevel(logging.INFO)
     try:
-        code = app(arguments, prog_name="cablewright", standalone_mode=False) or 0
+        return _answered(arguments, debug)
+    except Exception:
+        if not _Interrupts.asked:
+            raise
+        _explain("interrupted", debug)  # a library made something else of the interruption
+        return INTERRUPTED
+
+
+def _answered(arguments: list[str], debug: bool) -> int:
+    try:
+        code = _called(arguments)
         if code == INTERRUPTED:
             _explain("interrupted", debug=False)
         return code
@@ -141,7 +171,7 @@ def run(arguments: list[str]) -> int:
             print_refusal(error)
         _explain(str(error), debug)
         return error.exit_code
-    except typer.Abort:  # a question was left
+    except (typer.Abort, KeyboardInterrupt):
         _explain("interrupted", debug)
         return INTERRUPTED
     except TyperException as error:
@@ -151,10 +181,38 @@ def run(arguments: list[str]) -> int:
         return 0
     except OSError as error:
         _explain(f"{error.filename or 'output'}: {error.strerror or error}", debug)
+        return BAD_INPUT if error.errno == errno.ENAMETOOLONG else ENVIRONMENT
+    except MemoryError:
+        _explain("there is not enough memory for this", debug)
         return ENVIRONMENT
+
+
+def _called(arguments: list[str]) -> int:
+    """Call the command. What libraries raise for numbers that they cannot compute with becomes one of our errors."""
+    try:
+        return app(arguments, prog_name="cablewright", standalone_mode=False) or 0
+    except _numeric_errors() as error:
+        what = f"{type(error).__name__}: {error}"
+        raise AnswerError(f"the numbers of this input cannot be computed with ({what}); --debug shows where") from error
+    except _model_errors() as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise InputError(f"what follows from this input is no robot: {where}: {first['msg']}") from error
+
+
+def _numeric_errors() -> tuple[type[Exception], ...]:
+    """Errors of arithmetic: Python's, and NumPy's if it was imported at all."""
+    numpy = sys.modules.get("numpy")
+    return (ArithmeticError,) if numpy is None else (ArithmeticError, numpy.linalg.LinAlgError)
+
+
+def _model_errors() -> tuple[type[Any], ...]:
+    """Pydantic's error, if it was imported at all."""
+    pydantic = sys.modules.get("pydantic")
+    return () if pydantic is None else (pydantic.ValidationError,)
 
 
 def _explain(line: str, debug: bool) -> None:
     if debug:
         traceback.print_exc()
-    typer.echo(f"cablewright: {line}", err=True)
+    typer.echo(f"cablewright: {one_line(line)}", err=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from cablewright.errors import AnswerError
+from cablewright.errors import AnswerError, printable
 from cablewright.progress import Progress
 from cablewright.results import Result, plain
 
@@ -74,23 +74,24 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     colour = typer.colors.RED if found.refusal else typer.colors.GREEN
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")
-        typer.echo(f"{label:<{width}}  {typer.style(value, fg=colour, bold=True) if mark else value}")
+        shown = printable(value)
+        typer.echo(f"{label:<{width}}  {typer.style(shown, fg=colour, bold=True) if mark else shown}")
     tables, written = list(sheets(found)), {what: file for what, file in files.items() if file is not None}
     for k, sheet in enumerate(tables):
         if rows or k:
             typer.echo("")
         if sheet.title:
-            typer.echo(sheet.title)
+            typer.echo(printable(sheet.title))
         _print_sheet(sheet)
     if tables and written:
         typer.echo("")
     for what, file in written.items():
-        typer.echo(f"{what:<{width}}  {file}")
+        typer.echo(f"{what:<{width}}  {printable(str(file))}")
 
 
 def tell(line: str) -> None:
     """Say something to the person, apart from the result."""
-    typer.echo(line, err=True)
+    typer.echo(printable(line), err=True)
 
 
 def _print_sheet(sheet: Sheet) -> None:
@@ -98,7 +99,7 @@ def _print_sheet(sheet: Sheet) -> None:
     shown = sheet.rows[:MAX_ROWS]
     if len(sheet.rows) > MAX_ROWS and not sheet.ranked:
         shown = [sheet.rows[round(k * (len(sheet.rows) - 1) / (MAX_ROWS - 1))] for k in range(MAX_ROWS)]
-    every = [sheet.head, *shown] if sheet.head else shown
+    every = [[printable(cell) for cell in row] for row in ([sheet.head, *shown] if sheet.head else shown)]
     widths = [max(len(row[k]) for row in every) for k in range(len(sheet.numeric))]
     for row in every:
         columns = zip(row, sheet.numeric, widths, strict=True)
