@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import hypothesis
@@ -41,3 +41,11 @@ def write_job(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
         return job
 
     return write
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_key(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Searches of tests are signed with a key of their own, not with that of the user."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CABLEWRIGHT_STATE_DIR", str(tmp_path_factory.mktemp("state")))
+        yield

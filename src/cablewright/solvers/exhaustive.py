@@ -113,11 +113,13 @@ def _level(
     save: Callable[[ExhaustiveSearch], None],
     progress: Progress,
 ) -> ExhaustiveSearch:
-    """Judge the open boxes until none is left or the time is over, but at least one block."""
+    """Judge the open boxes until none is left or the time is over."""
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
     view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
-
-    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, progress)
+    try:
+        known = atlases(certified, solutions.lengths[0], search.box, view, search.level, _until(deadline, progress))
+    except _TimeOver:
+        return search
     whole, saved = _volume(search.open), time.monotonic()
     try:
         while len(search.open):
@@ -133,6 +135,21 @@ def _level(
         save(search)
         raise
     return search
+
+
+class _TimeOver(Exception):
+    """The time limit was reached before the first box."""
+
+
+def _until(deadline: float, progress: Progress) -> Progress:
+    """*progress* that raises `_TimeOver` after the *deadline*."""
+
+    def report(stage: str, done: int, total: int) -> None:
+        progress(stage, done, total)
+        if time.monotonic() > deadline:
+            raise _TimeOver
+
+    return report
 
 
 def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSearch:

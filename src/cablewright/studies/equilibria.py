@@ -1,23 +1,31 @@
-"""An exhaustive search for equilibria that can be interrupted at any time and resumed from a file."""
+"""An exhaustive search for equilibria that can be interrupted at any time and resumed from a file.
+
+A finished search is a proof, and its file says what is proved already. So the file is signed with the user's key, over
+its content and all that the proof rests on; a file of somebody else is refused.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import zipfile
+import json
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
 from cablewright.errors import InputError
-from cablewright.file_output import whole_file
+from cablewright.kernels.cache import STAMP
 from cablewright.kernels.layout import Packed
+from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.progress import Progress
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
+from cablewright.studies.user_key import is_signed, signature
 
-FIELDS = ("box", "open", "undecided", "reasons", "poses", "level", "judged")
-MAX_BYTES = 1 << 30
+_PART: Final = "search"
+_ARRAYS: Final = ("box", "open", "undecided", "reasons", "poses")
+_COUNTS: Final = ("level", "judged")
 
 
 def search_all(
@@ -45,9 +53,9 @@ def search_all(
 
 
 def _question(found: Equilibria, initial: ExhaustiveSearch) -> str:
-    """Hash of the inputs: the machine's packed parameters, its lengths, the box and the version."""
+    """Hash of the inputs: the machine's packed parameters, its lengths, the box, the version and the kernels."""
     packed: Packed = found.solutions.model.packed
-    digest = hashlib.sha256(version("cablewright").encode())
+    digest = hashlib.sha256(f"{version('cablewright')} {STAMP}".encode())
     for part in (packed.lines, packed.platform, found.solutions.lengths[0], initial.box):
         digest.update(np.ascontiguousarray(part).tobytes())
     return digest.hexdigest()
@@ -57,20 +65,33 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
     """Return the search in *file*; None if there is no such file or its inputs were others."""
     if not file.exists():
         return None
-    if file.stat().st_size > MAX_BYTES:
-        raise InputError(f"{file}: more than {MAX_BYTES} bytes; no search has as many")
-    try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
-            if str(stored["question"]) != question:
-                return None
-            values = {name: stored[name] for name in FIELDS}
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as reason:
-        raise InputError(
-            f"{file}: not a search of this program ({reason}); remove it or choose another --out"
-        ) from None
-    return ExhaustiveSearch(**values | {name: int(values[name]) for name in ("level", "judged")})
+    found = read_snapshots(file).get(_PART)
+    if found is None or {"question", "signature", *_COUNTS} - found.values.keys() or {*_ARRAYS} - found.arrays.keys():
+        raise InputError(f"{file}: no state of a search; remove it or choose another --out")
+    if found.values["question"] != question:
+        return None
+    given = str(found.values["signature"])
+    if not is_signed(_content(found), bytes.fromhex(given) if _is_hex(given) else b""):
+        why = "not signed by this user, so that no proof is taken from it"
+        raise InputError(f"{file}: {why}; remove it or choose another --out")
+    values: dict[str, Any] = {name: found.values[name] for name in _COUNTS}
+    return ExhaustiveSearch(**values | {name: found.arrays[name] for name in _ARRAYS})
 
 
 def _write(file: Path, question: str, search: ExhaustiveSearch) -> None:
-    with whole_file(file, parents=True) as stream:
-        np.savez(stream, question=np.array(question), **{name: getattr(search, name) for name in FIELDS})
+    values = {"question": question} | {name: getattr(search, name) for name in _COUNTS}
+    state = Snapshot(values, {name: getattr(search, name) for name in _ARRAYS})
+    state.values["signature"] = signature(_content(state)).hex()
+    write_snapshots(file, {_PART: state}, parents=True)
+
+
+def _content(state: Snapshot) -> bytes:
+    """All of a state but its signature, as bytes that differ where it differs."""
+    shapes = {name: [state.arrays[name].dtype.str, *state.arrays[name].shape] for name in _ARRAYS}
+    head = {"shapes": shapes} | {name: state.values[name] for name in ("question", *_COUNTS)}
+    data = (np.ascontiguousarray(state.arrays[name]).tobytes() for name in _ARRAYS)
+    return b"".join([json.dumps(head, sort_keys=True).encode(), b"\n", *data])
+
+
+def _is_hex(text: str) -> bool:
+    return len(text) % 2 == 0 and all(each in "0123456789abcdef" for each in text)

@@ -48,7 +48,7 @@ LENGTHS = "10.1187,9.3676,10.9961,11.3476"  # one line is 0.3 m too long
 
 
 def test_a_search_that_leaves_nothing_out(cli, tmp_path) -> None:
-    file = tmp_path / "search.npz"
+    file = tmp_path / "search.state"
     asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file), "--json")
     found = cli(*asked).json
     assert (found["status"], found["undecided_boxes"]) == ("ok", [])
@@ -59,7 +59,7 @@ def test_a_search_that_leaves_nothing_out(cli, tmp_path) -> None:
 
 
 def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
-    file = tmp_path / "search.npz"
+    file = tmp_path / "search.state"
     asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file))
     ended = cli(*asked, "--time-limit", "1e-6")
     assert ended.code == 1
@@ -76,11 +76,11 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     [
         (("--time-limit", "5"), "only with --exhaustive"),
         (("--exhaustive", "--time-limit", "0"), "time limit = 0"),
-        (("--exhaustive", "--out", "{garbage}"), "not a search of this program"),
+        (("--exhaustive", "--out", "{garbage}"), "no saved state of this program"),
     ],
 )
 def test_bad_searches_are_one_line(cli, tmp_path, arguments: tuple[str, ...], told: str) -> None:
-    garbage = tmp_path / "garbage.npz"
+    garbage = tmp_path / "garbage.state"
     garbage.write_bytes(b"PK\x03\x04 no archive at all")
     given = [str(garbage) if part == "{garbage}" else part for part in arguments]
     assert told in cli("equilibria", "merlet2023", "--lengths", LENGTHS, *given).refusal

@@ -66,8 +66,8 @@ class EquilibriaCommand:
         Path | None,
         typer.Option(
             "--out",
-            metavar="FILE.npz",
-            help="State of --exhaustive, from which the same command resumes; by default runs/equilibria-ROBOT.npz.",
+            metavar="FILE",
+            help="State of --exhaustive, from which the same command resumes; by default runs/equilibria-ROBOT.state.",
         ),
     ] = None
     sheave: SheaveChoice = None
@@ -91,7 +91,7 @@ class EquilibriaCommand:
         from cablewright.studies.equilibria import search_all
         from cablewright.studies.store import folder_name
 
-        file = self.out or Path("runs") / f"{folder_name('equilibria', found.solutions.model.robot.name)}.npz"
+        file = self.out or Path("runs") / f"{folder_name('equilibria', found.solutions.model.robot.name)}.state"
         limit = TIME_LIMIT if self.time_limit is None else self.time_limit
         with progress() as show:
             every = search_all(found, box, file, time_limit=limit, progress=show)

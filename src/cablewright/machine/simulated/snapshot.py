@@ -199,10 +199,11 @@ class _Head(BaseModel):
     parts: dict[str, _Part]
 
 
-def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot]) -> None:
+def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot], *, parents: bool = False) -> None:
     """Write *snapshots*, by name, to *path*: all or nothing, on the disk on return. Raises `EnvironmentFault`.
 
-    State that belongs together goes into one file, so that it is all from the same time.
+    State that belongs together goes into one file, so that it is all from the same time. With *parents* missing folders
+    are made.
     """
     names = {dtype: name for name, dtype in _TYPES.items()}
     parts, data = {}, list[NDArray[np.uint8]]()
@@ -212,7 +213,7 @@ def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot]) -> None:
         data += [np.ascontiguousarray(array).reshape(-1).view(np.uint8) for array in snapshot.arrays.values()]
     head = json.dumps({"schema": 1, "parts": parts}, separators=(",", ":")).encode()
     body = np.concatenate([np.frombuffer(head, dtype=np.uint8), *data])
-    with whole_file(path) as file:
+    with whole_file(path, parents=parents) as file:
         file.write(_START.pack(_MAGIC, len(head), zlib.crc32(body.data)))
         file.write(body.data)
 
@@ -221,7 +222,7 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
     """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one."""
     data = read_bytes(path, _MAX_FILE, "snapshot")
     if len(data) < _START.size or data[: len(_MAGIC)] != _MAGIC:
-        raise InputError(f"{path}: no snapshot of a machine")
+        raise InputError(f"{path}: no saved state of this program")
     _, length, check = _START.unpack_from(data)
     body = memoryview(data)[_START.size :]
     if length > min(_MAX_HEAD, len(body)) or zlib.crc32(body) != check:
@@ -237,7 +238,7 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
         arrays = {}
         for key, (kind, shape) in part.arrays.items():
             size = 8 * math.prod(shape)
-            if size > len(rest):
+            if size > len(rest) or max(shape, default=0) > _MAX_FILE:
                 raise InputError(f"{path}: part {name[:60]!r}: {key[:60]!r} is longer than the file")
             arrays[key] = np.frombuffer(rest[:size], dtype=_TYPES[kind]).reshape(shape)
             rest = rest[size:]

@@ -1,0 +1,66 @@
+"""A secret of this user, with which state files are signed that a proof may rest on.
+
+A checksum shows that a file is whole, not who wrote it: a stranger can compute one as well. What is resumed from a file
+is believed only if the file was signed with the key, which no other user of a well-kept system can read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import secrets
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from cablewright.errors import EnvironmentFault
+from cablewright.file_output import cannot_write
+
+DIRECTORY: Final = "CABLEWRIGHT_STATE_DIR"
+"""Environment variable with the folder of the key (default: the user's folder for program state)."""
+
+_NAME: Final = "signing.key"
+_BYTES: Final = 32
+
+
+def signature(content: bytes) -> bytes:
+    """Return the signature (32 bytes) of *content* with the user's key, which is made where there is none.
+
+    HMAC with SHA-256. Raises `EnvironmentFault` where the key cannot be read or made, or others can read it.
+    """
+    return hmac.digest(_key(), content, hashlib.sha256)
+
+
+def is_signed(content: bytes, given: bytes) -> bool:
+    """Whether *given* is the `signature` of *content*."""
+    return hmac.compare_digest(signature(content), given)
+
+
+def _key() -> bytes:
+    file = _folder() / _NAME
+    try:
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with suppress(FileExistsError):
+            made = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with open(made, "wb") as out:
+                out.write(secrets.token_bytes(_BYTES))
+        with open(os.open(file, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)), "rb") as kept:
+            found, key = os.fstat(kept.fileno()), kept.read(_BYTES + 1)
+    except OSError as reason:
+        raise cannot_write(file, reason) from None
+    own = os.name != "posix" or (found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IRWXG | stat.S_IRWXO))
+    if not own or len(key) != _BYTES:
+        why = "is no key of this user alone" if len(key) == _BYTES else f"has not the {_BYTES} bytes of a key"
+        raise EnvironmentFault(f"{file}: {why}; remove it, and searches begin anew")
+    return key
+
+
+def _folder() -> Path:
+    given = os.environ.get(DIRECTORY) or os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA")
+    try:
+        home = Path(given).expanduser() if given else Path.home() / ".local" / "state"
+    except RuntimeError:  # a user without a home
+        raise EnvironmentFault(f"no folder for the key that signs searches; set {DIRECTORY}") from None
+    return home if DIRECTORY in os.environ else home / "cablewright"
