@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import threading
 from collections.abc import Callable
 from functools import cache
@@ -21,7 +22,23 @@ log = logging.getLogger(__name__)
 
 SERIAL_BELOW = 64  # number of rows below which one thread is faster than several
 
-_sweeping = threading.Lock()  # one of Numba's threading layers kills the process when two threads sweep at once
+
+class _Threads:
+    """The threads of parallel kernels. Those that a process has begun are lost in its forked children."""
+
+    lock = threading.Lock()  # one of Numba's threading layers kills the process when two threads sweep at once
+    begun = False
+    lost = False
+
+    @classmethod
+    def forked(cls) -> None:
+        """Take note that this process is a forked child: GNU OpenMP would kill it, or wait for ever."""
+        cls.lock = threading.Lock()
+        cls.lost = cls.lost or cls.begun
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_Threads.forked)
 
 
 def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array, bool]:
@@ -37,9 +54,13 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array,
 
 def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> Array:
     """*values* as a new array of one row, or of rows, of an allowed width. Raises `InputError`."""
+    if np.ma.is_masked(values):
+        raise InputError(f"{what}: numbers in {unit} are expected; some are masked")
     try:
+        if np.iscomplexobj(values):
+            raise TypeError("complex numbers")
         array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as reason:
+    except (TypeError, ValueError, OverflowError) as reason:
         raise InputError(f"{what}: numbers in {unit} are expected ({reason})") from None
     if array.ndim not in (1, 2) or array.shape[-1] not in widths:
         shape = " x ".join(map(str, array.shape)) or "a single number"
@@ -116,14 +137,18 @@ def _say_compiling() -> None:
 
 
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
-    """Run the serial kernel on few rows, the parallel one on many, and nothing on none."""
+    """Run the serial kernel on few rows, the parallel one on many, and nothing on none.
+
+    A child that was forked after its parent's first parallel kernel runs the serial one; results are the same.
+    """
     if not rows:
         return
-    serial = rows < SERIAL_BELOW
+    serial = rows < SERIAL_BELOW or _Threads.lost
     if not is_compiled(rows_kernel if serial else sweep_kernel):
         _say_compiling()
     if serial:
         rows_kernel(*arguments, 0, rows)
         return
-    with _sweeping:
+    with _Threads.lock:
+        _Threads.begun = True
         sweep_kernel(*arguments)
