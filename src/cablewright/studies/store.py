@@ -25,6 +25,7 @@ from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.checks.result import Check
+from cablewright.toml_input import read_bytes
 
 MANIFEST: Final = "manifest.json"
 _MAX_MANIFEST: Final = 1 << 20  # bytes
@@ -48,8 +49,8 @@ def _refuse_foreign(folder: Path) -> None:
 def read_manifest(folder: Path) -> dict[str, Any] | None:
     """Return the manifest of the run in *folder*; None if it holds no run."""
     try:
-        manifest = json.loads((folder / MANIFEST).read_bytes()[:_MAX_MANIFEST])
-    except (OSError, ValueError, RecursionError):
+        manifest = json.loads(read_bytes(folder / MANIFEST, _MAX_MANIFEST, "manifest"))
+    except (InputError, ValueError, RecursionError):
         return None
     is_run = isinstance(manifest, dict) and {"schema", "command", "cablewright"} <= manifest.keys()
     return manifest if is_run else None

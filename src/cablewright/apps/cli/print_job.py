@@ -11,6 +11,7 @@ import typer
 from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.choices import EstimatorName, HeightRule, LawName
+from cablewright.errors import InputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +65,9 @@ class PrintJobCommand:
         Path | None, typer.Option("--out", metavar="DIR", help="Run folder; by default runs/print-ROBOT-JOB.")
     ] = None
     resume: Annotated[bool, typer.Option("--resume", help="Resume the print in the run folder.")] = False
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Print again from the beginning in the run folder of the same print.")
+    ] = False
     as_json: AsJson = False
 
     def run(self) -> int:
@@ -75,6 +79,8 @@ class PrintJobCommand:
         from cablewright.studies.prints.print_job import print_job
         from cablewright.studies.store import folder_name
 
+        if self.resume and self.restart:
+            raise InputError("print: --resume or --restart, not both")
         name = load_job(self.job).name
         folder = self.out or Path("runs") / folder_name("print", load(self.robot).name, self.job.stem)
         options = PrintOptions(
@@ -89,6 +95,7 @@ class PrintJobCommand:
                     machine=self.machine,
                     options=options,
                     resume=self.resume,
+                    restart=self.restart,
                     real_time=self.real_time,
                     progress=show,
                 )

@@ -100,8 +100,8 @@ def twin_of(robot: Robot, job: Job, machine: MachineSettings | str | Path | None
     require_robot(own, robot.name)
     settings = _fine(extruding(own, job.bead, job.motion.print_speed), robot)
     if choices.plant == "quasi-static":
-        if not 0.0 < choices.period <= 60.0:
-            raise InputError(f"period = {choices.period:g} s: must be over 0 and at most 60 s")
+        if not 1e-3 <= choices.period <= 60.0:
+            raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
         settings = settings.model_copy(update={"quasi_static_period": choices.period})
     nozzle = 0.0 if settings.extrusion is None else settings.drum.valve  # a strand's path is the nozzle's
     path = TimedPath.of(job, choices.layers, nozzle)

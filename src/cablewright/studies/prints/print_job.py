@@ -108,6 +108,7 @@ def print_job(
     machine: MachineSettings | str | Path | None = None,
     options: PrintOptions | None = None,
     resume: bool = False,
+    restart: bool = False,
     real_time: bool = False,
     progress: Progress | None = None,
 ) -> PrintedJob:
@@ -115,8 +116,8 @@ def print_job(
 
     *robot* is a robot, a library name or a file; *job* a job or a file; *machine* the settings of a simulated machine,
     a library name or a file (default: the library machine of the robot's name). *resume* resumes the print in the
-    folder, which must have the same inputs and options. With *real_time* each step waits for its time. A print that
-    the machine stops is not an error: see ``status`` and ``run.reason``.
+    folder, which must have the same inputs and options; *restart* prints it again from the beginning. With *real_time*
+    each step waits for its time. A print that the machine stops is not an error: see ``status`` and ``run.reason``.
 
     Raises `InputError`, `AnswerError` where the platform cannot be held on the path, `EnvironmentFault` where the
     folder cannot be written.
@@ -129,7 +130,9 @@ def print_job(
     inputs |= {} if isinstance(job, Job) else store.job_hashes(Path(job), loaded)
     settings = asdict(chosen) | {"machine": twin.settings.model_dump(mode="json")}
     del settings["lasers"]
-    run = run_print(twin, Path(folder), inputs, settings, resume=resume, real_time=real_time, progress=progress)
+    run = run_print(
+        twin, Path(folder), inputs, settings, resume=resume, restart=restart, real_time=real_time, progress=progress
+    )
     structure = run.machine.rig.ground.field
     record, log = finish(run.folder, twin.path.track, twin.path.print_speed, structure, progress)
     return PrintedJob(twin, run, record, log).written()

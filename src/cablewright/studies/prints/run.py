@@ -23,13 +23,13 @@ from filelock import FileLock, Timeout
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, write_whole
-from cablewright.machine.log.log import LogHead, LogWriter, write_log
-from cablewright.machine.log.segments import next_segment
+from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
+from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive, read_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
-from cablewright.signals import PrintState
+from cablewright.signals import Estimate, PrintState, Scan, Truth
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
@@ -118,22 +118,25 @@ def run_print(
     options: Mapping[str, object],
     *,
     resume: bool = False,
+    restart: bool = False,
     real_time: bool = False,
     progress: Progress | None = None,
 ) -> PrintRun:
     """Print until the end of the path or until the machine stops; the print in *folder* can be resumed.
 
     *inputs* and *options* identify the print, see `store.manifest_of`; with *resume* they must be those of the print in
-    *folder*. With *real_time* each step waits for its time, partly in a busy loop, which needs a core of its own.
+    *folder*, and with *restart* too, which prints it again from the beginning. With *real_time* each step waits for its
+    time, partly in a busy loop, which needs a core of its own.
 
-    Raises `InputError` for a folder that holds something else, or nothing to resume; `AnswerError` for a path that
-    cannot be printed; `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
+    Raises `InputError` for a folder that holds something else, or nothing to resume, or has lost its checkpoint or its
+    log, so that nobody knows what is laid or was measured; `AnswerError` for a path that cannot be printed;
+    `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
     manifest = manifest_of("print", inputs, options)
-    _require(folder, manifest, resume)
+    _require(folder, manifest, resume or restart)
     plan = plan_print(twin)
-    begun = None if resume else _begun(twin, plan)  # a print that is refused leaves no folder
-    if begun is not None:
+    begun = None if resume and not restart else _begun(twin, plan)  # a print that is refused leaves no folder
+    if begun is not None and not restart:
         _make(folder, manifest)
     with alone_in(folder):
         machine, printer = begun or _taken_up(twin, plan, folder)
@@ -224,10 +227,17 @@ def _begun(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printe
 
 
 def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[SimulatedMachine, Printer]:
-    """Machine and print from the checkpoint, or at the start of the path without one."""
+    """Machine and print from the checkpoint, or at the start of the path if nothing was laid yet."""
     path, choices = folder / CHECKPOINT, twin.choices
     if not path.exists():
+        done = _logged_distance(folder)
+        if done > 0.0:
+            why = f"the checkpoint is missing, and the log shows that {done:.2f} m of the path were printed"
+            raise InputError(f"--resume: {folder}: {why}: put {CHECKPOINT} back, or --restart to print all again")
         return _begun(twin, plan)
+    if not _has_log(folder):
+        why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
+        raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
     found = read_snapshots(path)
     if not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
@@ -236,6 +246,20 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
     )
     archive = Archive(found["print"], loading=True)
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=archive)
+
+
+def _has_log(folder: Path) -> bool:
+    """Whether the folder holds a part of a log."""
+    return next_segment(folder).name != FIRST_SEGMENT or (folder / JOINED_NAME).exists()
+
+
+def _logged_distance(folder: Path) -> float:
+    """The path length, m, that the log of *folder* shows as printed; 0 without a log."""
+    if not _has_log(folder):
+        return 0.0
+    with read_log(folder) as log:
+        known = (each.progress for each in log.entries(without={Scan, Truth, Estimate}))
+        return max((each.distance for each in known if each is not None), default=0.0)
 
 
 def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Array], Estimator]:

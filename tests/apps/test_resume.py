@@ -1,0 +1,83 @@
+"""A print whose folder lost something asks what to do: nothing is laid twice unless that is wanted."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from cablewright.studies.prints.run import CHECKPOINT
+from cablewright.studies.store import MANIFEST
+from printed import RING
+
+
+@pytest.fixture(scope="module")
+def printed(cli, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A job, and the folder in which it was printed."""
+    folder = tmp_path_factory.mktemp("print")
+    (folder / "ring.toml").write_text(RING.format(radius=0.3))
+    found = again(cli, folder / "ring.toml", folder / "run")
+    assert found.json["status"] == "finished"
+    return folder / "ring.toml", folder / "run"
+
+
+@pytest.fixture
+def copied(printed: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
+    """The same, in a folder that may be spoilt."""
+    shutil.copytree(printed[1], tmp_path / "run")
+    return printed[0], tmp_path / "run"
+
+
+def again(cli, job: Path, run: Path, *options: str):
+    return cli("print", "merlet2023", job, "--plant", "quasi-static", "--out", run, "--json", *options)
+
+
+def test_a_finished_print_is_not_laid_again(cli, copied: tuple[Path, Path]) -> None:
+    before = (copied[1] / CHECKPOINT).read_bytes()
+    assert again(cli, *copied, "--resume").json["status"] == "finished"
+    assert (copied[1] / CHECKPOINT).read_bytes() == before
+
+
+def test_a_lost_checkpoint_is_asked_about(cli, copied: tuple[Path, Path]) -> None:
+    (copied[1] / CHECKPOINT).unlink()
+    says = again(cli, *copied, "--resume").refusal
+    assert "the checkpoint is missing, and the log shows that 1.8" in says
+    assert "--restart to print all again" in says
+    assert not (copied[1] / CHECKPOINT).exists()
+
+
+def test_a_lost_log_is_asked_about(cli, copied: tuple[Path, Path]) -> None:
+    for log in copied[1].glob("log*.mcap"):
+        log.unlink()
+    assert "the log is missing" in again(cli, *copied, "--resume").refusal
+
+
+def test_a_print_begins_again_where_that_is_wanted(cli, copied: tuple[Path, Path]) -> None:
+    (copied[1] / CHECKPOINT).unlink()
+    found = again(cli, *copied, "--restart")
+    assert found.json["status"] == "finished"
+    assert found.json["distance"] == pytest.approx(0.6 * 3.1416, rel=0.01)
+    assert (copied[1] / CHECKPOINT).exists()
+
+
+def test_nothing_laid_is_nothing_to_ask_about(cli, copied: tuple[Path, Path]) -> None:
+    for kept in copied[1].iterdir():
+        if kept.name != MANIFEST:
+            kept.unlink()
+    assert again(cli, *copied, "--resume").json["status"] == "finished"
+
+
+def test_a_restart_is_of_the_same_print(cli, copied: tuple[Path, Path], tmp_path: Path) -> None:
+    assert "holds a print of another" in again(cli, *copied, "--restart", "--seed", "7").refusal
+    assert "holds no print" in again(cli, copied[0], tmp_path / "nothing", "--restart").refusal
+    assert "not both" in again(cli, *copied, "--restart", "--resume").refusal
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
+@pytest.mark.parametrize("name", [MANIFEST, CHECKPOINT])
+def test_a_fifo_is_not_waited_for(cli, copied: tuple[Path, Path], name: str) -> None:
+    (copied[1] / name).unlink()
+    os.mkfifo(copied[1] / name)
+    assert again(cli, *copied, "--resume").code == 2
