@@ -13,7 +13,7 @@ from cablewright.errors import InputError
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.toolpath import Toolpath
 
-MAX_SAMPLES: Final = 20_000_000  # about 4 GB while they are computed
+MAX_SAMPLES: Final = 5_000_000  # about 1 GB while they are computed
 _SHORTEST_MOVE: Final = 1e-9  # m, shorter moves are rounding
 
 

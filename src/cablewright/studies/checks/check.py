@@ -27,8 +27,11 @@ from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
 from cablewright.studies.interference import JobDistances
 from cablewright.studies.job_poses import along, path_box, sampled
+from cablewright.studies.memory import require_memory
 
 PLACES: Final = 7  # along each side of the frame, tried where no sample can be held
+BYTES, BYTES_OF_LINE = 420.0, 260.0
+"""Memory of a check for each sample, and for each line of it: benchmarks/check_memory.py."""
 TOO_LARGE: Final = 5.0
 """A path that is so many times as large as the frame has a wrong scale."""
 
@@ -54,7 +57,8 @@ def check(
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the forces of the time law's accelerations. Raises `InputError`
     for a model under another law, a robot with fewer lines than freedoms, a schedule that it cannot follow, a path many
-    times as large as the frame or a G-code file that cannot be used; an infeasible job raises nothing.
+    times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
+    than is free; an infeasible job raises nothing.
     """
     for name in skip:
         if name not in SKIPPABLE:
@@ -68,6 +72,8 @@ def check(
     toolpath = job.toolpath(report)
     _require_scale(robot, job, toolpath)
     samples, step = sampled(robot, job, toolpath)
+    needed = len(samples) * (BYTES + BYTES_OF_LINE * robot.m)
+    require_memory(needed, f"a check of {len(samples)} samples", "a longer step in [sampling] takes less")
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
     walked, reserved = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
