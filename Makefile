@@ -2,15 +2,17 @@
 #   make demo    checks a house on a printer, prints three layers         make setup   installs all that check and test need
 #   make check   formatting, lint, types, import ranks, sizes             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
+#   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
 #   make lock    resolves requirements/*.txt anew; the only target that installs something not pinned by hash
 
 PYTHON ?= python3
 VENV := .venv
+SECONDS ?= 3600
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 CHECKED := $(wildcard src tests tools examples benchmarks)
 
-.PHONY: demo setup check test slow bench docs lock clean
+.PHONY: demo setup check test slow fuzz bench docs lock clean
 
 demo: $(VENV)/.run
 	$(BIN)/cablewright check house-printer examples/house.toml
@@ -31,6 +33,9 @@ test: $(VENV)/.dev
 
 slow: $(VENV)/.dev
 	$(BIN)/pytest -n 2 -m "slow or not slow"
+
+fuzz: $(VENV)/.dev
+	$(BIN)/python tools/fuzz.py --seconds $(SECONDS)
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.run
