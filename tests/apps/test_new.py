@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 import pty
+import select
+import signal
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
+PATIENCE = 60  # s
+INTERRUPT = "\x03"
 PROGRAM = "import sys; sys.argv[0] = 'cablewright'; from cablewright.apps.cli.main import main; main()"
 
 
@@ -22,15 +26,26 @@ def on_terminal(*typed: str) -> tuple[str, int]:
     """What `new attic` says on a terminal where each of *typed* is an answer, and its exit code."""
     pid, terminal = pty.fork()
     if pid == 0:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored where the tests run in the background of a shell
         os.execv(sys.executable, [sys.executable, "-c", PROGRAM, "new", "attic"])
-    said, answers = "", list(typed)
+    said, answers, last, waited = "", list(typed), "", 0
     while True:
+        if not select.select([terminal], [], [], 1.0)[0]:
+            waited += 1
+            if waited > PATIENCE:
+                os.kill(pid, signal.SIGKILL)
+                raise AssertionError(f"nothing was said for {PATIENCE} s after {said!r}")
+            if last == INTERRUPT:  # it came between prompt and read, which Python hears with the next letter only
+                os.write(terminal, last.encode())
+            continue
+        waited = 0
         try:
             said += os.read(terminal, 4096).decode()
         except OSError:  # Linux: the other end is closed
             return said, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
         if said.endswith("]: ") and answers:
-            os.write(terminal, answers.pop(0).encode())
+            last = answers.pop(0)
+            os.write(terminal, last.encode())
 
 
 def names(folder: str = ".") -> list[str]:
@@ -61,7 +76,9 @@ def test_on_a_terminal_it_asks_what_is_missing() -> None:
     assert robot("attic")["lines"][0]["exit_point"] == [-1.5, 0.0, 2.5]
 
 
-@pytest.mark.parametrize("typed", [["\x03"], ["\n", "\x03"], ["\n", "\x04"]], ids=["at once", "second", "end of file"])
+@pytest.mark.parametrize(
+    "typed", [[INTERRUPT], ["\n", INTERRUPT], ["\n", "\x04"]], ids=["at once", "second", "end of file"]
+)
 def test_leaving_the_questions_writes_nothing(typed: list[str]) -> None:
     said, code = on_terminal(*typed)
     assert code == 130
