@@ -5,7 +5,7 @@
 
 Inputs are mutations of the examples by format, in this process, and determined by the seed. A failure is an exception
 other than ours, one that takes over 10 s or 1.5 GB, or a message over 2 kB or with control characters. It is reduced as
-long as the same failure stays, and its file is then a test (tests/test_fuzz_cases.py). Exit code 1 if there was one.
+long as the same failure stays, and its file is then a test (tests/test_fuzz.py). Exit code 1 if there was one.
 """
 
 from __future__ import annotations
@@ -170,6 +170,8 @@ def _command(*arguments: str) -> Callable[[Path], None]:
             raise AssertionError(f"exit code {code} without a reason")
         for line in err.getvalue().splitlines():
             _judge_message(line)
+            if command_line.NOT_COMPUTED in line or command_line.NO_ROBOT in line:
+                raise AssertionError(line)
         if "--json" in arguments and code in (0, 1):
             json.loads(out.getvalue())
 

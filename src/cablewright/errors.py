@@ -62,10 +62,10 @@ def one_line(message: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return *text* with each character that no terminal shows, other than line ends, as its escape."""
+    """Return *text* with each character that no terminal shows, line ends too, as its escape."""
     if text.isprintable():
         return text
-    return "".join(each if each.isprintable() or each == "\n" else ascii(each)[1:-1] for each in text)
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
 
 
 class AnswerError(CablewrightError):

@@ -125,6 +125,18 @@ def test_bad_options_are_one_line(cli, options: list[str], says: str) -> None:
     assert names() == []
 
 
+@pytest.mark.parametrize("name", ["house-printer", "cogiro"])
+def test_a_name_of_the_library_is_taken(cli, name: str) -> None:
+    assert "a robot or machine of the library has it" in cli("new", name).refusal
+
+
+def test_a_hall_gets_a_square_too(cli) -> None:
+    found = cli("new", "hall", "--size", "60,6,5", "--json")
+    assert found.json["files"][2]["content"] == "a square of three layers"
+    gcode = (Path("hall") / "part.gcode").read_text()
+    assert "Y540.000" in gcode
+
+
 def test_a_body_has_no_machine_and_says_so(cli) -> None:
     found = cli("new", "attic", "--layout", "body")
     assert found.code == 0

@@ -30,6 +30,10 @@ def copied(printed: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
     return printed[0], tmp_path / "run"
 
 
+def killed(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
 def again(cli, job: Path, run: Path, *options: str):
     return cli("print", "merlet2023", job, "--plant", "quasi-static", "--out", run, "--json", *options)
 
@@ -62,6 +66,32 @@ def test_a_print_begins_again_where_that_is_wanted(cli, copied: tuple[Path, Path
     assert (copied[1] / CHECKPOINT).exists()
 
 
+def test_a_restart_that_is_killed_at_once_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
+    """Nothing of the earlier print is left that would be taken for its end."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cablewright.studies.prints.run._run_steps", killed)
+        assert again(cli, *copied, "--restart").code == 130
+    assert not (copied[1] / CHECKPOINT).exists()
+    found = again(cli, *copied, "--resume")
+    assert found.json["status"] == "finished"
+    assert found.json["distance"] == pytest.approx(0.6 * 3.1416, rel=0.01)
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n"])
+def test_a_log_that_was_never_flushed_shows_nothing(cli, copied: tuple[Path, Path], content: bytes) -> None:
+    (copied[1] / CHECKPOINT).unlink()
+    for log in copied[1].glob("log*.mcap"):
+        log.unlink()
+    (copied[1] / "log-000.mcap").write_bytes(content)
+    assert again(cli, *copied, "--resume").json["status"] == "finished"
+
+
+def test_a_log_that_cannot_be_read_is_no_permission(cli, copied: tuple[Path, Path]) -> None:
+    (copied[1] / CHECKPOINT).unlink()
+    (copied[1] / "log.mcap").write_bytes(bytes(5000))
+    assert "--restart prints all again" in again(cli, *copied, "--resume").refusal
+
+
 def test_nothing_laid_is_nothing_to_ask_about(cli, copied: tuple[Path, Path]) -> None:
     for kept in copied[1].iterdir():
         if kept.name != MANIFEST:
@@ -71,7 +101,7 @@ def test_nothing_laid_is_nothing_to_ask_about(cli, copied: tuple[Path, Path]) ->
 
 def test_a_restart_is_of_the_same_print(cli, copied: tuple[Path, Path], tmp_path: Path) -> None:
     assert "holds a print of another" in again(cli, *copied, "--restart", "--seed", "7").refusal
-    assert "holds no print" in again(cli, copied[0], tmp_path / "nothing", "--restart").refusal
+    assert "--restart: " in again(cli, copied[0], tmp_path / "nothing", "--restart").refusal
     assert "not both" in again(cli, *copied, "--restart", "--resume").refusal
 
 

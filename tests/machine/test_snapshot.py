@@ -170,6 +170,10 @@ def test_a_damaged_file_is_refused_whatever_the_damage(tmp_path: Path) -> None:
         (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["O8",[1]]}}}}', "must be 'f8' or 'i8'"),
         (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["f8",[-1]]}}}}', "must be greater than or equal to 0"),
         (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["f8",[1000000000000]]}}}}', "longer than the file"),
+        (
+            b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["f8",[0,268435456,268435456,8]]}}}}',
+            "longer than the",
+        ),
         (b'{"schema":1,"parts":{}}12345678', "Invalid JSON"),
     ],
 )

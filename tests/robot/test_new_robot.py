@@ -46,17 +46,21 @@ def test_it_holds_its_platform_in_the_middle(layout: str, cable: str) -> None:
     assert held.margin() > -1e-6
 
 
+@pytest.mark.parametrize("lines", [None, 5, 6, 9])
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_exit_points_span_the_size(layout: str) -> None:
-    mine = robot(layout=layout)
+def test_exit_points_span_the_size(layout: str, lines: int | None) -> None:
+    if lines is not None and LAYOUTS[layout].counts[0] == LAYOUTS[layout].counts[1]:
+        pytest.skip("this layout has its own number of lines")
+    size = (25.37, 0.0 if layout == "planar" else 10.05, 10.55)
+    mine = robot(layout=layout, size=size, lines=lines)
     exits = np.array([line.exit_point for line in mine.lines])
-    wide, _, high = np.ptp(exits[:, 0]), np.ptp(exits[:, 1]), exits[:, 2].max()
-    assert high == 3.0
-    assert wide <= 5.0 + 1e-9
-    assert (np.abs(exits[:, 1]) <= (0.0 if layout == "planar" else 2.0)).all()
+    np.testing.assert_allclose(np.ptp(exits[:, :2], axis=0), size[:2], atol=2e-4)
+    np.testing.assert_allclose(exits[:, :2].max(axis=0) + exits[:, :2].min(axis=0), 0.0, atol=2e-4)
+    assert exits[:, 2].max() == size[2]
     low, top = np.array(mine.scene.frame_min), np.array(mine.scene.frame_max)
-    assert (low[:2] > -2.5).all()
-    assert (top < [2.5, 2.0, 3.0]).all()
+    assert (low[0], top[0]) == (-top[0], top[0])
+    assert top[0] < 0.5 * size[0]
+    assert top[2] < size[2]
 
 
 @pytest.mark.parametrize(("layout", "lines"), [("suspended", 3), ("suspended", 7), ("over-middle", 5)])
@@ -75,26 +79,22 @@ def test_winches_are_below_sheaves_and_hold_the_cable() -> None:
         assert line.winch.max_torque > line.tension_limits[1] * line.winch.drum_radius
 
 
-def test_what_nobody_asked_is_marked() -> None:
-    """Each number of the file is asked for, has a source, follows from one that does, or is marked as assumed."""
-    text = robot_file(outline(cable="steel-4mm"))
-    known = (
-        "schema",
-        "mass",
-        "exit_point",
-        "winch_exit",
-        "construction",
-        "linear_density",
-        "breaking_load",
-        "diameter",
-    )
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_what_nobody_asked_is_marked(layout: str) -> None:
+    """Each number of the file is asked for, has a source, is in a part that is all assumed, or is marked as assumed."""
+    text = robot_file(outline(layout=layout, cable="steel-4mm"))
+    known = ("schema", "mass", "construction", "linear_density", "breaking_load", "diameter", "gravity", "exit_point")
     head, _, rest = text.partition("[uncertainty]")
-    assert "All assumed" in head
-    for line in head.splitlines():
+    uncertain, _, lines = rest.partition("# Measure the exit points")
+    assert "All assumed" in head.splitlines()[-2]
+    assert 'name = "assumed"' in uncertain
+    assert "is assumed." in lines.partition("[[lines]]")[0]
+    for line in (*head.splitlines(), *lines.splitlines()):
         key = re.match(r"(\w+) = .*[0-9]", line)
-        if key and key[1] not in (*known, "gravity", "frame_max"):
+        if key and key[1] not in (*known, "name", "description", "centre_of_mass", "inertia"):
             assert "assumed" in line, line
-    assert 'name = "assumed"' in rest
+    if layout == "body":
+        assert "# assumed: a cube of" in head
 
 
 def test_a_cable_bears_a_fifth_of_its_breaking_load() -> None:

@@ -15,15 +15,14 @@ MEMINFO = "MemTotal: 16000000 kB\nMemFree: 1 kB\nMemAvailable: 2000000 kB\n"
 
 
 @pytest.fixture
-def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Have the system say so much: of itself, and of the control group's limit and use."""
+def system(monkeypatch: pytest.MonkeyPatch):
+    """Have the system say so much: of itself, and of the control group's limit, use and memory for files."""
 
-    def say(meminfo: str | None, most: str | None = None, used: str | None = None) -> None:
-        files = {
-            Path("/proc/meminfo"): meminfo,
-            memory._GROUP / "memory.max": most,
-            memory._GROUP / "memory.current": used,
-        }
+    def say(meminfo: str | None, most: str | None = None, used: str = "0", kept: int = 0) -> None:
+        group = memory._GROUP / "user" / "job"
+        files = {Path("/proc/self/cgroup"): "1:name=x:/other\n0::/user/job\n", Path("/proc/meminfo"): meminfo}
+        files |= {group / "memory.max": most, group / "memory.current": used}
+        files |= {group / "memory.stat": f"anon 5\ninactive_file {kept}\n"}
 
         def read_text(path: Path, _encoding: str) -> str:
             text = files[path]
@@ -43,6 +42,8 @@ def test_the_lesser_of_system_and_group_is_free(system) -> None:
     assert free_memory() == pytest.approx(2.048e9)
     system(MEMINFO, "1500000000\n", "500000000\n")
     assert free_memory() == pytest.approx(1e9)
+    system(MEMINFO, "1500000000\n", "1500000000\n", kept=400_000_000)
+    assert free_memory() == pytest.approx(4e8)
     system(None)
     assert free_memory() is None
 

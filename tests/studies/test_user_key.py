@@ -57,6 +57,31 @@ def test_the_key_is_the_users_alone(tmp_path: Path) -> None:
         user_key.signature(b"")
 
 
+def test_a_folder_of_the_environment_is_taken_as_it_is_meant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "xdg"))
+    monkeypatch.setenv(user_key.DIRECTORY, "")
+    user_key.signature(b"")
+    assert (tmp_path / "xdg" / "cablewright" / "signing.key").exists()
+    monkeypatch.setenv("XDG_STATE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+    user_key.signature(b"")
+    assert (tmp_path / "home" / ".local" / "state" / "cablewright" / "signing.key").exists()
+    assert not (tmp_path / "relative").exists()
+
+
+def test_a_full_disk_leaves_no_half_a_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "link", full)
+        with pytest.raises(EnvironmentFault, match="No space left"):
+            user_key.signature(b"")
+    assert list((tmp_path / "state").iterdir()) == []
+    assert user_key.is_signed(b"x", user_key.signature(b"x"))
+
+
 def test_a_link_is_no_key(tmp_path: Path) -> None:
     (tmp_path / "state").mkdir()
     target = tmp_path / "target"

@@ -6,9 +6,10 @@ import math
 from typing import Final
 
 from cablewright.printing.job import Bead
-from cablewright.units import LENGTH, SPEED, Vec3
+from cablewright.units import LENGTH, SPEED, Vec3, three_digits
 
 LAYERS: Final = 3
+FLAT: Final = 0.05  # m, depth below which a frame is a plane
 GCODE: Final = "part.gcode"
 """Name of the G-code file in the job."""
 
@@ -16,22 +17,23 @@ GCODE: Final = "part.gcode"
 def first_part(name: str, frame_min: Vec3, frame_max: Vec3) -> tuple[str, str]:
     """Return the texts of the job and of its G-code, `GCODE`, for a part in the middle of the floor of robot *name*.
 
-    Bead and speeds follow the size of the frame between the two corners, m; one that is a plane gets a wall.
+    Bead and speeds follow the plan of the frame between the two corners, m; one that is a plane gets a wall.
     """
     sides = [high - low for low, high in zip(frame_min, frame_max, strict=True)]
     wide, deep = sides[0], sides[1]
-    bead = Bead(width=_millimetres(max(sides) / 150.0), height=_millimetres(max(sides) / 600.0))
-    flat = deep < 0.1 * wide
+    flat = deep < FLAT
+    size = wide if flat else math.sqrt(wide * deep)
+    bead = Bead(width=_millimetres(size / 150.0), height=_millimetres(size / 600.0))
     half = _millimetres(0.1 * (wide if flat else min(wide, deep)))
     corners = [(half, 0.0), (-half, 0.0)] if flat else [(half, -half), (half, half), (-half, half), (-half, -half)]
-    speed = float(f"{max(sides) / 40.0:.2g}")
+    speed = float(f"{size / 40.0:.2g}")
     job = _JOB.format(
         name=name,
         gcode=GCODE,
         width=LENGTH.write(bead.width, "mm"),
         height=LENGTH.write(bead.height, "mm"),
         print_speed=SPEED.write(speed, "m/s"),
-        travel_speed=SPEED.write(1.5 * speed, "m/s"),
+        travel_speed=SPEED.write(three_digits(1.5 * speed), "m/s"),
         acceleration=f"{2.0 * speed:.2g}",
         corner=LENGTH.write(_millimetres(bead.width / 4.0), "mm"),
     )

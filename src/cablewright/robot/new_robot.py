@@ -119,7 +119,8 @@ def robot_file(outline: Outline) -> str:
     form, stock = outline.form, outline.stock
     places = form.places(outline)
     longest = math.dist((0.0, 0.0, 0.0), outline.size) + (outline.size[2] if form.swivel else 0.0)
-    drum = _up(max(stock.least_radius, longest / (2.0 * math.pi * TURNS)))
+    capacity = float(math.ceil(1.5 * longest))
+    drum = _up(max(stock.least_radius, capacity / (2.0 * math.pi * TURNS)))
     tension = three_digits(stock.max_tension)
     accuracy = min(2e-3, 1e-3 * max(outline.size))
     speed = three_digits(math.dist((0.0, 0.0, 0.0), outline.size) / 10.0)
@@ -135,7 +136,7 @@ def robot_file(outline: Outline) -> str:
         drum=LENGTH.write(drum, "mm"),
         speed=SPEED.write(speed, "m/s"),
         torque=TORQUE.write(three_digits(1.2 * tension * drum), "N m"),
-        capacity=LENGTH.write(float(math.ceil(1.5 * longest)), "m"),
+        capacity=LENGTH.write(capacity, "m"),
         min_tension=FORCE.write(three_digits(max(0.5, 0.01 * outline.mass * GRAVITY)), "N"),
         max_tension=FORCE.write(tension, "N"),
         factor=list(stock.modulus),
@@ -159,7 +160,7 @@ def _over_middle(outline: Outline) -> list[Place]:
 
 def _planar(outline: Outline) -> list[Place]:
     half, top = 0.5 * outline.size[0], outline.size[2]
-    bottom = three_digits(LOW * top)
+    bottom = round(LOW * top, 4)
     heights = {"top-left": top, "top-right": top, "low-right": bottom, "low-left": bottom}
     return [Place(name, (-half if name.endswith("left") else half, 0.0, z)) for name, z in heights.items()]
 
@@ -196,13 +197,17 @@ LAYOUTS: Final[Mapping[str, Layout]] = MappingProxyType({
 
 
 def _corners(outline: Outline, count: int, height: float) -> list[Point]:
-    """Corners of a regular polygon, stretched to the sides of the frame, counter-clockwise from the south-west."""
+    """Corners of a regular polygon, stretched to all sides of the frame, counter-clockwise from the south-west."""
     turns = [2.0 * math.pi * (k + 0.5) / count + math.pi for k in range(count)]
-    wide, deep = max(abs(math.cos(turn)) for turn in turns), max(abs(math.sin(turn)) for turn in turns)
-    half_x, half_y = 0.5 * outline.size[0] / wide, 0.5 * outline.size[1] / deep
-    return [
-        (round(half_x * math.cos(turn), 4), round(half_y * math.sin(turn), 4), three_digits(height)) for turn in turns
-    ]
+    x = _stretched([math.cos(turn) for turn in turns], outline.size[0])
+    y = _stretched([math.sin(turn) for turn in turns], outline.size[1])
+    return [(x[k], y[k], round(height, 4)) for k in range(count)]
+
+
+def _stretched(values: list[float], side: float) -> list[float]:
+    """Numbers mapped so that the smallest and the largest are half a *side* from 0, to 0.1 mm."""
+    low, high = min(values), max(values)
+    return [round(side * ((value - low) / (high - low) - 0.5), 4) for value in values]
 
 
 def _frame(outline: Outline) -> tuple[Point, Point]:
@@ -228,9 +233,9 @@ def _platform(outline: Outline) -> str:
 def _line(place: Place, winch_below: bool) -> str:
     text = f'[[lines]]\nname = "{place.name}"\nexit_point = {_point(place.exit_point)}\n'
     if winch_below:
-        text += f"winch_exit = {_point((*place.exit_point[:2], 0.0))}\n"
+        text += f"winch_exit = {_point((*place.exit_point[:2], 0.0))}  # assumed: on the floor, straight below\n"
     if place.platform_point is not None:
-        text += f"platform_point = {_point(place.platform_point)}\n"
+        text += f"platform_point = {_point(place.platform_point)}  # assumed: crossed as those of CoGiRo\n"
     return text
 
 
@@ -271,7 +276,7 @@ description = "{description}"
 [scene]
 gravity = "9.81 m/s^2"
 frame_min = {low}   # assumed: the box in which the platform may be
-frame_max = {high}
+frame_max = {high}   # assumed
 
 [platform]
 {platform}
@@ -288,7 +293,8 @@ max_torque = "{torque}"        # assumed: at the drum, for the largest tension a
 capacity = "{capacity}"        # assumed: of cable
 
 [line]
-tension_limits = ["{min_tension}", "{max_tension}"]  # assumed: 1 % of the weight; a fifth of the breaking load
+# assumed: 1 % of the weight, or 0.5 N if that is more; a fifth of the breaking load
+tension_limits = ["{min_tension}", "{max_tension}"]  # assumed
 
 # How far the true numbers may be from these. All assumed, until something is measured: then write what you know, and
 # another name. `cablewright calibrate` finds exit points, `cablewright modulus` the cable's stiffness.
@@ -311,6 +317,7 @@ plus_minus = "{offset}"
 name = "mass"
 factor = [0.98, 1.02]
 
-# Measure the exit points: they decide how far off the machine prints.
+# Measure the exit points: they decide how far off the machine prints. Their box is as asked for; where they are on its
+# sides, and that low ones are at a quarter of its height, is assumed.
 
 {lines}"""

@@ -43,6 +43,7 @@ def search_all(
     *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
     `EnvironmentFault` where it cannot be written.
     """
+    signature(b"")  # a key that cannot be had is said before the work
     initial = begin(found.solutions.model, None if box is None else np.array(box))
     question = _question(found, initial)
     search = _read(file, question) or initial

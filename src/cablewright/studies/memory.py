@@ -19,12 +19,21 @@ def require_memory(needed: float, what: str, advice: str) -> None:
 
 
 def free_memory() -> float | None:
-    """Return the free memory, bytes, of the system or of the control group if that is less; None if not known."""
+    """Return the free memory, bytes, of a Linux system or, if that is less, of its control group; None if not known.
+
+    Groups of version 2, that of this process. What files are kept in memory for can be had at once, and counts as free.
+    """
     known = []
-    with suppress(OSError, ValueError, StopIteration):  # Linux alone has it
-        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
-        known.append(1024.0 * float(next(line for line in lines if line.startswith("MemAvailable:")).split()[1]))
-    with suppress(OSError, ValueError):  # "max" is no number: the group has no limit
-        most, used = (float((_GROUP / name).read_text("ascii")) for name in ("memory.max", "memory.current"))
-        known.append(most - used)
+    with suppress(OSError, ValueError, StopIteration):
+        known.append(1024.0 * _entry(Path("/proc/meminfo"), "MemAvailable:"))
+    with suppress(OSError, ValueError, StopIteration):  # "max" is no number: the group has no limit
+        lines = Path("/proc/self/cgroup").read_text("ascii").splitlines()
+        own = next(line for line in lines if line.startswith("0::/")).removeprefix("0::/")
+        most, used = (float((_GROUP / own / name).read_text("ascii")) for name in ("memory.max", "memory.current"))
+        known.append(most - used + _entry(_GROUP / own / "memory.stat", "inactive_file"))
     return min(known, default=None)
+
+
+def _entry(file: Path, key: str) -> float:
+    """The number after *key* in a file of the system. Raises `StopIteration` where there is none."""
+    return float(next(line for line in file.read_text("ascii").splitlines() if line.startswith(f"{key} ")).split()[1])

@@ -9,9 +9,10 @@ from typing import ClassVar
 from cablewright.errors import InputError
 from cablewright.file_output import whole_folder, write_whole
 from cablewright.machine.simulated.machine_file import machine_file
+from cablewright.machine.simulated.settings import machine_names
 from cablewright.printing.first_part import GCODE, first_part
 from cablewright.results import Figure, Result
-from cablewright.robot import PointPlatform, loads
+from cablewright.robot import PointPlatform, library_names, loads
 from cablewright.robot.new_robot import Outline, robot_file
 
 ROBOT, MACHINE, PART = "robot.toml", "machine.toml", "part.toml"
@@ -59,6 +60,8 @@ def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
     Source of what is not asked for: assumed, and marked so in the files. Raises `InputError` where the folder is there
     already, `EnvironmentFault` where it cannot be written.
     """
+    if outline.name in {*library_names(), *machine_names()}:
+        raise InputError(f"name = {outline.name!r}: a robot or machine of the library has it; choose another")
     place = Path(outline.name if folder is None else folder)
     if place.exists() or place.is_symlink():
         raise InputError(f"{place}: is there already; nothing is overwritten")
@@ -68,7 +71,7 @@ def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
     files = {
         ROBOT: (text, "the robot, with the uncertainty of its numbers"),
         PART: (job, "a first part: its G-code, bead and speeds"),
-        GCODE: (gcode, "a square of three layers" if robot.n == 6 or outline.size[1] else "a wall of three layers"),
+        GCODE: (gcode, "a square of three layers" if outline.size[1] else "a wall of three layers"),
     }
     is_point = isinstance(robot.platform, PointPlatform)
     if is_point:

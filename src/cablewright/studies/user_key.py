@@ -41,11 +41,8 @@ def is_signed(content: bytes, given: bytes) -> bool:
 def _key() -> bytes:
     file = _folder() / _NAME
     try:
-        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with suppress(FileExistsError):
-            made = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-            with open(made, "wb") as out:
-                out.write(secrets.token_bytes(_BYTES))
+        if not file.exists():
+            _make(file)
         with open(os.open(file, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)), "rb") as kept:
             found, key = os.fstat(kept.fileno()), kept.read(_BYTES + 1)
     except OSError as reason:
@@ -57,10 +54,27 @@ def _key() -> bytes:
     return key
 
 
-def _folder() -> Path:
-    given = os.environ.get(DIRECTORY) or os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA")
+def _make(file: Path) -> None:
+    """Make the key, whole; one that another program made in the meantime stays."""
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    part = file.with_name(f".{secrets.token_hex(8)}.part")
     try:
-        home = Path(given).expanduser() if given else Path.home() / ".local" / "state"
+        with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as out:
+            out.write(secrets.token_bytes(_BYTES))
+        with suppress(FileExistsError):
+            os.link(part, file)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _folder() -> Path:
+    """The folder of the key. A relative folder of the environment does not count, as the XDG specification has it."""
+    own = os.environ.get(DIRECTORY)
+    if own:
+        return Path(own).expanduser().absolute()
+    shared = Path(os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA") or "")
+    try:
+        home = shared if shared.is_absolute() else Path.home() / ".local" / "state"
     except RuntimeError:  # a user without a home
         raise EnvironmentFault(f"no folder for the key that signs searches; set {DIRECTORY}") from None
-    return home if DIRECTORY in os.environ else home / "cablewright"
+    return home / "cablewright"

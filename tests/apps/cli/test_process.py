@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -96,7 +97,7 @@ def test_numbers_that_cannot_be_computed_with_are_a_no(cli, monkeypatch, error: 
     monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", raising(error))
     answer = cli("inverse", "merlet2023", "--at", "0,0,1", "--json")
     assert answer.code == 1
-    assert answer.json["status"] == "refused"
+    assert answer.json["status"] == "not-computed"
     assert type(error).__name__ in answer.no
 
 
@@ -151,14 +152,18 @@ def test_letters_that_a_terminal_does_not_know(encoding: str) -> None:
 
 
 def test_names_from_files_do_not_reach_the_terminal_raw(cli, tmp_path: Path) -> None:
-    evil = "\x1b]0;pwned\x07\x1b[31m"
+    evil = "\x1b]0;pwned\x07\x1b[31m\nstatus  ok\u009b\u202e"
     text = library_text("merlet2023").replace('name = "merlet2023"', f"name = {json.dumps(evil)}")
     (tmp_path / "evil.toml").write_text(text)
     (tmp_path / "worse.toml").write_text(text.replace("[cable]", f"[cable]\n{json.dumps(evil)} = 1"))
     for command in (("inverse", tmp_path / "evil.toml", "--at", "0,0,1"), ("inverse", tmp_path / "worse.toml")):
         answer = cli(*command)
-        assert "\x1b" not in answer.out + answer.err
+        assert (answer.out + answer.err).replace("\n", "").isprintable()
     assert "\\x1b" in cli("inverse", tmp_path / "evil.toml", "--at", "0,0,1").out
+    assert cli("inverse", tmp_path / "evil.toml", "--at", "0,0,1").out.count("status  ok") == 0 + 1
+    written = cli("machines", "--for", tmp_path / "evil.toml").out
+    assert written.replace("\n", "").isprintable()
+    assert tomllib.loads(written)["robot"] == evil
 
 
 def test_no_message_is_long(cli, tmp_path: Path) -> None:

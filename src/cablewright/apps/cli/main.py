@@ -67,6 +67,9 @@ COMMANDS = {
 """Commands by group: the class that declares each, in a module of `apps.cli`, and what it answers."""
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
+NOT_COMPUTED = "cannot be computed with"
+NO_ROBOT = "what follows from this input is no robot"
+"""Words of errors that no file should cause; the fuzzer looks for them."""
 
 
 class _Lazy(TyperCommand):
@@ -118,8 +121,10 @@ def _root(
 def main() -> None:
     """Run the command line; never returns."""
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
+        if isinstance(stream, io.TextIOWrapper) and (stream.isatty() or stream is sys.stderr):
             stream.reconfigure(errors="replace")  # a terminal that knows no such letter shows something else
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8")  # files that are read again
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) != signal.SIG_IGN:  # a job in the background of a shell is asked by nobody
             signal.signal(number, _interrupt)
@@ -193,11 +198,13 @@ def _called(arguments: list[str]) -> int:
         return app(arguments, prog_name="cablewright", standalone_mode=False) or 0
     except _numeric_errors() as error:
         what = f"{type(error).__name__}: {error}"
-        raise AnswerError(f"the numbers of this input cannot be computed with ({what}); --debug shows where") from error
+        failed = AnswerError(f"the numbers of this input {NOT_COMPUTED} ({what}); --debug shows where")
+        failed.known = {"status": "not-computed"}
+        raise failed from error
     except _model_errors() as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(map(str, first["loc"]))
-        raise InputError(f"what follows from this input is no robot: {where}: {first['msg']}") from error
+        raise InputError(f"{NO_ROBOT}: {where}: {first['msg']}") from error
 
 
 def _numeric_errors() -> tuple[type[Exception], ...]:

@@ -6,8 +6,6 @@ import math
 from itertools import product
 from typing import Final
 
-import tomlkit
-
 from cablewright.errors import InputError
 from cablewright.robot import PointPlatform, Robot
 from cablewright.units import FORCE, LENGTH, TORQUE, three_digits
@@ -34,7 +32,7 @@ def machine_file(robot: Robot) -> str:
     size = max(high - low for low, high in zip(scene.frame_min[:2], scene.frame_max[:2], strict=True))
     inertia = robot.platform.mass * (SIZE * size) ** 2
     return _TEMPLATE.format(
-        name=tomlkit.item(robot.name).as_string(),
+        name=_quoted(robot.name),
         mass=f"{robot.platform.mass:g}",
         gyration=LENGTH.write(three_digits(SIZE * size), "mm"),
         damping=three_digits(0.6 * inertia * math.sqrt(scene.gravity / (SIZE * size))),
@@ -49,6 +47,12 @@ def machine_file(robot: Robot) -> str:
         ceiling=LENGTH.write(three_digits(scene.frame_max[2] + size), "m"),
         pull=FORCE.write(three_digits(torque / radius), "N"),
     )
+
+
+def _quoted(name: str) -> str:
+    """A name as a TOML text, in which a terminal finds nothing to obey."""
+    plain = (each if each.isprintable() and each not in '"\\' else f"\\U{ord(each):08x}" for each in name)
+    return f'"{"".join(plain)}"'
 
 
 def _require_simulated(robot: Robot) -> None:

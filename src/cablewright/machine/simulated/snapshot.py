@@ -238,7 +238,7 @@ def read_snapshots(path: Path) -> dict[str, Snapshot]:
         arrays = {}
         for key, (kind, shape) in part.arrays.items():
             size = 8 * math.prod(shape)
-            if size > len(rest) or max(shape, default=0) > _MAX_FILE:
+            if size > len(rest) or math.prod(each for each in shape if each) > _MAX_FILE:
                 raise InputError(f"{path}: part {name[:60]!r}: {key[:60]!r} is longer than the file")
             arrays[key] = np.frombuffer(rest[:size], dtype=_TYPES[kind]).reshape(shape)
             rest = rest[size:]

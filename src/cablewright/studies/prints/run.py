@@ -24,7 +24,7 @@ from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
-from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, next_segment
+from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive, read_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
@@ -42,6 +42,7 @@ _CHECKPOINT_INTERVAL: Final = 0.5  # s, by the wall clock
 _PROGRESS_STEPS: Final = 50  # between progress messages
 _COLLECT_STEPS: Final = 100  # between garbage collections of a real-time print
 _SPIN_TIME: Final = 0.02  # s of busy waiting before a real-time step: after sleeping it takes half as long again
+_BEGUN_LOG: Final = 1024  # bytes; the head of a log has more, so that a smaller one holds no step
 _MAX_STEPS: Final = 100_000_000
 
 
@@ -133,12 +134,14 @@ def run_print(
     `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
     manifest = manifest_of("print", inputs, options)
-    _require(folder, manifest, resume or restart)
+    _require(folder, manifest, "--restart" if restart else "--resume" if resume else "")
     plan = plan_print(twin)
     begun = None if resume and not restart else _begun(twin, plan)  # a print that is refused leaves no folder
     if begun is not None and not restart:
         _make(folder, manifest)
     with alone_in(folder):
+        if restart:
+            _clear(folder, manifest)
         machine, printer = begun or _taken_up(twin, plan, folder)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
@@ -254,12 +257,18 @@ def _has_log(folder: Path) -> bool:
 
 
 def _logged_distance(folder: Path) -> float:
-    """The path length, m, that the log of *folder* shows as printed; 0 without a log."""
-    if not _has_log(folder):
+    """The path length, m, that the log of *folder* shows as printed; 0 without one, or before its first flush.
+
+    Raises `InputError` for one that cannot be read.
+    """
+    if not _has_log(folder) or sum(file.stat().st_size for file in log_files(folder)) < _BEGUN_LOG:
         return 0.0
-    with read_log(folder) as log:
-        known = (each.progress for each in log.entries(without={Scan, Truth, Estimate}))
-        return max((each.distance for each in known if each is not None), default=0.0)
+    try:
+        with read_log(folder) as log:
+            known = (each.progress for each in log.entries(without={Scan, Truth, Estimate}))
+            return max((each.distance for each in known if each is not None), default=0.0)
+    except InputError as error:
+        raise InputError(f"--resume: the checkpoint is missing, and {error}; --restart prints all again") from None
 
 
 def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Array], Estimator]:
@@ -269,15 +278,15 @@ def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Arr
     )
 
 
-def _require(folder: Path, manifest: Mapping[str, Any], resume: bool) -> None:
-    """Raise `InputError` unless *folder* may hold a new print, or holds the print to be resumed."""
-    if resume:
+def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
+    """Raise `InputError` unless *folder* may hold a new print, or with an *option* holds the print that it is for."""
+    if option:
         kept = read_manifest(folder)
         if kept is None or kept["command"] != "print":
-            raise InputError(f"--resume: {folder} holds no print")
+            raise InputError(f"{option}: {folder} holds no print")
         for key in manifest.keys() - {"cablewright"}:
             if kept.get(key) != manifest[key]:
-                raise InputError(f"--resume: {folder} holds a print of another {_difference(key, kept, manifest)}")
+                raise InputError(f"{option}: {folder} holds a print of another {_difference(key, kept, manifest)}")
         return
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
@@ -289,6 +298,17 @@ def _make(folder: Path, manifest: Mapping[str, Any]) -> None:
     """Make the folder of a new print."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        raise cannot_write(folder, reason) from None
+    write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+
+
+def _clear(folder: Path, manifest: Mapping[str, Any]) -> None:
+    """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
+    try:
+        (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is refused by --resume
+        for file in log_files(folder) if _has_log(folder) else ():
+            file.unlink()
     except OSError as reason:
         raise cannot_write(folder, reason) from None
     write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
