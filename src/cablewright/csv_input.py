@@ -6,7 +6,6 @@ A column is found by its name; a unit may follow it: ``force (kN)``, ``elongatio
 from __future__ import annotations
 
 import io
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
@@ -93,10 +92,9 @@ def units_wanted(name: str, quantity: Dimension) -> str:
 def read_number(cell: str, place: str) -> float:
     """Return the finite number in a cell, quoted or not. Raises `InputError`."""
     cell = bare(cell)
-    number = float(cell) if _NUMBER.fullmatch(cell) is not None else math.nan
-    if not math.isfinite(number):  # 1e309 is none
+    if _NUMBER.fullmatch(cell) is None:
         raise InputError(f"{place} = {shown(cell)}: must be a finite number, with a decimal point and without a unit")
-    return number
+    return float(cell)
 
 
 def number_rows(

@@ -71,7 +71,6 @@ def test_a_restart_that_is_killed_at_once_resumes_as_itself(cli, copied: tuple[P
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("cablewright.studies.prints.run._run_steps", killed)
         assert again(cli, *copied, "--restart").code == 130
-    assert not (copied[1] / CHECKPOINT).exists()
     found = again(cli, *copied, "--resume")
     assert found.json["status"] == "finished"
     assert found.json["distance"] == pytest.approx(0.6 * 3.1416, rel=0.01)

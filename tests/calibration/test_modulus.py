@@ -403,7 +403,7 @@ def test_files_that_are_none(tmp_path, text, says: str) -> None:
 
 
 def test_files_that_are_not_there(tmp_path) -> None:
-    for path, says in ((tmp_path / "no.csv", "no such file"), (tmp_path, "not a regular file"), ("a\0b", "a.b")):
+    for path, says in ((tmp_path / "no.csv", "no such file"), (tmp_path, "not a regular file"), ("a\0b", "a.*b")):
         with pytest.raises(InputError, match=says):
             read_test(path)
 

@@ -94,13 +94,8 @@ def exhaust(
     if solutions is None:
         search, solutions = _anew(search.box), found.solutions
     search = replace(search, poses=solutions.pose)
-    prepared = True
     while not search.finished:
-        try:
-            search = _level(solutions, search, deadline, save, progress)
-        except _TimeOver:
-            prepared = False
-            break
+        search = _level(solutions, search, deadline, save, progress)
         if not search.finished or not len(search.undecided) or search.level + 1 == len(MIN_SIZES):
             break
         more = _hunt(solutions, search.undecided)
@@ -108,7 +103,7 @@ def exhaust(
         search = replace(_anew(search.box), open=search.undecided, poses=more.pose, level=level, judged=judged)
         solutions = more
     save(search)
-    return _conclude(found, solutions, search, prepared), search
+    return _conclude(found, solutions, search), search
 
 
 def _level(
@@ -118,10 +113,11 @@ def _level(
     save: Callable[[ExhaustiveSearch], None],
     progress: Progress,
 ) -> ExhaustiveSearch:
-    """Judge the open boxes until none is left or the time is over, but at least one block. Raises `_TimeOver`."""
+    """Judge the open boxes until none is left or the time is over, but at least one block."""
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
     view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
-    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, _until(deadline, progress))
+
+    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, progress)
     whole, saved = _volume(search.open), time.monotonic()
     try:
         while len(search.open):
@@ -137,21 +133,6 @@ def _level(
         save(search)
         raise
     return search
-
-
-class _TimeOver(Exception):
-    """The time limit was reached before the shapes of all lines were known, without which no box is judged."""
-
-
-def _until(deadline: float, progress: Progress) -> Progress:
-    """*progress* that raises `_TimeOver` after the *deadline*."""
-
-    def report(stage: str, done: int, total: int) -> None:
-        progress(stage, done, total)
-        if done < total and time.monotonic() > deadline:
-            raise _TimeOver
-
-    return report
 
 
 def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSearch:
@@ -206,15 +187,13 @@ def _hunt(solutions: Equilibrium, boxes: Array, count: int = STARTS) -> Equilibr
     return distinct(every, solutions)
 
 
-def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearch, prepared: bool) -> Equilibria:
+def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearch) -> Equilibria:
     """The result of *search*, which replaces what is not proved in *found*."""
     low, high = search.box[::2], search.box[1::2]
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
     certificates = certify(inside)
     clusters, reasons = _clusters(search)
-    if not prepared:
-        why = "the time limit ended before the shapes of the lines were known, which each run needs: give a longer one"
-    elif not search.finished:
+    if not search.finished:
         why = f"the search was stopped; {len(search.open)} boxes are not judged yet"
     elif len(clusters):
         why = f"the search could not decide {len(clusters)} small boxes"

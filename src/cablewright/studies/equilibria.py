@@ -76,7 +76,7 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
         why = "not signed by this user, so that no proof is taken from it"
         raise InputError(f"{file}: {why}; remove it or choose another --out")
     values: dict[str, Any] = {name: found.values[name] for name in _COUNTS}
-    return ExhaustiveSearch(**values | {name: found.arrays[name] for name in _ARRAYS})
+    return ExhaustiveSearch(**values | {name: found.arrays[name].copy() for name in _ARRAYS})
 
 
 def _write(file: Path, question: str, search: ExhaustiveSearch) -> None:

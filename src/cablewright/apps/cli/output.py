@@ -72,9 +72,10 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     rows = summary(found)
     width = max((len(label) for label, _ in rows), default=0)
     colour = typer.colors.RED if found.refusal else typer.colors.GREEN
+    pasted = getattr(found, "PASTED", ())
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")
-        shown = printable(value)
+        shown = "\n".join(map(printable, value.split("\n"))) if label in pasted else printable(value)
         typer.echo(f"{label:<{width}}  {typer.style(shown, fg=colour, bold=True) if mark else shown}")
     tables, written = list(sheets(found)), {what: file for what, file in files.items() if file is not None}
     for k, sheet in enumerate(tables):

@@ -71,6 +71,7 @@ class TensileResult(Pictured):
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("modulus", "modulus_range", "cycles", "r_squared")
+    PASTED: ClassVar = ("for the robot file",)  # labels of what people copy, line by line
 
     test: TensileTest
     modulus: float  # Pa, nominal: secant of the last full loading

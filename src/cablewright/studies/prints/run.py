@@ -26,7 +26,7 @@ from cablewright.file_output import cannot_write, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive, read_snapshots
+from cablewright.machine.simulated.snapshot import Archive, Snapshot, read_snapshots, write_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
 from cablewright.signals import Estimate, PrintState, Scan, Truth
@@ -147,6 +147,8 @@ def run_print(
         if not run.finished:
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
             path = next_segment(folder)
+            if begun is not None:  # before anything is laid, so that a log never stands alone
+                write_snapshots(folder / CHECKPOINT, _state(run))
             with (
                 write_log(path, head, flush_every=_CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
                 SnapshotWriter(folder / CHECKPOINT) as writer,
@@ -201,7 +203,7 @@ def _run_steps(
         if over or now - saved >= _CHECKPOINT_INTERVAL:
             saved = now
             log.flush()
-            _save(run, writer)
+            writer.put(_state(run))
         if progress is not None and run.steps % _PROGRESS_STEPS == 0:
             progress("printing, mm", round(1e3 * step.progress.distance), length)
         if over:
@@ -216,10 +218,11 @@ def _run_steps(
                 pass
 
 
-def _save(run: PrintRun, writer: SnapshotWriter) -> None:
+def _state(run: PrintRun) -> dict[str, Snapshot]:
+    """Machine and print at one time."""
     archive = Archive()
     run.printer.archive_state(archive)
-    writer.put({"machine": run.machine.snapshot(), "print": archive.snapshot})
+    return {"machine": run.machine.snapshot(), "print": archive.snapshot}
 
 
 def _begun(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
@@ -238,15 +241,15 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
             why = f"the checkpoint is missing, and the log shows that {done:.2f} m of the path were printed"
             raise InputError(f"--resume: {folder}: {why}: put {CHECKPOINT} back, or --restart to print all again")
         return _begun(twin, plan)
-    if not _has_log(folder):
-        why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
-        raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
     found = read_snapshots(path)
     if not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
     machine = SimulatedMachine.resumed(
         twin.robot, twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
     )
+    if machine.time > 0.0 and not _has_log(folder):
+        why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
+        raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
     archive = Archive(found["print"], loading=True)
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=archive)
 
