@@ -26,8 +26,8 @@ Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a line is: its exit point, and its platform point on a body, m; a winch straight below its exit or not."""
+class LineEnds:
+    """Where a line begins and ends: its exit point, and its platform point on a body, m."""
 
     name: str
     exit_point: Point
@@ -109,7 +109,7 @@ class Layout:
     summary: str
     lines: int
     counts: tuple[int, int]
-    places: Callable[[Outline], list[Place]]
+    places: Callable[[Outline], list[LineEnds]]
     body: bool = False
     swivel: bool = True
 
@@ -146,26 +146,26 @@ def robot_file(outline: Outline) -> str:
     )
 
 
-def _suspended(outline: Outline) -> list[Place]:
-    return [Place(str(k + 1), at) for k, at in enumerate(_corners(outline, outline.count, outline.size[2]))]
+def _suspended(outline: Outline) -> list[LineEnds]:
+    return [LineEnds(str(k + 1), at) for k, at in enumerate(_corners(outline, outline.count, outline.size[2]))]
 
 
-def _over_middle(outline: Outline) -> list[Place]:
+def _over_middle(outline: Outline) -> list[LineEnds]:
     low = _corners(outline, outline.count - 1, LOW * outline.size[2])
     return [
-        *(Place(f"low-{k + 1}", at) for k, at in enumerate(low)),
-        Place("over-middle", (0.0, 0.0, outline.size[2])),
+        *(LineEnds(f"low-{k + 1}", at) for k, at in enumerate(low)),
+        LineEnds("over-middle", (0.0, 0.0, outline.size[2])),
     ]
 
 
-def _planar(outline: Outline) -> list[Place]:
+def _planar(outline: Outline) -> list[LineEnds]:
     half, top = 0.5 * outline.size[0], outline.size[2]
     bottom = round(LOW * top, 4)
     heights = {"top-left": top, "top-right": top, "low-right": bottom, "low-left": bottom}
-    return [Place(name, (-half if name.endswith("left") else half, 0.0, z)) for name, z in heights.items()]
+    return [LineEnds(name, (-half if name.endswith("left") else half, 0.0, z)) for name, z in heights.items()]
 
 
-def _body(outline: Outline) -> list[Place]:
+def _body(outline: Outline) -> list[LineEnds]:
     """Two lines from each corner, crossed as those of CoGiRo, so that they hold the rotation too."""
     x, y, z = 0.5 * outline.size[0], 0.5 * outline.size[1], outline.size[2]
     b, e = half_edge(outline), 0.04 * min(outline.size[:2])
@@ -176,7 +176,7 @@ def _body(outline: Outline) -> list[Place]:
         ((e - x, y, z), (b, 0.7 * b, 2.0 * b)),
     ]
     turned = [((-a[0], -a[1], a[2]), (-p[0], -p[1], p[2])) for a, p in first]
-    return [Place(str(k + 1), a, p) for k, (a, p) in enumerate([*first, *turned])]
+    return [LineEnds(str(k + 1), a, p) for k, (a, p) in enumerate([*first, *turned])]
 
 
 def half_edge(outline: Outline) -> float:
@@ -230,7 +230,7 @@ def _platform(outline: Outline) -> str:
     return _CUBE.format(mass=mass, edge=LENGTH.write(2.0 * b, "mm"), half=b, below=-b, inertia=inertia)
 
 
-def _line(place: Place, winch_below: bool) -> str:
+def _line(place: LineEnds, winch_below: bool) -> str:
     text = f'[[lines]]\nname = "{place.name}"\nexit_point = {_point(place.exit_point)}\n'
     if winch_below:
         text += f"winch_exit = {_point((*place.exit_point[:2], 0.0))}  # assumed: on the floor, straight below\n"

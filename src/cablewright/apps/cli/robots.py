@@ -85,12 +85,16 @@ class NewCommand:
             return _asked(question, str(default), read) if people else read(str(default))
 
         layout = self.layout or ask(f"layout ({', '.join(LAYOUTS)})", Outline.layout, _one_of(LAYOUTS))
-        form, usual = ("X,Z", "4,3") if layout == "planar" else ("X,Y,Z", "4,4,3")
+        form, usual = ("X,Z", Outline.size[::2]) if layout == "planar" else ("X,Y,Z", Outline.size)
 
         def sides(text: str) -> list[float]:
             return numbers(text, "--size", form.count(",") + 1) or []
 
-        x, *y, z = ask(f"size {form}, m", usual, sides) if self.size is None else sides(self.size)
+        x, *y, z = (
+            ask(f"size {form}, m", ",".join(f"{side:g}" for side in usual), sides)
+            if self.size is None
+            else sides(self.size)
+        )
         outline = Outline(
             name=self.name,
             layout=layout,

@@ -141,7 +141,8 @@ def run_print(
         _make(folder, manifest)
     with alone_in(folder):
         if restart:
-            _clear(folder, manifest)
+            _clear(folder)
+            _make(folder, manifest)
         machine, printer = begun or _taken_up(twin, plan, folder)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
@@ -298,7 +299,7 @@ def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
 
 
 def _make(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Make the folder of a new print."""
+    """Make the folder of a new print, if it is not there, and write what is printed."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as reason:
@@ -306,7 +307,7 @@ def _make(folder: Path, manifest: Mapping[str, Any]) -> None:
     write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
 
 
-def _clear(folder: Path, manifest: Mapping[str, Any]) -> None:
+def _clear(folder: Path) -> None:
     """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
     try:
         (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is refused by --resume
@@ -314,7 +315,6 @@ def _clear(folder: Path, manifest: Mapping[str, Any]) -> None:
             file.unlink()
     except OSError as reason:
         raise cannot_write(folder, reason) from None
-    write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
 
 
 def _difference(key: str, kept: Mapping[str, Any], requested: Mapping[str, Any]) -> str:
