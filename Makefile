@@ -1,6 +1,6 @@
 # One command file. On a fresh machine with Python 3.11 or newer, its venv module, and make:
 #   make demo    checks a house on a printer, prints three layers         make setup   installs all that check and test need
-#   make check   formatting, lint, types, import ranks, sizes             make test    the tests (make slow: the slow ones too)
+#   make check   lint, types, import ranks, sizes, advisories             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
 #   make lock    resolves requirements/*.txt anew; the only target that installs something not pinned by hash
@@ -27,6 +27,7 @@ check: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/size_report.py
+	$(BIN)/python tools/audit.py
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -n 2
