@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -226,20 +227,32 @@ def test_a_search_that_was_begun_with_more_is_not_finished_with_less(taut) -> No
     assert (len(every.stable), every.complete_for) == (16, NO_LOOPS)
 
 
-def test_it_can_be_ended_and_goes_on() -> None:
+def test_it_can_be_interrupted_and_goes_on() -> None:
     model, lengths = held("merlet2023", [0.5, -1.0, 1.2], 0.3)
     found = cw.equilibria(model, lengths)
-    saved: list[exhaustive.ExhaustiveSearch] = []
-    first, search = exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=1e-9, save=saved.append)
-    assert (first.complete_for, first.status) == (found.complete_for, "unfinished")
-    assert "stopped" in first.why
-    assert saved[-1].judged == search.judged > 0
-    rounds = 1
-    while not search.finished:
-        first, search = exhaustive.exhaust(found, search, time_limit=1e-9)
-        rounds += 1
-    assert rounds > 2
+    saved = [exhaustive.begin(model, None)]
+
+    def interrupt(what: str, _done: int, _all: int) -> None:
+        if what == "places" and len(saved) < 4:
+            raise KeyboardInterrupt
+
+    while not saved[-1].finished:
+        with suppress(KeyboardInterrupt):
+            first, _ = exhaustive.exhaust(found, saved[-1], save=saved.append, progress=interrupt)
+    assert [search.judged for search in saved[:4]] == [0, 1, 3, 7]  # one box, its halves, theirs
     assert (first.complete_for, first.status) == (NO_LOOPS, "ok")
+
+
+def test_the_time_limit_holds_while_the_lines_are_prepared() -> None:
+    model, lengths = held("merlet2023", [0.5, -1.0, 1.2])
+    found = cw.equilibria(model, lengths, starts=1)
+    stages: list[str] = []
+    ended, search = exhaustive.exhaust(
+        found, exhaustive.begin(model, None), time_limit=0.05, progress=lambda what, *_: stages.append(what)
+    )
+    assert ended.status == "unfinished"
+    assert "before the lines' shapes were known, so that it needs a longer time limit" in ended.why
+    assert (search.judged, "places" in stages) == (0, False)
 
 
 def test_what_it_does_not_cover_is_refused() -> None:

@@ -26,7 +26,7 @@ from cablewright.solvers.equilibria import (
     slack_spans,
     solve_starts,
 )
-from cablewright.solvers.line_cover import atlases, refuse_unfit
+from cablewright.solvers.line_cover import OutOfTime, atlases, refuse_unfit
 from cablewright.solvers.uniqueness import EVERYWHERE
 
 BLOCK = 512  # boxes judged between two checks of the time limit
@@ -81,6 +81,7 @@ def exhaust(
 ) -> tuple[Equilibria, ExhaustiveSearch]:
     """Continue *search* for equilibria other than *found* until it is finished or *time_limit*, s, is over.
 
+    Each call computes the lines' shapes anew, which are not in the state: one that ends before gets no further.
     *save* is called with the state every few seconds and at the end, also on an interrupt. Returns the equilibria,
     including those that the search found, and the state. Raises `InputError` for machines that are not covered.
     """
@@ -89,10 +90,10 @@ def exhaust(
     if not time_limit > 0.0:
         raise InputError(f"time limit = {time_limit:g}: over 0 is expected, s")
     save, progress = save or (lambda _search: None), progress or silent
-    deadline = time.monotonic() + time_limit
+    deadline, before = time.monotonic() + time_limit, search.judged
     solutions = _again(found.solutions, search.poses)
     if solutions is None:
-        search, solutions = _anew(search.box), found.solutions
+        search, solutions, before = _anew(search.box), found.solutions, 0
     search = replace(search, poses=solutions.pose)
     while not search.finished:
         search = _level(solutions, search, deadline, save, progress)
@@ -103,7 +104,7 @@ def exhaust(
         search = replace(_anew(search.box), open=search.undecided, poses=more.pose, level=level, judged=judged)
         solutions = more
     save(search)
-    return _conclude(found, solutions, search), search
+    return _conclude(found, solutions, search, search.judged - before), search
 
 
 def _level(
@@ -113,11 +114,13 @@ def _level(
     save: Callable[[ExhaustiveSearch], None],
     progress: Progress,
 ) -> ExhaustiveSearch:
-    """Judge the open boxes until none is left or the time is over, but at least one block."""
+    """Judge the open boxes until none is left or the time is over; none where the lines take all of it."""
     certified = solutions[np.flatnonzero(certify(solutions).certified)]
     view = np.stack([search.open[:, ::2].min(axis=0), search.open[:, 1::2].max(axis=0)], axis=1).ravel()
-
-    known = atlases(certified, solutions.lengths[0], search.box, view, search.level, progress)
+    try:
+        known = atlases(certified, solutions.lengths[0], search.box, view, search.level, deadline, progress)
+    except OutOfTime:
+        return search
     whole, saved = _volume(search.open), time.monotonic()
     try:
         while len(search.open):
@@ -187,14 +190,15 @@ def _hunt(solutions: Equilibrium, boxes: Array, count: int = STARTS) -> Equilibr
     return distinct(every, solutions)
 
 
-def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearch) -> Equilibria:
-    """The result of *search*, which replaces what is not proved in *found*."""
+def _conclude(found: Equilibria, solutions: Equilibrium, search: ExhaustiveSearch, judged: int) -> Equilibria:
+    """The result of *search*, which replaces what is not proved in *found*; it *judged* so many boxes this time."""
     low, high = search.box[::2], search.box[1::2]
     inside = solutions[np.flatnonzero(((solutions.pose >= low) & (solutions.pose <= high)).all(axis=1))]
     certificates = certify(inside)
     clusters, reasons = _clusters(search)
     if not search.finished:
-        why = f"the search was stopped; {len(search.open)} boxes are not judged yet"
+        early = "" if judged else " before the lines' shapes were known, so that it needs a longer time limit"
+        why = f"the search was stopped{early}; {len(search.open)} boxes are not judged yet"
     elif len(clusters):
         why = f"the search could not decide {len(clusters)} small boxes"
     else:

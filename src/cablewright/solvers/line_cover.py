@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import threading
+import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -27,7 +30,12 @@ In rad and log tension, the two largest sizes first.
 """
 FINER = 0.5  # ratio of the sizes between levels, except in the last zone
 MIN_SHARE = 0.05  # of its weight: lowest tension, at its sheave, that is covered for a line without dead span
+STRIPS = 16  # parts of a cover between two looks at the clock
 BARE = 0.999  # of the stretched dead span's weight: lower bound of the tension at the sheave
+
+
+class OutOfTime(Exception):
+    """The covers were not ready in time."""
 
 
 def refuse_unfit(model: Model, lengths: Array) -> None:
@@ -52,25 +60,34 @@ def atlases(
     box: Array,
     view: Array,
     level: int,
+    deadline: float = np.inf,
     progress: Progress = silent,
 ) -> Atlases:
     """Return covers of all shapes of the lines at *lengths* (m,), m, with the certified equilibria *found* (K,).
 
     *box* (6,): lowest and highest x, y, z of the searched region, m; *view* (6,): of the part that is still open, which
-    is resolved more finely. *level*: 0, 1, ... with ever smaller leaves. Raises `AnswerError` where they take too much
-    memory.
+    is resolved more finely. *level*: 0, 1, ... with ever smaller leaves. *deadline*: on the clock `time.monotonic`, s.
+    Raises `AnswerError` where they take too much memory, `OutOfTime` where they are not ready at the deadline.
     """
     packed = found.model.packed
     exits = found.model.lines.exit_point - found.model.lines.platform_point
     done: list[tuple[Array, Array]] = []
+    ended = threading.Event()
+
+    def go_on() -> None:
+        if ended.is_set() or time.monotonic() > deadline:
+            raise OutOfTime
 
     def one(i: int) -> tuple[Array, Array]:
-        return _leaves(packed.lines[i], float(lengths[i]), _seen(box, exits[i]), _seen(view, exits[i]), level)
+        return _leaves(packed.lines[i], float(lengths[i]), _seen(box, exits[i]), _seen(view, exits[i]), level, go_on)
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for part in pool.map(one, range(len(lengths))):
-            done.append(part)
-            progress("shapes of the lines", len(done), len(lengths))
+        try:
+            for part in pool.map(one, range(len(lengths))):
+                done.append(part)
+                progress("shapes of the lines", len(done), len(lengths))
+        finally:
+            ended.set()  # an interruption does not wait for the lines that are under way
     leaves = np.concatenate([part[0] for part in done])
     offsets = np.array([0, *np.cumsum([len(part[0]) for part in done])])
     free = np.stack([_free_by_label(part[0]) for part in done])
@@ -134,24 +151,23 @@ def _tensions(own: LineNumbers, length: float, far: float) -> Array:
     return np.array([*zones, max_tension])
 
 
-def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> tuple[Array, Array]:
-    """Leaves of one line, and the range of tensions (2,) that they cover, N."""
+def _leaves(
+    row: Array, length: float, seen: Array, view: Array, level: int, go_on: Callable[[], None]
+) -> tuple[Array, Array]:
+    """Leaves of one line, and the range of tensions (2,) that they cover, N; *go_on* raises where it is to end."""
     row = np.ascontiguousarray(row)
     own = LineNumbers(row)
     zones = _tensions(own, length, float(np.hypot(seen[1], np.abs(seen[2:]).max())))
-    grains = GRAINS if len(zones) == 4 else GRAINS[1:]
-    widest = (2.0 if own.radius > 0.0 else 1.0) * np.pi
     psi, beta = (np.pi if own.unknowns > count else 0.0 for count in (4.0, 5.0))
     dead = _max_dead(own) if own.has_dead_span else 0.0
     first = np.array([0.0, dead, -psi, psi, -beta, beta])
+    cells = _cells(zones, 2.0 * np.pi if own.radius > 0.0 else np.pi, level)
     work, room = atlas_work(), ROOM
     while room <= MAX_ROOM:
         leaves, count = np.empty((room, line_cell.LEAF)), 0
-        for zone, ((low, high), grain) in enumerate(zip(pairwise(zones), grains, strict=True)):
-            finer = FINER**level if zone < len(grains) - 1 else 1.0
-            limits = np.array([finer * size for size in grain] + list(grain[:2]))
-            cell = np.array([-widest, widest, np.log(low), np.log(high)])
-            count = cover(row, length, cell, first, limits, view, leaves, count, work)
+        for cell, grain in cells:
+            go_on()
+            count = cover(row, length, cell, first, grain, view, leaves, count, work)
             if count == FULL:
                 break
         else:
@@ -161,6 +177,18 @@ def _leaves(row: Array, length: float, seen: Array, view: Array, level: int) -> 
             return kept.copy(), np.array([zones[0], zones[-1]])
         room *= 2
     raise AnswerError(f"exhaustive: a line of {length:g} m takes more than {MAX_ROOM} leaves; a smaller box may do")
+
+
+def _cells(zones: Array, widest: float, level: int) -> list[tuple[Array, Array]]:
+    """Ranges of angle and log tension that together are all, and the sizes of their leaves; for each see `cover`."""
+    grains = GRAINS if len(zones) == 4 else GRAINS[1:]
+    strips = list(pairwise(np.linspace(-widest, widest, STRIPS + 1)))
+    cells = []
+    for zone, (tensions, grain) in enumerate(zip(pairwise(np.log(zones)), grains, strict=True)):
+        finer = FINER**level if zone < len(grains) - 1 else 1.0
+        sizes = np.array([finer * size for size in grain] + list(grain[:2]))
+        cells += [(np.array([*strip, *tensions]), sizes) for strip in strips]
+    return cells
 
 
 def _nearly_loose(own: LineNumbers, length: float, min_tension: float) -> Array:
