@@ -22,6 +22,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
 _LONGEST_TEXT = 80
+LARGEST = 1e30  # of a quantity, in its SI unit: no machine is near, and the product of a few is still a number
 
 # Decimal, so that "104 mm" is exactly the float 0.104; no traps, so that a huge exponent becomes inf and is refused.
 _EXACT = decimal.Context(prec=60, traps=[])
@@ -49,7 +50,10 @@ class Dimension:
         return f"must be a finite {self.name}: {forms}, unit one of {', '.join(self.units)}"
 
     def read(self, value: object) -> float:
-        """Return ``value`` in SI. Raises `ValueError` unless it is a finite number, or a text of number and unit."""
+        """Return ``value`` in SI. Raises `ValueError` unless it is a finite number, or a text of number and unit.
+
+        Above `LARGEST` it is refused too.
+        """
         if isinstance(value, str):
             return self._checked(self._parse(value))
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -77,10 +81,12 @@ class Dimension:
     def _checked(self, value: float) -> float:
         if not math.isfinite(value):
             raise self._refusal()
+        if abs(value) > LARGEST:
+            raise self._refusal(f"must be at most {LARGEST:g} {self.si}")
         return value
 
-    def _refusal(self) -> PydanticCustomError:
-        return PydanticCustomError("quantity", "{requirement}", {"requirement": self.requirement})
+    def _refusal(self, requirement: str = "") -> PydanticCustomError:
+        return PydanticCustomError("quantity", "{requirement}", {"requirement": requirement or self.requirement})
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Read first, so that limits such as ``Gt(0)`` apply to an SI float."""

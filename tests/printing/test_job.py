@@ -96,7 +96,8 @@ def test_where_the_gcode_may_be(folder):
         ('"part.gcode"', '"../part.gcode"', "leaves the folder of the job; a file within it, or a full path"),
         ('"part.gcode"', '"sub/../../part.gcode"', "leaves the folder"),
         ('"20 mm"', "1e7", "origin[2] = 10000000.0: must be at most 1e+06"),
-        ('"30 m/min"', "1e300", "motion.travel_speed = 1e+300: must be at most 1000"),
+        ('"30 m/min"', "1e20", "motion.travel_speed = 1e+20: must be at most 1000"),
+        ('"30 m/min"', "1e300", "motion.travel_speed = 1e+300: must be at most 1e+30 m/s"),
         ("[bead]", "[bead", "not TOML"),
     ],
 )

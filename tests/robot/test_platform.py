@@ -234,7 +234,7 @@ def test_a_rod_without_a_thickness_is_refused(moment: float, angle: float, axis:
         refused(RigidPlatform, tensor(moments, angle, axis), "must be positive definite")
 
 
-@pytest.mark.parametrize("moments", [(-1, 1, 1), (-1, -1, -1), (0, 0, 0), (1e308, 1e308, 1e308)])
+@pytest.mark.parametrize("moments", [(-1, 1, 1), (-1, -1, -1), (0, 0, 0)])
 def test_moments_of_nothing(moments: tuple[float, ...]) -> None:
     refused(RigidPlatform, {"mass": 1, "inertia": moments}, "inertia: must be positive definite")
 

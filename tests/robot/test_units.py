@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -101,10 +102,16 @@ def test_every_dimension_starts_with_its_si_unit_and_no_unit_means_two_things() 
     assert len(names) == len(set(names))
 
 
-@given(st.sampled_from(SPELLINGS), st.floats(allow_nan=False, allow_infinity=False))
+@given(st.sampled_from(SPELLINGS), st.floats(-units.LARGEST, units.LARGEST))
 def test_writing_and_reading_again_gives_the_very_same_number(spelling: tuple, value: float) -> None:
     dimension, unit = spelling
     assert dimension.read(dimension.write(value, unit)) == value
+
+
+@pytest.mark.parametrize("value", [1.001e30, -1e300, "1e309 mm", "1e28 km", 10**31])
+def test_no_quantity_is_so_large_that_products_overflow(value: object) -> None:
+    with pytest.raises(ValueError, match=re.escape("must be at most 1e+30 m")):
+        units.LENGTH.read(value)
 
 
 def test_writing_keeps_the_unit_and_is_short() -> None:

@@ -233,13 +233,13 @@ def test_it_can_be_interrupted_and_goes_on() -> None:
     saved = [exhaustive.begin(model, None)]
 
     def interrupt(what: str, _done: int, _all: int) -> None:
-        if what == "places" and len(saved) < 4:
+        if what == "places" and len(saved) < 3:
             raise KeyboardInterrupt
 
     while not saved[-1].finished:
         with suppress(KeyboardInterrupt):
             first, _ = exhaustive.exhaust(found, saved[-1], save=saved.append, progress=interrupt)
-    assert [search.judged for search in saved[:4]] == [0, 1, 3, 7]  # one box, its halves, theirs
+    assert [search.judged for search in saved[:3]] == [0, 1, 3]  # one box, its halves
     assert (first.complete_for, first.status) == (NO_LOOPS, "ok")
 
 
