@@ -10,13 +10,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import is_compiled
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
+from cablewright.units import LARGEST
 
 log = logging.getLogger(__name__)
 
@@ -47,8 +48,7 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array,
     Raises `InputError` for a wrong count, text or numbers that are not finite.
     """
     array = _numbers(values, (width,), what, unit)
-    if not np.isfinite(array).all():
-        raise InputError(f"{what}: every number must be finite; got {array[~np.isfinite(array)][0]}")
+    _refuse(array, ~(np.abs(array) <= LARGEST), what)
     return np.atleast_2d(array), array.ndim == 1
 
 
@@ -68,6 +68,14 @@ def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -
     return array
 
 
+def _refuse(array: Array, wrong: NDArray[np.bool_], what: str) -> None:
+    """Raise `InputError` where a number is not finite, or so large that products overflow."""
+    if wrong.any():
+        first = array[wrong][0]
+        bound = f"at most {LARGEST:g} in size" if np.isfinite(first) else "finite"
+        raise InputError(f"{what}: every number must be {bound}; got {first}")
+
+
 def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) -> tuple[Array, bool]:
     """Return poses as a new (rows, n) array, and whether they were a single row.
 
@@ -80,7 +88,7 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     poses = np.atleast_2d(array)
     if poses.shape[1] < n:
         poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
-    wrong = ~np.isfinite(poses)
+    wrong = ~(np.abs(poses) <= LARGEST)
     if free and model.m >= n and np.isnan(poses).any():
         raise InputError(f"{what}: {model.m} lines hold all {n} freedoms: none can be left free (nan)")
     if free and model.m < n:
@@ -88,9 +96,8 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
         if (given != m).any():
             count = f"{m} lines hold {m} of the {n} freedoms; {given[given != m][0]} are given"
             raise InputError(f"{what}: {count}: leave {n - m} free (nan) for gravity")
-        wrong = np.isinf(poses)
-    if wrong.any():
-        raise InputError(f"{what}: every number must be finite; got {poses[wrong][0]}")
+        wrong = np.abs(poses) > LARGEST
+    _refuse(poses, wrong, what)
     if n == 6:
         poses[:, 3:] = _short_turns(poses[:, 3:], what)
     return poses, array.ndim == 1
