@@ -14,6 +14,7 @@ from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
+from cablewright.kernels.statics.inverse import TENSION_TOLERANCE
 from cablewright.kernels.statics.line import SLACK_TENSION
 from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
@@ -245,10 +246,14 @@ class Equilibrium(Rows, Result):
         return scalar(self._examined[1])
 
     def margin(self) -> Any:
-        """Return the min distance of a tension from its limits, N, negative where one is exceeded; (N,) of a batch."""
+        """Return the min distance of a tension from its limits, N, negative where one is exceeded; (N,) of a batch.
+
+        A tension that misses its limit by no more than solvers leave is at the limit, and has the margin 0.
+        """
         low, high = self.extremes()
-        slack = np.minimum(low - self.lines.tension_min, self.lines.tension_max - high)
-        return scalar(slack.min(axis=-1))
+        slack = np.minimum(low - self.lines.tension_min, self.lines.tension_max - high).min(axis=-1)
+        met = (slack < 0.0) & (slack >= -TENSION_TOLERANCE * high.max(axis=-1))
+        return scalar(np.where(met, 0.0, slack))
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
         """Return whether all rows are solved with residuals up to *tolerance* (m, and share of the weight)."""

@@ -1,6 +1,6 @@
 """All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
 
-from math import cos, log, sqrt
+from math import cos, exp, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +9,15 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     BAD_WRAP,
+    BETA,
     BREAKING,
     FREE,
+    LEVER,
+    LEVER_MOMENT,
     LEVER_UNSTABLE,
+    MASS_X,
+    MASS_Y,
+    MASS_Z,
     NOT_CONVERGED,
     NOT_FINITE,
     OK,
@@ -37,9 +43,11 @@ from cablewright.kernels.statics.wrench import add_force, add_line, has_plane, p
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # m, on every geometric equation
 FORCE_TOLERANCE = 1e-12  # of the largest force at play
+BALANCED = 1e-10  # of the largest force: imbalance accepted where rounding limits it
 STALLED = 1e-10  # m: residual accepted where rounding limits it
 LOG_SLACK = log(SLACK_TENSION) + 1e-9
 NEUTRAL = 1e-10  # of the largest stiffness: a smaller one does not hold a platform
+SHORTEST_ARM = 1e-9  # m: of a platform without arms, which has no moments
 POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
 
 
@@ -95,7 +103,7 @@ def evaluate(packed, lengths, pose, states, work):
         matrix(pose[3:], work.rotation)
     start_balance(packed, work.rotation, work.wrench, work.stiffness)
     scale = packed.platform[PLATFORM_WEIGHT]
-    worst, reach = 0.0, 0.0
+    worst, reach = 0.0, _arm_of_weight(packed)
     copy(work.wrench, work.trial)
     for k in range(3):
         scale += abs(packed.platform[WRENCH + k])
@@ -110,6 +118,8 @@ def evaluate(packed, lengths, pose, states, work):
         v += row[WEIGHT] * y[FREE]
         for k in range(int(row[UNKNOWNS])):
             size = abs(steps[k, 0])
+            if k == BETA:
+                size /= max(1.0, row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU])))  # a slack line's lever: its weight
             if size > worst or size != size:  # keeps a NaN
                 worst = size
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
@@ -163,11 +173,27 @@ def eliminate(row, block, steps, columns):
 
 
 @jit
+def _arm_of_weight(packed):
+    """Distance of the centre of mass from the platform's origin along the longest axis, m."""
+    platform = packed.platform
+    return max(abs(platform[MASS_X]), abs(platform[MASS_Y]), abs(platform[MASS_Z]))
+
+
+@jit
+def unbalanced(packed, arms, wrench):
+    """Largest force (N) of a *wrench* on the platform, its moments divided by the longest of the *arms*."""
+    reach = _arm_of_weight(packed)
+    for i in range(arms.shape[0]):
+        reach = max(reach, abs(arms[i, 0]), abs(arms[i, 1]), abs(arms[i, 2]))
+    return _unbalanced(wrench, reach)
+
+
+@jit
 def _unbalanced(wrench, reach):
     """Largest force (N) of a wrench, its moments divided by the longest arm; NaN stays NaN."""
     largest = 0.0
     for k in range(wrench.shape[0]):
-        size = abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, 1e-3)
+        size = abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, SHORTEST_ARM)
         if size > largest or size != size:
             largest = size
     return largest
@@ -182,7 +208,9 @@ def refine(packed, lengths, pose, states, work):
         worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
         if not (worst == worst and unbalanced == unbalanced):
             return NOT_FINITE, iteration, worst
-        if (worst < LENGTH_TOLERANCE + grain and unbalanced < FORCE_TOLERANCE * scale) or stalled:
+        if worst < LENGTH_TOLERANCE + grain and unbalanced < FORCE_TOLERANCE * scale:
+            return OK, iteration, worst
+        if stalled and worst < STALLED + grain and unbalanced < BALANCED * scale:
             return OK, iteration, worst
         possible, step, full = newton_step(packed, pose, states, work)
         if not possible:
@@ -203,7 +231,8 @@ def newton_step(packed, pose, states, work):
         return False, 0.0, False
     step, full = move_platform(pose, work)
     for i in range(lines.shape[0]):
-        full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
+        if not is_slack(lines[i], states[i]):
+            full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
     return True, step, full
 
 

@@ -6,13 +6,14 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED, PLATFORM_WEIGHT
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
-from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, refine
+from cablewright.kernels.statics.equilibrium import BALANCED, evaluate, judge, judge_stability, newton_step, refine
 from cablewright.kernels.statics.line import guess
 from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.kernels.statics.wrench import place
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
+POLISHES = 4  # Newton steps that balance taut lines where a pose's digits are too few to
 ROUGH = 1e-3  # of the weight: unbalanced force at which Newton takes over from the descent
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, at which levers are placed
 STARTS = 10  # start rotations of a rigid body
@@ -26,7 +27,8 @@ def solve_warm(packed, lengths, pose, states, work):
         iterations, residual = 1, 0.0
         if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
             return NOT_CONVERGED, iterations, residual
-        evaluate(packed, lengths, pose, states, work)  # `judge_stability` needs it
+        if not _polish(packed, lengths, pose, states, work):
+            return NOT_CONVERGED, iterations, residual
     else:
         code, iterations, residual = refine(packed, lengths, pose, states, work)
         if code != OK:
@@ -35,6 +37,22 @@ def solve_warm(packed, lengths, pose, states, work):
     if code == OK:
         code = judge(packed, states, work.planes)
     return code, iterations, residual
+
+
+@jit
+def _polish(packed, lengths, pose, states, work):
+    """Balance the descended platform. False if it stays unbalanced. Leaves it evaluated, as `judge_stability` needs it.
+
+    The descent solves each line at the pose. Of short, stiff lines the last digit of the pose is a force that shows in
+    the balance; the lines' tensions, unknowns of their own, have digits enough.
+    """
+    for step in range(POLISHES + 1):
+        _, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
+        if unbalanced <= BALANCED * scale:
+            return True
+        if step == POLISHES or not newton_step(packed, pose, states, work)[0]:
+            return False
+    return False
 
 
 @jit

@@ -23,6 +23,7 @@ from cablewright.kernels.layout import (
     INSIDE_SHEAVE,
     LEVER,
     LEVER_UNSTABLE,
+    MASSLESS,
     NOT_CONVERGED,
     OK,
     OVERSTRETCHED,
@@ -42,10 +43,19 @@ from cablewright.kernels.layout import (
     WINCH_Z,
     Packed,
 )
-from cablewright.kernels.newton import copy
+from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.equilibrium import Work, evaluate, judge, judge_stability, workspace
+from cablewright.kernels.statics.equilibrium import (
+    Work,
+    evaluate,
+    is_slack,
+    judge,
+    judge_stability,
+    unbalanced,
+    workspace,
+)
 from cablewright.kernels.statics.line import (
+    SLACK_TENSION,
     extremes,
     extremes_and_change,
     force_change,
@@ -68,6 +78,8 @@ MIN_SECANT = 1e-4  # of a pull: the curvature over a shorter step is rounding
 MIN_PULL = 0.02  # of its share of the weight: pull of a line that programs have reduced again and again
 SMALL_VIOLATION = 1e-3  # of the weight: up to here a pose is tried again before it is reported infeasible
 TENSION_TOLERANCE = 1e-11  # of the largest pull
+PREDICTED = 1e-9  # of a pull: change up to which a line's predicted state is exact to rounding
+IDLE = 1e-10  # of the largest pull: programs halve the pull of an idle line until it is about a tenth of this
 BALANCE_TOLERANCE = 1e-9  # of the largest force
 STIFFEST = 1e-8  # 1/N: compliance assumed for rigid cables where the stability of the platform is judged
 FLATTEST = 0.05  # of an extreme's change per pull: min slope with which a limit is linearised
@@ -132,6 +144,8 @@ def solve_inverse(packed, pose, states, work, known):
     *states* hold the distribution that violates them least; where no state balances the load they are NaN.
     """
     code, violation = _solve(packed, pose, states, work, known)
+    if code == OK and packed.platform[MASSLESS] > 0.0:
+        _mark_slack(packed, states, work.pulls)
     if code == OK and packed.freedoms == 6:
         code = stays(packed, pose, states, work)
     if code not in SOLVED:
@@ -158,6 +172,19 @@ def _solve(packed, pose, states, work, known):
     if code != INFEASIBLE:
         return code, 0.0
     return _least_infeasible(packed, states, work)
+
+
+@jit
+def _mark_slack(packed, states, pulls):
+    """Mark as slack the massless lines that carry next to nothing, where no tension is asked of them; unstrain them."""
+    most = largest(pulls, pulls.shape[0])
+    for i in range(packed.lines.shape[0]):
+        row, y = packed.lines[i], states[i]
+        if row[WEIGHT] == 0.0 and row[TENSION_MIN] == 0.0 and pulls[i] <= IDLE * most:
+            tension = exp(y[TAU])
+            y[FREE] *= 1.0 + tension * row[FREE_COMPLIANCE]
+            y[DEAD] *= 1.0 + tension * row[DEAD_COMPLIANCE]
+            y[TAU] = log(SLACK_TENSION)
 
 
 @jit
@@ -218,10 +245,7 @@ def balances(packed, states, work):
         plane = base.planes[i]
         add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, base.wrench)
         scale = max(scale, abs(h), abs(v))
-    for k in range(packed.freedoms):
-        if not abs(base.wrench[k]) <= BALANCE_TOLERANCE * scale:
-            return False
-    return True
+    return unbalanced(packed, base.arms, base.wrench) <= BALANCE_TOLERANCE * scale
 
 
 @jit
@@ -247,10 +271,28 @@ def _distribute(packed, states, work, slackest):
         if code != OK:
             return code
         if change < TENSION_TOLERANCE:
-            return judge(packed, states, work.base.planes) if balances(packed, states, work) else NOT_CONVERGED
+            if not (_settle_idle(packed, states, work) and balances(packed, states, work)):
+                return NOT_CONVERGED
+            return judge(packed, states, work.base.planes)
         # slack lines are nonlinear: shorten the steps where programs overshoot
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED
+
+
+@jit
+def _settle_idle(packed, states, work):
+    """Solve the lines whose last change of pull was small among the pulls, but not for themselves. False if one fails.
+
+    Their states were only predicted, which is exact to the square of that change.
+    """
+    base = work.base
+    for i in range(packed.lines.shape[0]):
+        row, pull, plane = packed.lines[i], work.pulls[i], base.planes[i]
+        if abs(work.moves[i]) > PREDICTED * pull and not settle_at_pull(
+            row, plane[2], plane[3], pull, states[i], base.blocks[i], base.steps[i]
+        ):
+            return False
+    return True
 
 
 @jit
@@ -304,7 +346,7 @@ def _begin(packed, pose, states, work, known):
             return UNDER_EXIT
         if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
             return INSIDE_SHEAVE  # within reach of the lever
-        if not known:
+        if not known or is_slack(row, y):
             tension = max(share, row[TENSION_MIN], 1.0)
             if not straight(row, plane[2], plane[3], tension, y):
                 return INSIDE_SHEAVE

@@ -35,7 +35,7 @@ STEPS = 80
 LENGTH_TOLERANCE = 1e-15  # m per m of line: a few roundings
 SLACK_FROM = 1.001  # lengths per chord: from here the catenary is a better guess than the parabola
 STALLED = 1e-12  # Newton step after which the next one is rounding
-SLACK_TENSION = 1e-6  # N: a massless line at this tension counts as slack
+SLACK_TENSION = 1e-30  # N: marks a slack massless line; no taut one, of the smallest machine, has as little
 
 
 @jit
