@@ -1,36 +1,37 @@
 """Residuals of many claimed equilibria at once, in extended precision and by formulas that the kernels do not use.
 
-Everything is read from the description of the robot and from what an answer states: pose, lengths, tensions, angles,
-lengths of spans. The catenary is the textbook's, with its differences of hyperbolic arcs and roots; a test holds it to
-50 digits. Arrays have one row for each answer, of robots with the same number of lines and of freedoms.
+All is read from the description of the robot and from what an answer states: pose, lengths, tensions, angles, lengths
+of spans. Where NumPy's long double is a plain double the residuals are no finer than the answers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, Line, RigidPlatform, UniversalJoint
 
 Long = NDArray[np.longdouble]
+PI = np.arctan2(np.longdouble(0), np.longdouble(-1))
+LEAST = np.longdouble("1e-300")  # divides in place of 0
 
 
 @dataclass(frozen=True)
 class Lines:
-    """What robots say of their lines: points (N, m, 3), all else (N, m). Without a winch exit it is NaN."""
+    """What robots say of their lines: points (N, m, 3), all else (N, m). Without a winch exit that is NaN."""
 
     exit_point: Long
     platform_point: Long
     winch_exit: Long
     radius: Long
     lever: Long
-    lever_weight: Long
-    lever_mass_centre: Long
+    lever_moment: Long
     side: Long
     eyelet: Long
     joint: Long
@@ -46,89 +47,122 @@ class Lines:
     def of(cls, models: Sequence[Model]) -> Lines:
         """Return the numbers of the lines of *models*, one row each."""
         rows = [[_numbers(model, line) for line in model.robot.lines] for model in models]
-        return cls(*(np.array(column, dtype=np.longdouble) for column in _columns(rows)))
-
-    def repeated(self, times: int) -> Lines:
-        """Return each row *times* times."""
-        return Lines(*(np.repeat(getattr(self, field.name), times, axis=0) for field in fields(self)))
+        return cls(*(_long([[line[k] for line in row] for row in rows]) for k in range(len(fields(cls)))))
 
 
 @dataclass(frozen=True)
 class Claims:
-    """What answers claim: poses (N, n); lengths, tensions (N, m); angles and lengths of the spans (N, m, 6)."""
+    """What answers claim: poses (N, n), lengths and tensions (N, m), states of lines (N, m, 6); and the load (N, n)."""
 
     lines: Lines
     pose: Long
-    load: Long  # (N, n): weight and external wrench, at the pose
+    load: Long
     lengths: Long
     tensions: Long
     states: Long
-    margin: NDArray[np.float64]
 
     @classmethod
     def of(cls, answers: Sequence[Equilibrium]) -> Claims:
-        """Return what single *answers* claim, all of them OK."""
+        """Return what single *answers* claim, all of them OK, of robots with as many lines and freedoms."""
         pose = _long([answer.pose for answer in answers])
-        return cls(
-            Lines.of([answer.model for answer in answers]),
-            pose,
-            np.array([_load(a.model, rotation) for a, rotation in zip(answers, _rotations(pose), strict=True)]),
-            _long([answer.lengths for answer in answers]),
-            _long([answer.tensions for answer in answers]),
-            _long([answer.states for answer in answers]),
-            np.array([answer.margin() for answer in answers]),
-        )
+        loads = [_load(answer.model, turned) for answer, turned in zip(answers, _rotations(pose), strict=True)]
+        parts = ([getattr(answer, key) for answer in answers] for key in ("lengths", "tensions", "states"))
+        return cls(Lines.of([answer.model for answer in answers]), pose, np.array(loads), *map(_long, parts))
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """By how much claims miss, (N,) each.
+    """By how much claims miss, (N,) each."""
 
-    ``geometry``: ends of spans and lengths, over the size of the answer's lines; ``force``: unbalanced force, or moment
-    over the longest arm, over the largest force at play; ``lever``: moment on a lever over tension and lever;
-    ``limits``: by how much a tension is outside its limits, over the largest tension; ``slack``: by how much a line
-    with no tension is too short for that, over its size; ``margin``: as the answer states it, N.
+    metres: Array  # ends of spans and lengths, m; of a line without tension by how much it is too short for that
+    geometry: Array  # the same over the size of the line
+    force: Array  # unbalanced force, or moment over the longest arm, over the largest force at play
+    lever: Array  # moment on a lever, over lever and the larger of tension and lever's weight
+    limits: Array  # by how much a tension is outside its limits, over the largest tension
+
+
+class _Spans(NamedTuple):
+    """One span of each line: by how much its end misses in x and z (m), its size (m), its extremes of tension (N)."""
+
+    x: Long
+    z: Long
+    size: Long
+    low: Long
+    high: Long
+
+
+def judge(claims: Claims) -> Residuals:
+    """Return by how much *claims* miss."""
+    lines, T = claims.lines, claims.tensions
+    phi, _, free, dead, psi, beta = np.moveaxis(claims.states, 2, 0)
+    arms, away = _placed(claims)
+    reach = np.hypot(away[..., 0], away[..., 1])
+    toward = np.where(reach[..., None] > 0, away[..., :2] / np.maximum(reach, LEAST)[..., None], _long([1, 0]))
+    modelled = np.isfinite(lines.winch_exit[..., 0])
+    psi = np.where(modelled, psi, -lines.side * PI / 2)
+    beta = np.where(lines.joint > 0, beta, 0)
+    spans = [_span(lines, T, phi, free, beta, lines.free_stretch, (reach, away[..., 2]), lines.side)]
+    if modelled.any():
+        there = _winch(lines, toward)
+        dead_span = _span(lines, T, psi, dead, beta, lines.dead_stretch, there, -lines.side)
+        spans.append(_Spans(*(np.where(modelled, b, a) for a, b in zip(_nothing(spans[0]), dead_span, strict=True))))
+    arc = lines.radius * (lines.side * (psi - phi) + PI) / (1 + T * lines.arc_stretch)
+    over = free + np.where(modelled, dead, lines.dead_length) + arc - claims.lengths
+    misses = [np.abs(miss) for each in spans for miss in (each.x, each.z)]
+    miss = np.max([*misses, np.where(T > 0, np.abs(over), np.maximum(over, 0))], axis=0)
+    miss = np.where((T > 0) | (lines.weight == 0), miss, np.inf)  # a line with weight has tension
+    low, high = np.min([each.low for each in spans], axis=0), np.max([each.high for each in spans], axis=0)
+    outside = np.maximum(lines.least - low, high - lines.most).max(1)
+    H, V = T * np.cos(phi), T * np.sin(phi) + np.where(T > 0, lines.weight * free, 0)
+    found = (
+        miss.max(1),
+        (miss / np.max([each.size for each in spans], axis=0)).max(1),
+        _unbalanced(claims, arms, np.stack([-H * toward[..., 0], -H * toward[..., 1], -V], axis=-1)),
+        _on_levers(lines, T, phi, psi, beta),
+        np.maximum(outside, 0) / np.maximum(high.max(1), LEAST),
+    )
+    return Residuals(*(np.asarray(each, dtype=np.float64) for each in found))
+
+
+def span(H: Long, V: Long, L: Long, w: Long, stretch: Long) -> tuple[Long, Long]:
+    """Return the end (x, z) of hanging spans that begin with the tension vectors (H, V), N: Irvine's catenary.
+
+    Its asinh(b) - asinh(a) is taken as it stands where the cable turns much, and as 2 atanh(w L / (T0 + T1)) where it
+    turns little and the difference would cancel.
     """
-
-    geometry: NDArray[np.float64]
-    force: NDArray[np.float64]
-    lever: NDArray[np.float64]
-    limits: NDArray[np.float64]
-    slack: NDArray[np.float64]
-    margin: NDArray[np.float64]
-    metres: NDArray[np.float64]  # the largest geometric miss
-
-
-def _columns(rows: list[list[list[Any]]]) -> list[list[list[Any]]]:
-    """Turn rows of lines of numbers into columns of rows of lines."""
-    return [[[line[k] for line in row] for row in rows] for k in range(len(fields(Lines)))]
+    end = V + w * L
+    first, last = np.hypot(H, V), np.hypot(H, end)
+    both, level = np.maximum(first + last, LEAST), np.maximum(np.abs(H), LEAST)
+    share = w * L / both
+    bent = np.arcsinh(end / level) - np.arcsinh(V / level)
+    bent = np.where(share > 0.5, bent, 2 * np.arctanh(np.minimum(share, 0.75)))
+    swept = np.where(w > 0, bent / np.where(w > 0, w, 1), L / np.maximum(first, LEAST))  # the integral of ds / T
+    return H * (L * stretch + swept), L * (V + end) * (stretch / 2 + 1 / both)
 
 
 def _numbers(model: Model, line: Line) -> list[Any]:
     """The numbers of one line in the order of `Lines`."""
     sheave, law = line.sheave, model.fidelity.cable.value
-    turns = not isinstance(sheave, Eyelet)
     joint = sheave if isinstance(sheave, UniversalJoint) else None
-    stretch = 0.0 if law == "rigid" else np.longdouble(1) / np.longdouble(line.cable.stiffness)
-    gravity = np.longdouble(model.robot.scene.gravity)
-    limits = model.tension_limits or line.tension_limits
+    radius = 0.0 if isinstance(sheave, Eyelet) else sheave.radius
+    stretch = 0.0 if law == "rigid" else 1 / np.longdouble(line.cable.stiffness)
+    weight = np.longdouble(model.robot.scene.gravity) * np.longdouble(line.cable.linear_density)
     return [
         line.exit_point,
         line.platform_point,
         (np.nan,) * 3 if line.winch_exit is None else line.winch_exit,
-        sheave.radius if not isinstance(sheave, Eyelet) else 0.0,
-        joint.lever if joint else sheave.radius if not isinstance(sheave, Eyelet) else 0.0,
-        joint.lever_weight if joint else 0.0,
-        joint.lever_mass_centre if joint else 0.0,
-        -1.0 if turns and sheave.wrap == "under" else 1.0,
-        0.0 if turns else 1.0,
-        1.0 if joint else 0.0,
+        radius,
+        joint.lever if joint else radius,
+        np.longdouble(joint.lever_weight) * np.longdouble(joint.lever_mass_centre) if joint else 0.0,
+        -1.0 if not isinstance(sheave, Eyelet) and sheave.wrap == "under" else 1.0,
+        float(isinstance(sheave, Eyelet)),
+        float(joint is not None),
         line.dead_length,
-        gravity * np.longdouble(line.cable.linear_density) if law == "catenary" else 0.0,
+        weight if law == "catenary" else 0.0,
         stretch,
         stretch if line.dead_elastic else 0.0,
         stretch if line.arc_elastic else 0.0,
-        *limits,
+        *(model.tension_limits or line.tension_limits),
     ]
 
 
@@ -138,128 +172,83 @@ def _long(rows: Any) -> Long:
 
 def _rotations(pose: Long) -> Long:
     """Rotations (N, 3, 3) of poses (N, n): Rodrigues."""
-    unit = np.broadcast_to(np.eye(3, dtype=np.longdouble), (len(pose), 3, 3)).copy()
+    unit = np.broadcast_to(np.eye(3, dtype=np.longdouble), (len(pose), 3, 3))
     if pose.shape[1] == 3:
         return unit
     x, y, z = pose[:, 3:].T
     nil = np.zeros_like(x)
     cross = np.moveaxis(np.array([[nil, -z, y], [z, nil, -x], [-y, x, nil]]), 2, 0)
-    angle = np.sqrt(x * x + y * y + z * z)[:, None, None]
-    safe = np.where(angle > 0, angle, 1)
-    square = np.einsum("nij,njk->nik", cross, cross)
-    return np.where(angle > 0, unit + np.sin(safe) / safe * cross + 2 * (np.sin(safe / 2) / safe) ** 2 * square, unit)
+    angle = np.maximum(np.sqrt(x * x + y * y + z * z), LEAST)[:, None, None]
+    return np.asarray(unit + np.sin(angle) / angle * cross + 2 * (np.sin(angle / 2) / angle) ** 2 * (cross @ cross))
 
 
 def _load(model: Model, rotation: Long) -> Long:
-    """Weight and external wrench (n,) at a rotation."""
+    """Weight and external wrench (n,) on a platform that is turned."""
     platform = model.robot.platform
     falls = _long([0, 0, -np.longdouble(platform.mass) * np.longdouble(model.robot.scene.gravity)])
     force = falls + _long(platform.force)
     if not isinstance(platform, RigidPlatform):
         return force
-    centre = np.einsum("ij,j->i", rotation, _long(platform.centre_of_mass))
-    return np.concatenate([force, np.cross(centre, falls) + _long(platform.moment)])
+    return np.concatenate([force, np.cross(rotation @ _long(platform.centre_of_mass), falls) + _long(platform.moment)])
 
 
-def span(H: Long, V: Long, L: Long, w: Long, stretch: Long) -> tuple[Long, Long]:
-    """Return the end (x, z) of hanging spans that begin with the tension vectors (H, V), N: Irvine's catenary.
-
-    asinh(a) - asinh(b) is taken as it stands where the cable turns much, as 2 atanh(w L / (T0 + T1)) where it does not
-    and the difference would cancel.
-    """
-    end = V + w * L
-    first, last = np.hypot(H, V), np.hypot(H, end)
-    level = np.maximum(np.abs(H), np.longdouble(1e-4000))
-    share = w * L / (first + last)
-    bent = np.where(
-        share > 0.5,
-        np.arcsinh(end / level) - np.arcsinh(V / level),
-        2 * np.arctanh(np.minimum(share, np.longdouble(0.75))),
-    )
-    heavy = np.where(w > 0, w, 1)
-    swept = np.where(w > 0, bent / heavy, L / np.where(first > 0, first, 1))  # the integral of ds / T
-    x = H * (L * stretch + swept)
-    z = L * (V + end) * (stretch / 2 + 1 / (first + last))
-    return x, z
-
-
-def _extremes(H: Long, V: Long, carried: Long) -> tuple[Long, Long]:
-    """Smallest and largest tension along spans."""
-    end = V + carried
-    first, last = np.hypot(H, V), np.hypot(H, end)
-    lowest = np.where(V * end < 0, np.abs(H), np.minimum(first, last))
-    return lowest, np.maximum(first, last)
-
-
-def judge(claims: Claims, *, limited: bool = True) -> Residuals:
-    """Return by how much *claims* miss; tensions are held to their limits where they are *limited*."""
-    lines, T = claims.lines, claims.tensions
-    taut = T > 0
-    phi, _, free, dead, psi, beta = np.moveaxis(claims.states, 2, 0)
-    rotation = _rotations(claims.pose)
-    arms = np.einsum("nij,nkj->nki", rotation, lines.platform_point)
-    if claims.pose.shape[1] == 3:
-        arms = lines.platform_point
-    away = claims.pose[:, None, :3] + arms - lines.exit_point
-    reach = np.hypot(away[..., 0], away[..., 1])
-    toward = away[..., :2] / np.where(reach > 0, reach, 1)[..., None]
-    toward = np.where(reach[..., None] > 0, toward, _long([1, 0]))
-    hasdead = np.isfinite(lines.winch_exit[..., 0])
-    psi = np.where(hasdead, psi, -lines.side * np.longdouble(np.pi) / 2)
-    beta = np.where(lines.joint > 0, beta, 0)
-    turn = lines.side * lines.radius
-    hub = lines.lever * np.cos(beta), lines.lever * np.sin(beta)
-    H, V = T * np.cos(phi), T * np.sin(phi)
-    x, z = span(H, V, free, lines.weight, lines.free_stretch)
-    misses = [hub[0] - turn * np.sin(phi) + x - reach, hub[1] + turn * np.cos(phi) + z - away[..., 2]]
-    size = np.maximum(np.hypot(reach, away[..., 2]), np.hypot(x, z))
-    low, high = _extremes(H, V, lines.weight * free)
-    moment = np.zeros_like(T)
-    if hasdead.any():
-        span_end = span(T * np.cos(psi), T * np.sin(psi), dead, lines.weight, lines.dead_stretch)
-        from_exit = np.where(hasdead[..., None], lines.winch_exit - lines.exit_point, 0)
-        along = np.where(
-            lines.eyelet > 0,
-            np.hypot(from_exit[..., 0], from_exit[..., 1]),
-            (from_exit[..., :2] * toward).sum(-1),
-        )
-        for miss, axis in (
-            (hub[0] + turn * np.sin(psi) + span_end[0] - along, 0),
-            (hub[1] - turn * np.cos(psi) + span_end[1] - from_exit[..., 2], 1),
-        ):
-            del axis
-            misses.append(np.where(hasdead, miss, 0))
-        size = np.maximum(size, np.where(hasdead, np.hypot(along, from_exit[..., 2]), 0))
-        low2, high2 = _extremes(T * np.cos(psi), T * np.sin(psi), lines.weight * dead)
-        low, high = np.where(hasdead, np.minimum(low, low2), low), np.where(hasdead, np.maximum(high, high2), high)
-        lever = np.where(lines.lever > 0, lines.lever, 1)
-        pull_x, pull_z = np.cos(phi) + np.cos(psi), np.sin(phi) + np.sin(psi)
-        falls = lines.lever_mass_centre * lines.lever_weight / (np.where(taut, T, 1) * lever)
-        moment = np.abs(np.cos(beta) * pull_z - np.sin(beta) * pull_x - falls * np.cos(beta))
-        moment = np.where((lines.joint > 0) & taut, moment, 0)
-    arc = lines.radius * (lines.side * (psi - phi) + np.longdouble(np.pi)) / (1 + T * lines.arc_stretch)
-    misses.append(free + np.where(hasdead, dead, lines.dead_length) + arc - claims.lengths)
-    geometry = np.where(taut, np.max(np.abs(misses), axis=0), 0)
-    chord = np.hypot(reach, away[..., 2]) 
-    slack = np.where(taut | (lines.eyelet == 0) | hasdead, 0, chord + lines.dead_length - claims.lengths)
-    force = np.stack([-H * toward[..., 0], -H * toward[..., 1], -(V + lines.weight * free)], axis=-1)
-    force = np.where(taut[..., None], force, 0)
-    left = claims.load[:, :3] + force.sum(1)
-    scale = np.maximum(np.abs(claims.load[:, :3]).max(1), np.abs(force).max((1, 2)))
-    unbalanced = np.abs(left).max(1)
+def _placed(claims: Claims) -> tuple[Long, Long]:
+    """Arms (N, m, 3) of the lines on the platform, and where their platform points are from their exit points."""
+    arms = claims.lines.platform_point
     if claims.pose.shape[1] == 6:
-        turning = claims.load[:, 3:] + np.cross(arms, force).sum(1)
-        arm = np.linalg.norm(arms.astype(np.float64), axis=-1).max(1)
-        unbalanced = np.maximum(unbalanced, np.abs(turning).max(1) / arm)
-    outside = np.maximum(lines.least - low, high - lines.most) if limited else np.zeros_like(T)
-    outside = np.where(taut, outside, np.where(lines.least > 0, lines.least, 0) if limited else 0)
-    results = (
-        (geometry / size).max(1),
-        unbalanced / scale,
-        moment.max(1),
-        outside.max(1) / np.maximum(high.max(1), np.longdouble(1e-300)),
-        (slack / size).max(1),
-        claims.margin,
-        geometry.max(1),
-    )
-    return Residuals(*(np.asarray(result, dtype=np.float64) for result in results))
+        arms = np.einsum("nij,nkj->nki", _rotations(claims.pose), arms)
+    return arms, claims.pose[:, None, :3] + arms - claims.lines.exit_point
+
+
+def _winch(lines: Lines, toward: Long) -> tuple[Long, Long]:
+    """Winch exits (x, z) from the exit points; an eyelet's dead span has a plane of its own."""
+    away = lines.winch_exit - lines.exit_point
+    own = np.hypot(away[..., 0], away[..., 1])
+    return np.where(lines.eyelet > 0, own, (away[..., :2] * toward).sum(-1)), away[..., 2]
+
+
+def _span(
+    lines: Lines,
+    T: Long,
+    angle: Long,
+    L: Long,
+    beta: Long,
+    stretch: Long,
+    there: tuple[Long, Long],
+    side: Long,
+) -> _Spans:
+    """Spans that leave their sheaves at *angle* and should end *there*; straight where there is no tension."""
+    taut = T > 0
+    pull, w = np.where(taut, T, 1), np.where(taut, lines.weight, 0)
+    H, V = pull * np.cos(angle), pull * np.sin(angle)
+    x, z = span(H, V, L, w, np.where(taut, stretch, 0))
+    x += lines.lever * np.cos(beta) - side * lines.radius * np.sin(angle) - there[0]
+    z += lines.lever * np.sin(beta) + side * lines.radius * np.cos(angle) - there[1]
+    first, last = np.hypot(H, V), np.hypot(H, V + w * L)
+    low = np.where(V * (V + w * L) < 0, np.abs(H), np.minimum(first, last))
+    return _Spans(x, z, np.hypot(*there), np.where(taut, low, 0), np.where(taut, np.maximum(first, last), 0))
+
+
+def _nothing(beside: _Spans) -> _Spans:
+    """Spans that are not modelled: they miss nothing, and their tensions are those beside the sheave."""
+    nil = np.zeros_like(beside.x)
+    return _Spans(nil, nil, nil, beside.low, beside.high)
+
+
+def _unbalanced(claims: Claims, arms: Long, forces: Long) -> Long:
+    """Unbalanced force on each platform over the largest force, for *forces* (N, m, 3) of the lines."""
+    left = np.abs(claims.load[:, :3] + forces.sum(1)).max(1)
+    if claims.pose.shape[1] == 6:
+        turning = claims.load[:, 3:] + np.cross(arms, forces).sum(1)
+        longest = np.sqrt((arms * arms).sum(-1)).max(1)
+        left = np.maximum(left, np.abs(turning).max(1) / longest)
+    return np.asarray(left / np.maximum(np.abs(claims.load[:, :3]).max(1), np.abs(forces).max((1, 2))))
+
+
+def _on_levers(lines: Lines, T: Long, phi: Long, psi: Long, beta: Long) -> Long:
+    """The largest moment on a lever, over lever and the larger of tension and lever's weight."""
+    lever = np.where(lines.joint > 0, lines.lever, 1)
+    falls = lines.lever_moment / lever
+    up, out = T * (np.sin(phi) + np.sin(psi)), T * (np.cos(phi) + np.cos(psi))
+    moment = np.abs(np.cos(beta) * (up - falls) - np.sin(beta) * out) / np.maximum(np.maximum(T, falls), LEAST)
+    return np.asarray(np.where((lines.joint > 0) & (T > 0), moment, 0).max(1))

@@ -1,6 +1,7 @@
-"""Random robots from 1 mm to 1 km, EA over nine decades; every OK is held to residuals in extended precision.
+"""Random robots from 1 mm to 1 km, EA from 1 N to 1e9 N: every OK is held to residuals in extended precision.
 
-    python -m tools.random_robots --count 100000 --seed 0
+``python -m tools.random_robots --count 100000 --seed 0``. What is not OK is counted; where a linear program can tell,
+of point platforms on massless lines from eyelets, a share of the answers is compared with it.
 """
 
 from __future__ import annotations
@@ -9,22 +10,33 @@ import argparse
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linprog
+from tools.long_double import Claims, judge
 
 from cablewright.arrays import Array
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Robot
+from cablewright.robot import Eyelet, Robot
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from tools.long_double import Claims, judge
 
 Random = np.random.Generator
 GRAVITY = 9.81
+PROMISED = {
+    "metres": 1e-9,  # docs/theory/statics.md
+    "geometry": 1e-9,  # that would be much in a machine of a millimetre
+    "force": 1e-9,  # docs/theory/statics.md
+    "lever": 1e-9,
+    "limits": 1e-11,  # tensions are converged so far
+}
+"""The largest residuals of an OK, see `long_double.Residuals`."""
+BATCH = 500  # robots that are judged together
+NEAR = 1e-6  # of the weight: margin from which on a linear program is not asked to agree
 
 
 def log_uniform(rng: Random, low: float, high: float) -> float:
@@ -48,6 +60,13 @@ class Case:
         hangs = "hanging" if robot.m < robot.n else "held"
         body = "point" if robot.n == 3 else "body"
         return f"{body} {hangs} {self.model.fidelity.cable.value} {robot.lines[0].sheave.kind}"
+
+    @property
+    def straight(self) -> bool:
+        """Whether its lines are straight from eyelets, with breaking loads that their limits keep clear of."""
+        line = self.model.robot.lines[0]
+        light = self.model.fidelity.cable is not CableLaw.CATENARY or line.cable.linear_density == 0.0
+        return light and isinstance(line.sheave, Eyelet) and line.winch_exit is None
 
 
 def random_case(seed: int, number: int, poses: int) -> Case:
@@ -135,14 +154,137 @@ def _poses(rng: Random, n: int, m: int, size: float, count: int) -> Array:
     return poses
 
 
-def answers(cases: Iterator[Case], counts: Counter[str]) -> Iterator[tuple[Case, str, Equilibrium]]:
-    """Yield every OK answer with its question, `inverse` or `forward`; *counts* is told of all statuses."""
-    for case in cases:
+@dataclass(frozen=True)
+class Answer:
+    """An OK, and what was asked: ``inverse`` or ``forward``."""
+
+    case: Case
+    asked: str
+    found: Equilibrium
+
+    def __str__(self) -> str:
+        """What the robot is like."""
+        robot, cable = self.case.model.robot, self.case.model.robot.lines[0].cable
+        return (
+            f"robot {self.case.number}, {self.asked}: {self.case.kind}, {robot.m} lines, {self.case.size:.1e} m, "
+            f"EA {cable.stiffness:.1e} N, {robot.platform.mass:.1e} kg, {cable.linear_density:.1e} kg/m, "
+            f"limits {robot.lines[0].tension_limits}, pose {self.found.pose.tolist()}"
+        )
+
+
+class Tally:
+    """What became of all questions: counts of statuses, the worst residuals of OKs, and each failure in a line."""
+
+    def __init__(self) -> None:
+        self.statuses: Counter[str] = Counter()
+        self.classes: Counter[str] = Counter()  # of OK answers
+        self.worst: dict[str, tuple[float, str]] = {}
+        self.programs = 0  # poses compared with a linear program
+        self.failures: list[str] = []
+
+    def run(self, cases: Iterable[Case]) -> None:
+        """Solve and judge *cases*."""
+        groups: dict[tuple[int, int], list[Answer]] = defaultdict(list)
+        for case in cases:
+            for answer in self._answers(case):
+                groups[answer.found.model.n, answer.found.model.m].append(answer)
+        for group in groups.values():
+            self._judge(group)
+
+    def _answers(self, case: Case) -> Iterator[Answer]:
+        """Yield the OKs of poses, and that of the lengths of the first of them."""
         held = solve_inverse(case.model, case.poses)
-        counts.update(f"inverse {case.kind}: {status.word}" for status in held.status)
-        yield from ((case, "inverse", held[i]) for i in np.flatnonzero(held.ok))
+        self.statuses.update(f"inverse {status.word}" for status in held.status)
+        yield from (Answer(case, "inverse", held[int(i)]) for i in np.flatnonzero(held.ok))
+        if case.number % 4 == 0 and case.kind.startswith("point held") and case.straight:
+            self._compare(case, held)
         if case.model.fidelity.cable is CableLaw.RIGID or not held.ok.any():
-            continue
-        found = solve_forward(case.model, held.lengths[np.flatnonzero(held.ok)[:1]])
-        counts.update(f"forward {case.kind}: {status.word}" for status in found.status)
-        yield from ((case, "forward", found[i]) for i in np.flatnonzero(found.ok))
+            return
+        found = solve_forward(case.model, held.lengths[np.flatnonzero(held.ok)[0]])
+        self.statuses[f"forward {found.status.word}"] += 1
+        if found.ok:
+            yield Answer(case, "forward", found)
+
+    def _judge(self, answers: list[Answer]) -> None:
+        """Hold answers of robots with as many lines and freedoms to what is promised."""
+        residuals = judge(Claims.of([answer.found for answer in answers]))
+        self.classes.update(f"{answer.asked} {answer.case.kind}" for answer in answers)
+        for field in fields(residuals):
+            values = getattr(residuals, field.name)
+            for answer, value in zip(answers, values, strict=True):
+                if field.name == "limits" and answer.asked == "forward":  # which enforces none
+                    continue
+                key = f"{answer.asked} {field.name}"
+                if not value <= self.worst.get(key, (-1.0, ""))[0]:
+                    self.worst[key] = float(value), str(answer)
+                if not value <= PROMISED[field.name]:
+                    self.failures.append(f"{field.name} {value:.2g}: {answer}")
+        for answer in answers:
+            if answer.asked == "inverse" and not answer.found.margin() >= 0.0:
+                self.failures.append(f"margin {answer.found.margin():.2g} N: {answer}")
+
+    def _compare(self, case: Case, held: Equilibrium) -> None:
+        """Hold statuses of straight massless lines to the largest margin that a linear program finds."""
+        for i, word in enumerate(status.word for status in held.status):
+            margin = largest_margin(case, case.poses[i])
+            if word not in ("ok", "infeasible") or abs(margin) < NEAR * GRAVITY * case.model.robot.platform.mass:
+                continue
+            self.programs += 1
+            if (word == "ok") != (margin > 0.0):
+                self.failures.append(f"{word}, but the largest margin is {margin:.3g} N: robot {case.number}, pose {i}")
+
+    def report(self) -> str:
+        """Return all of it in lines."""
+        lines = [f"{count:8d} {what}" for what, count in sorted(self.statuses.items())]
+        lines += ["OK answers by class:", *(f"{count:8d} {what}" for what, count in sorted(self.classes.items()))]
+        lines += ["worst residuals of OKs:", *(f"{v:8.1g} {what}: {who}" for what, (v, who) in self.worst.items())]
+        lines += [f"{self.programs} statuses compared with linear programs", f"{len(self.failures)} failures"]
+        return "\n".join(lines)
+
+
+def largest_margin(case: Case, pose: Array) -> float:
+    """Return by how much all tensions of straight lines can be within their limits at once, N; negative: they cannot.
+
+    -inf where no tensions of any size balance the load. Forces are in shares of the weight.
+    """
+    robot = case.model.robot
+    weight = GRAVITY * robot.platform.mass
+    away = np.array([line.exit_point for line in robot.lines]) - pose
+    directions = away / np.linalg.norm(away, axis=1)[:, None]
+    load = np.array(robot.platform.force) / weight - [0.0, 0.0, 1.0]
+    least, most = np.array([line.tension_limits for line in robot.lines]).T / weight
+    # unknowns: tensions and the margin, which is between the limits' middle and far outside
+    rows = np.block([[-np.eye(robot.m), np.ones((robot.m, 1))], [np.eye(robot.m), np.ones((robot.m, 1))]])
+    found = linprog(
+        [0.0] * robot.m + [-1.0],
+        A_ub=rows,
+        b_ub=[*-least, *most],
+        A_eq=np.column_stack([directions.T, np.zeros(3)]),
+        b_eq=-load,
+        bounds=[(None, None)] * (robot.m + 1),
+    )
+    return float(-found.fun * weight) if found.status == 0 else -np.inf
+
+
+def main() -> int:
+    """Run and report; 1 if an OK does not hold."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=100_000, help="robots")
+    parser.add_argument("--first", type=int, default=0, help="number of the first")
+    parser.add_argument("--poses", type=int, default=4, help="of each robot")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    tally, begun, told = Tally(), time.monotonic(), 0
+    for first in range(given.first, given.first + given.count, BATCH):
+        last = min(first + BATCH, given.first + given.count)
+        tally.run(random_case(given.seed, number, given.poses) for number in range(first, last))
+        for failure in tally.failures[told:]:
+            print(failure, flush=True)
+        told = len(tally.failures)
+    print(tally.report())
+    print(f"{given.count} robots, {given.poses} poses each, in {time.monotonic() - begun:.0f} s")
+    return 1 if tally.failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
