@@ -150,7 +150,9 @@ def test_tensions_lie_between_the_extremes_of_their_line(model: Model) -> None:
         assert (low <= tensions + 1e-9).all()
         assert (tensions <= high + 1e-9).all()
     least, most = np.transpose([line.tension_limits for line in model.robot.lines])
-    np.testing.assert_array_equal(held.margin(), np.minimum(low - least, most - high).min(axis=1))
+    margin, slack = held.margin(), np.minimum(low - least, most - high).min(axis=1)
+    np.testing.assert_array_equal(margin, np.maximum(slack, 0.0))  # at a limit, to rounding
+    assert (margin - slack <= 1e-11 * high.max(axis=1)).all()
 
 
 def test_margin_is_negative_where_a_limit_is_broken() -> None:
