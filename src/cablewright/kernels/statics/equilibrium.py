@@ -34,17 +34,17 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
-from cablewright.kernels.newton import copy, min_pivot, solve
+from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
 from cablewright.kernels.statics.sheave import wrap
 from cablewright.kernels.statics.wrench import add_force, add_line, has_plane, place, start_balance
 
 NEWTON_STEPS = 60
-LENGTH_TOLERANCE = 1e-12  # m, on every geometric equation
+LENGTH_TOLERANCE = 1e-12  # on every geometric equation, m: of lines over 1 m, of shorter ones a share
 FORCE_TOLERANCE = 1e-12  # of the largest force at play
 BALANCED = 1e-10  # of the largest force: imbalance accepted where rounding limits it
-STALLED = 1e-10  # m: residual accepted where rounding limits it
+STALLED = 1e-10  # the same, where rounding limits it
 LOG_SLACK = log(SLACK_TENSION) + 1e-9
 NEUTRAL = 1e-10  # of the largest stiffness: a smaller one does not hold a platform
 SHORTEST_ARM = 1e-9  # m: of a platform without arms, which has no moments
@@ -119,7 +119,7 @@ def evaluate(packed, lengths, pose, states, work):
         for k in range(int(row[UNKNOWNS])):
             size = abs(steps[k, 0])
             if k == BETA:
-                size /= max(1.0, row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU])))  # a slack line's lever: its weight
+                size *= row[LEVER] / max(1.0, row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU])))  # about its end's error
             if size > worst or size != size:  # keeps a NaN
                 worst = size
         add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
@@ -191,32 +191,38 @@ def unbalanced(packed, arms, wrench):
 @jit
 def _unbalanced(wrench, reach):
     """Largest force (N) of a wrench, its moments divided by the longest arm; NaN stays NaN."""
-    largest = 0.0
+    most = 0.0
     for k in range(wrench.shape[0]):
         size = abs(wrench[k]) if k < 3 else abs(wrench[k]) / max(reach, SHORTEST_ARM)
-        if size > largest or size != size:
-            largest = size
-    return largest
+        if size > most or size != size:
+            most = size
+    return most
 
 
 @jit
 def refine(packed, lengths, pose, states, work):
     """Run Newton from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
     stalled, worst = False, 0.0
-    grain = 4e-16 * max(abs(pose[0]), abs(pose[1]), abs(pose[2]))  # resolution of a coordinate
+    size, grain = grains(lengths, pose)
     for iteration in range(NEWTON_STEPS):
         worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
         if not (worst == worst and unbalanced == unbalanced):
             return NOT_FINITE, iteration, worst
-        if worst < LENGTH_TOLERANCE + grain and unbalanced < FORCE_TOLERANCE * scale:
+        if worst < LENGTH_TOLERANCE * size + grain and unbalanced < FORCE_TOLERANCE * scale:
             return OK, iteration, worst
-        if stalled and worst < STALLED + grain and unbalanced < BALANCED * scale:
+        if stalled and worst < STALLED * size + grain and unbalanced < BALANCED * scale:
             return OK, iteration, worst
         possible, step, full = newton_step(packed, pose, states, work)
         if not possible:
             return SINGULAR, iteration, worst
         stalled = full and step < STALLED + grain and worst < STALLED + grain
     return NOT_CONVERGED, NEWTON_STEPS, worst
+
+
+@jit
+def grains(lengths, pose):
+    """Size, up to 1 m, with which tolerances of lengths are multiplied, and the resolution of a coordinate, m."""
+    return min(1.0, largest(lengths, lengths.shape[0])), 4e-16 * largest(pose, 3)
 
 
 @jit

@@ -6,8 +6,18 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED, PLATFORM_WEIGHT
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
-from cablewright.kernels.statics.equilibrium import BALANCED, evaluate, judge, judge_stability, newton_step, refine
-from cablewright.kernels.statics.line import guess
+from cablewright.kernels.statics.equilibrium import (
+    BALANCED,
+    LENGTH_TOLERANCE,
+    evaluate,
+    grains,
+    is_slack,
+    judge,
+    judge_stability,
+    newton_step,
+    refine,
+)
+from cablewright.kernels.statics.line import SLACK_TENSION, guess
 from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.kernels.statics.wrench import place
 
@@ -46,13 +56,26 @@ def _polish(packed, lengths, pose, states, work):
     The descent solves each line at the pose. Of short, stiff lines the last digit of the pose is a force that shows in
     the balance; the lines' tensions, unknowns of their own, have digits enough.
     """
+    size, grain = grains(lengths, pose)
     for step in range(POLISHES + 1):
-        _, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
-        if unbalanced <= BALANCED * scale:
-            return True
+        worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
+        if worst <= LENGTH_TOLERANCE * size + grain and unbalanced <= BALANCED * scale:
+            return step == 0 or _hang_slack(packed, lengths, states, work, LENGTH_TOLERANCE * size + grain)
         if step == POLISHES or not newton_step(packed, pose, states, work)[0]:
             return False
     return False
+
+
+@jit
+def _hang_slack(packed, lengths, states, work, tolerance):
+    """Draw the slack lines to where the evaluated platform is now. False if one is too short to be slack there."""
+    for i in range(packed.lines.shape[0]):
+        row, y, plane = packed.lines[i], states[i], work.planes[i]
+        if not is_slack(row, y):
+            continue
+        if not straight(row, plane[2], plane[3], SLACK_TENSION, y) or whole_length(row, y) > lengths[i] + tolerance:
+            return False
+    return True
 
 
 @jit
