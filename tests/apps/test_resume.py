@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.studies.prints.run import CHECKPOINT
+from cablewright.studies.prints import run as prints
+from cablewright.studies.prints.run import CHECKPOINT, LOCK
 from cablewright.studies.store import MANIFEST
 from printed import RING
 
@@ -110,3 +111,26 @@ def test_a_fifo_is_not_waited_for(cli, copied: tuple[Path, Path], name: str) -> 
     (copied[1] / name).unlink()
     os.mkfifo(copied[1] / name)
     assert again(cli, *copied, "--resume").code == 2
+
+
+def test_a_print_that_another_program_began_meanwhile_stays_as_it_is(
+    cli, printed: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, begin = tmp_path / "run", prints._begun
+
+    def late(*given):
+        shutil.copytree(printed[1], folder)
+        return begin(*given)
+
+    monkeypatch.setattr(prints, "_begun", late)
+    assert "holds a run" in again(cli, printed[0], folder, "--seed", "7").refusal
+    for name in (MANIFEST, CHECKPOINT):
+        assert (folder / name).read_bytes() == (printed[1] / name).read_bytes()
+
+
+def test_a_print_that_was_killed_before_it_began_leaves_an_empty_folder(
+    cli, printed: tuple[Path, Path], tmp_path: Path
+) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / LOCK).touch()
+    assert again(cli, printed[0], tmp_path / "run").json["status"] == "finished"

@@ -4,39 +4,24 @@ from __future__ import annotations
 
 import json
 import os
-import resource
+import runpy
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cablewright.control.guide import TimedPath
-from cablewright.machine.log.log import read_log
-from cablewright.printing.job import load_job
-from cablewright.signals import Scan
 from printed import RING
 
+TOOL = runpy.run_path(str(Path(__file__).parents[3] / "tools" / "kill_campaigns.py"), run_name="tool")
 JOB = RING.format(radius=0.4)
-LONGEST = 0.03  # m of path that may be laid twice or not at all
 
 
 def start(job: Path, out: Path, *options: str, most: int | None = None) -> subprocess.Popen[bytes]:
-    """The command as its user has it, with files of *most* bytes."""
-
-    def bound() -> None:
-        if most is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-
-    program = "from cablewright.apps.cli.main import main; main()"
-    command = [sys.executable, "-c", program, "print", "merlet2023", str(job), "--out", str(out)]
-    return subprocess.Popen(
-        [*command, "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=bound
-    )
+    """The print as its user has it, with files of *most* bytes."""
+    return TOOL["start"](["print", "merlet2023", job, "--out", out, "--json", *options], job.parent, most)
 
 
 def killed(job: Path, out: Path, after: float, *options: str) -> None:
@@ -48,30 +33,6 @@ def killed(job: Path, out: Path, after: float, *options: str) -> None:
     time.sleep(after)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-
-
-def laid(out: Path, job: Path) -> np.ndarray:
-    """Stretches of path (k, 2), m, along which the valve was open, in the order of time, by the true place."""
-    track = TimedPath.of(load_job(job)).track
-    stretches, before = [], None
-    with read_log(out) as log:
-        for entry in log.entries(without={Scan}):
-            assert entry.truth is not None
-            assert entry.command is not None
-            assert entry.progress is not None
-            here = track.nearest(entry.truth.position, entry.progress.distance, 0.1).distance
-            if entry.command.valve > 0.0 and before is not None:
-                stretches.append((before, here))
-            before = here
-        assert log.notes == []
-    return np.array(stretches)
-
-
-def flaws(stretches: np.ndarray) -> tuple[float, float]:
-    """The longest gap between what was laid, and the longest way back before it went on, m."""
-    reached = np.maximum.accumulate(stretches[:, 1])
-    gaps = stretches[1:, 0] - reached[:-1]
-    return float(gaps.max()), float(-gaps.min())
 
 
 def campaign(tmp_path: Path, kills: int, seed: int, *options: str) -> None:
@@ -92,7 +53,7 @@ def campaign(tmp_path: Path, kills: int, seed: int, *options: str) -> None:
         values = json.loads(told)
         assert values["status"] == "finished"
         assert values["max_path_error"] < 0.015
-        assert max(flaws(laid(out, job))) <= LONGEST
+        assert max(TOOL["flaws"](TOOL["laid"](out, job))) <= TOOL["LONGEST"]
         run += 1
 
 
@@ -116,4 +77,4 @@ def test_a_full_disk_stops_the_print_and_it_goes_on_once_there_is_room(tmp_path:
     told, said = again.communicate()
     assert again.returncode == 0, said.decode()
     assert json.loads(told)["status"] == "finished"
-    assert max(flaws(laid(out, job))) <= LONGEST
+    assert max(TOOL["flaws"](TOOL["laid"](out, job))) <= TOOL["LONGEST"]

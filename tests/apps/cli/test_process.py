@@ -127,6 +127,17 @@ def test_a_request_to_end_is_heard_anywhere(asked: signal.Signals, tmp_path: Pat
         assert [each.name for each in tmp_path.iterdir() if each.name != "cache"] == []
 
 
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_a_request_after_the_answer_changes_nothing(asked: signal.Signals) -> None:
+    program = (
+        "import atexit, os; from cablewright.apps.cli.main import main; "
+        f"atexit.register(os.kill, os.getpid(), {int(asked)}); main()"
+    )
+    ended = subprocess.run([sys.executable, "-c", program, "machines"], capture_output=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, b"")
+    assert b"merlet2023" in ended.stdout
+
+
 def test_an_error_after_an_interruption_is_the_interruption(cli, monkeypatch) -> None:
     def call(*_arguments: object, **_options: object) -> None:
         try:

@@ -129,6 +129,8 @@ def main() -> None:
         if signal.getsignal(number) != signal.SIG_IGN:  # a job in the background of a shell is asked by nobody
             signal.signal(number, _interrupt)
     code = run(sys.argv[1:])
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # the answer is given; the interpreter, as it ends, would die of them
     try:
         sys.stdout.flush()
     except BrokenPipeError:  # whoever reads has seen enough

@@ -133,16 +133,18 @@ def run_print(
     log, so that nobody knows what is laid or was measured; `AnswerError` for a path that cannot be printed;
     `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
-    manifest = manifest_of("print", inputs, options)
-    _require(folder, manifest, "--restart" if restart else "--resume" if resume else "")
+    manifest, option = manifest_of("print", inputs, options), "--restart" if restart else "--resume" if resume else ""
+    _require(folder, manifest, option)
     plan = plan_print(twin)
     begun = None if resume and not restart else _begun(twin, plan)  # a print that is refused leaves no folder
     if begun is not None and not restart:
-        _make(folder, manifest)
+        _make(folder)
     with alone_in(folder):
+        _require(folder, manifest, option)  # again: another program may have begun a print here meanwhile
         if restart:
             _clear(folder)
-            _make(folder, manifest)
+        if begun is not None:
+            write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         machine, printer = begun or _taken_up(twin, plan, folder)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
@@ -294,17 +296,16 @@ def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
         return
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
-    if folder.is_dir() and any(folder.iterdir()):
+    if folder.is_dir() and any(each.name != LOCK for each in folder.iterdir()):
         raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
 
 
-def _make(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Make the folder of a new print, if it is not there, and write what is printed."""
+def _make(folder: Path) -> None:
+    """Make the folder of a new print, if it is not there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as reason:
         raise cannot_write(folder, reason) from None
-    write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
 
 
 def _clear(folder: Path) -> None:

@@ -1,0 +1,49 @@
+"""Commands that are killed, interrupted, without room, without their folder or in company, and their next runs."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+TOOL = runpy.run_path(str(Path(__file__).parents[2] / "tools" / "kill_campaigns.py"), run_name="tool")
+CAMPAIGNS = TOOL["listed"](60, 1, TOOL["TASKS"])
+FEW = [("calibrate", "kill"), ("equilibria", "terminate"), ("trade", "interrupt"), ("check", "full-disk")]
+
+
+@pytest.mark.parametrize(("command", "disaster"), FEW)
+def test_the_next_run_is_as_if_nothing_had_happened(command: str, disaster: str) -> None:
+    assert TOOL["held"](TOOL["Campaign"](command, disaster, 3)).faults == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("campaign", CAMPAIGNS, ids=lambda each: f"{each.command}-{each.disaster}-{each.seed}")
+def test_sixty_disasters(campaign) -> None:
+    assert TOOL["held"](campaign).faults == []
+
+
+def test_each_command_has_each_disaster_twice() -> None:
+    assert len(set(CAMPAIGNS)) == 60
+    assert {(each.command, each.disaster) for each in CAMPAIGNS[:30]} == {
+        (each.command, each.disaster) for each in CAMPAIGNS[30:]
+    }
+
+
+@pytest.mark.parametrize(
+    ("program", "faults"),
+    [
+        ("import sys; sys.exit('cablewright: no')", []),
+        ("import sys; sys.exit(1)", ["no reason"]),
+        ("raise KeyError", ["traceback", "no reason"]),
+        ("import sys; sys.exit('cablewright: ' + 'x' * 3000)", ["a message of 3013 characters"]),
+    ],
+)
+def test_what_a_program_says_is_judged(program: str, faults: list[str]) -> None:
+    import subprocess
+
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    outcome = TOOL["Outcome"]()
+    TOOL["judge_words"](TOOL["end"](process, 0.0), outcome)
+    assert [fault.startswith(word) for fault, word in zip(outcome.faults, faults, strict=True)] == [True] * len(faults)
