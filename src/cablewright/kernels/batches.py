@@ -8,16 +8,18 @@ import numpy as np
 from cablewright.kernels import jit, prange
 from cablewright.kernels.certificates.krawczyk import certify, levers
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
-from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, robot_of
+from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
 from cablewright.kernels.newton import largest
-from cablewright.kernels.rotation import between, compose
+from cablewright.kernels.rotation import between, compose, matrix
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import inverse_workspace, solve_inverse
 from cablewright.kernels.statics.lever_starts import start_at
 from cablewright.kernels.statics.line import extremes, lengths_of
 from cablewright.kernels.statics.linearise import linearise, tension_changes
+from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.kernels.statics.underactuated import solve_hanging
+from cablewright.kernels.statics.wrench import place
 
 CHUNK = 64  # rows per task
 MAX_DEVIATION = 0.05  # m, rad: between the expected and the solved pose of a row that continues its neighbour's path
@@ -129,6 +131,24 @@ def hanging_sweep(packed, poses, states, lengths, codes, violations):
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         hanging_rows(packed, poses, states, lengths, codes, violations, first, min(rows, first + CHUNK))
+
+
+@jit(allocates=True)
+def straight_rows(packed, poses, tension, lengths):
+    """Write the lengths (N, m) of straight lines at *poses* (N, n); *tension* (N) only places levers.
+
+    NaN inside a sheave.
+    """
+    work, y = workspace(robot_of(packed, 0)), np.zeros(STATE)
+    for j in range(poses.shape[0]):
+        own = robot_of(packed, j)
+        if own.freedoms == 6:
+            matrix(poses[j, 3:], work.rotation)
+        for i in range(own.lines.shape[0]):
+            row, plane = own.lines[i], work.planes[i]
+            place(own.lines, i, poses[j], work.rotation, work.arms[i], plane)
+            found = straight(row, plane[2], plane[3], tension, y)
+            lengths[j, i] = whole_length(row, y) if found else np.nan
 
 
 @jit(allocates=True)

@@ -158,7 +158,8 @@ class Equilibrium(Rows, Result):
 
     A single one has pose (n,), lengths (m,), states (m, 6) and code (); a batch has a leading axis. `packed`: arrays of
     the robot as solved, one row for all or one for each. `violation`: N, by which the tensions of an inverse solution
-    exceed their limits; 0 where they hold, and for forward solutions. Lengths and states are NaN without a solution.
+    exceed their limits; 0 where they hold, and for forward solutions. States are NaN without a solution, and so are
+    lengths but for those of rigid lines without levers, which are geometry.
     """
 
     FIGURES: ClassVar = FIGURES
@@ -256,9 +257,13 @@ class Equilibrium(Rows, Result):
         return scalar(np.where(met, 0.0, slack))
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
-        """Return whether all rows are solved with residuals up to *tolerance* (m, and share of the weight)."""
+        """Return whether all rows are solved with residuals up to *tolerance*: m, and share of the weight.
+
+        Without gravity the largest tension takes the weight's place.
+        """
         weight = PlatformNumbers(self.packed.platform).weight
-        fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * weight)
+        load = np.where(weight > 0.0, weight, self.tensions.max(axis=-1))
+        fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * load)
         return bool(np.all(self.ok & fits))
 
     def checked(self) -> Equilibrium:

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.units import Acceleration, Length, Positive, Vec3
+from cablewright.units import Acceleration, Length, NonNegative, Positive, Vec3
 from cablewright.validation import Description, require_box
 
 MAX_SHAPES = 200
@@ -27,7 +27,7 @@ class Scene(Description):
     ``beams``: the parts of the frame that lines may touch.
     """
 
-    gravity: Positive[Acceleration] = 9.81
+    gravity: NonNegative[Acceleration] = 9.81
     frame_min: Vec3
     frame_max: Vec3
     beams: Annotated[tuple[Beam, ...], Field(max_length=MAX_SHAPES)] = ()

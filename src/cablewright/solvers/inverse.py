@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
+from cablewright.errors import InputError
 from cablewright.kernels import batches
+from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.packed_views import blank_states
+from cablewright.models.packed_views import PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, run
@@ -34,7 +36,8 @@ def inverse(
 
     *cable* is ``rigid``, ``elastic`` or ``catenary`` (default); *sheave* simplifies the sheaves as built;
     *tension_limits* (min, max), N, replace the lines' own and hold along the whole line. An infeasible pose is an
-    answer: its status states it, and its tensions violate the limits as little as possible. Raises `InputError` for
+    answer: its status states it, and its tensions violate the limits as little as possible. Lengths of ``rigid`` lines
+    without levers are geometry, and given at each complete pose that is not inside a sheave. Raises `InputError` for
     numbers of the wrong count or not finite.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
@@ -55,6 +58,7 @@ def solve_inverse(
     Where the limits allow a line so slack that it may hang in several shapes, a path keeps its neighbour's.
     *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them.
     """
+    _require_a_load(model)
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
     if preferred is not None:
@@ -70,5 +74,29 @@ def solve_inverse(
         run(batches.hanging_rows, batches.hanging_sweep, rows, *arrays)
     else:
         run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, path)
+    if model.fidelity.cable is CableLaw.RIGID:
+        _draw_straight(model, packed, pose, lengths)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
+
+
+def _require_a_load(model: Model) -> None:
+    """Raise `InputError` where nothing loads the lines: their least tensions would be zero and hold nothing."""
+    platform = PlatformNumbers(model.packed.platform)
+    if platform.weight > 0.0 or platform.wrench.any():
+        return
+    if model.m < model.n:
+        raise InputError(f"gravity = 0, no external force: {model.m} lines leave freedoms that nothing decides")
+    if not model.lines.tension_min.any():
+        raise InputError("gravity = 0, no external force: a line's tension_limits must begin above 0, or all are slack")
+
+
+def _draw_straight(model: Model, packed: Packed, poses: Array, lengths: Array) -> None:
+    """Write the lengths of rigid lines where no tensions balance the platform; a lever's angle depends on them."""
+    rows = np.flatnonzero(np.isnan(lengths).any(axis=1))
+    if not len(rows):
+        return
+    drawn = np.empty((len(rows), model.m))
+    own = packed if len(packed.lines) == 1 else Packed(packed.freedoms, packed.lines[rows], packed.platform[rows])
+    batches.straight_rows(own, poses[rows], 1.0, drawn)
+    lengths[rows] = np.where(model.lines.has_lever, np.nan, drawn)

@@ -15,7 +15,6 @@ from cablewright.kernels.layout import (
     EXIT_X,
     FREE,
     FREE_COMPLIANCE,
-    PLATFORM_WEIGHT,
     RADIUS,
     WEIGHT,
 )
@@ -24,7 +23,7 @@ from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import add_eliminated, eliminate, move_platform
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
 from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
-from cablewright.kernels.statics.wrench import add_line, place, start_balance
+from cablewright.kernels.statics.wrench import add_line, load_scale, place, start_balance
 
 SPRING, SETTLED = 0, 1
 DESCENT_STEPS = 200
@@ -43,7 +42,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
     Only the first *n* freedoms move: 3 keep a rigid body's orientation. The line search compares slopes, not energies:
     it never steps far past the minimum along a step.
     """
-    load = packed.platform[PLATFORM_WEIGHT] + 1e-9
+    load = load_scale(packed) + 1e-9
     work.move[:, 0] = 0.0
     if not _evaluate(packed, lengths, pose, states, work, law):
         return False

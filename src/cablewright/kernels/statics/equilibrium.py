@@ -299,13 +299,25 @@ def judge(packed, states, planes):
 def judge_stability(packed, states, work):
     """Code of an evaluated equilibrium: OK if it is stable.
 
-    A point load always is, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`.
+    A point load always is, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`. Without a load
+    all lines may be slack.
     """
+    if _all_slack(packed, states):
+        return SINGULAR
     if packed.freedoms < 6 and not _leaves_backwards(packed, states):
         return OK
     if not condense(packed, states, work):
         return SINGULAR
     return judge_pivot(min_pivot(work.stiffness, packed.freedoms))
+
+
+@jit
+def _all_slack(packed, states):
+    """Whether no line carries anything."""
+    for i in range(packed.lines.shape[0]):
+        if not is_slack(packed.lines[i], states[i]):
+            return False
+    return True
 
 
 @jit

@@ -3,7 +3,7 @@
 from math import pi
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED, PLATFORM_WEIGHT
+from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
@@ -19,7 +19,7 @@ from cablewright.kernels.statics.equilibrium import (
 )
 from cablewright.kernels.statics.line import SLACK_TENSION, guess
 from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import place
+from cablewright.kernels.statics.wrench import load_scale, place
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
@@ -185,7 +185,7 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
     for i in range(m):
         row, y, plane = packed.lines[i], states[i], work.planes[i]
         place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if not straight(row, plane[2], plane[3], packed.platform[PLATFORM_WEIGHT] / m, y):
+        if not straight(row, plane[2], plane[3], load_scale(packed) / m, y):
             return NOT_CONVERGED, 0, 0.0
         taut[i] = min(lengths[i], whole_length(row, y))
     if not guess_states(packed, taut, pose, states, work, 1.0):
@@ -218,7 +218,7 @@ def guess_states(packed, lengths, pose, states, work, pull):
 
     Levers are placed as if each line carried *pull* times its share of the platform's weight.
     """
-    share = pull * packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    share = pull * load_scale(packed) / packed.lines.shape[0]
     if packed.freedoms == 6:
         matrix(pose[3:], work.rotation)
     for i in range(packed.lines.shape[0]):

@@ -66,7 +66,7 @@ from cablewright.kernels.statics.line import (
 )
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
-from cablewright.kernels.statics.wrench import add_force, has_plane, place, start_balance
+from cablewright.kernels.statics.wrench import add_force, has_plane, load_scale, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
@@ -201,7 +201,7 @@ def _may_slacken(packed, base):
 def _least_infeasible(packed, states, work):
     """Write the tensions of an infeasible pose that violate the limits least. Returns code and violation, N."""
     settled, violation = _least_violation(packed, states, work)
-    if settled and violation <= SMALL_VIOLATION * packed.platform[PLATFORM_WEIGHT]:
+    if settled and violation <= SMALL_VIOLATION * load_scale(packed):
         code = _distribute(packed, states, work, 0.0)  # the infeasible program was far from the solution
         if code != INFEASIBLE:
             return code, 0.0
@@ -323,7 +323,7 @@ def _least_violation(packed, states, work):
 @jit
 def _would_push(packed, work):
     """Whether some line is required to push although its pull has been reduced to almost nothing."""
-    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    share = load_scale(packed) / packed.lines.shape[0]
     for i in range(packed.lines.shape[0]):
         if work.required[i] <= 0.0 and work.pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
             return True
@@ -336,7 +336,7 @@ def _begin(packed, pose, states, work, known):
     base = work.base
     if not known:
         work.multipliers[:] = 0.0
-    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    share = load_scale(packed) / packed.lines.shape[0]
     if packed.freedoms == 6:
         matrix(pose[3:], base.rotation)
     for i in range(packed.lines.shape[0]):

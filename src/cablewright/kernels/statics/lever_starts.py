@@ -10,7 +10,6 @@ from cablewright.kernels.layout import (
     FREE_COMPLIANCE,
     LEVER,
     PHI,
-    PLATFORM_WEIGHT,
     PSI,
     RADIUS,
     SIDE,
@@ -22,6 +21,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.statics.forward import guess_states
 from cablewright.kernels.statics.sheave import straight, tangent, wrap
+from cablewright.kernels.statics.wrench import load_scale
 
 
 @jit
@@ -29,7 +29,7 @@ def start_at(packed, lengths, pose, heads, pull, states, work):
     """As `forward.guess_states`, with the levers marked in *heads* (m,) inverted. False if a guess does not exist."""
     if not guess_states(packed, lengths, pose, states, work, pull):
         return False
-    share = pull * packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    share = pull * load_scale(packed) / packed.lines.shape[0]
     for i in range(packed.lines.shape[0]):
         row, plane = packed.lines[i], work.planes[i]
         inverted = heads[i] and row[UNKNOWNS] == 6.0

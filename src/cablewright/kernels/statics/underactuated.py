@@ -14,7 +14,6 @@ from cablewright.kernels.layout import (
     INFEASIBLE,
     NOT_CONVERGED,
     OK,
-    PLATFORM_WEIGHT,
     TENSION_MAX,
     TENSION_MIN,
     UNKNOWNS,
@@ -29,7 +28,7 @@ from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
 from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.wrench import add_force, add_line, place, start_balance
+from cablewright.kernels.statics.wrench import add_force, add_line, load_scale, place, start_balance
 
 MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search
 SPRING_ROUNDS = 3  # descents on springs before Newton
@@ -107,7 +106,7 @@ def _solve_from(packed, given, pose, states, work):
 def _judge_failure(packed, states, work):
     """Code and violation where the balance was not met: NEEDS_PUSH where a pull has become negligible."""
     for i in range(packed.lines.shape[0]):
-        min_pull = max(NO_PULL * packed.platform[PLATFORM_WEIGHT], packed.lines[i, WEIGHT] * states[i, FREE])
+        min_pull = max(NO_PULL * load_scale(packed), packed.lines[i, WEIGHT] * states[i, FREE])
         if work.pulls[i] < min_pull:
             return NEEDS_PUSH, packed.lines[i, TENSION_MIN]
     return NOT_CONVERGED, 0.0
@@ -138,7 +137,7 @@ def _hang(packed, given, pose, states, work):
     for i in range(m):
         plane = base.planes[i]
         stretch = sqrt(plane[2] ** 2 + plane[3] ** 2) / base.lengths[i] - 1.0
-        share = 1e-2 * packed.platform[PLATFORM_WEIGHT] / m
+        share = 1e-2 * load_scale(packed) / m
         work.pulls[i] = max(stretch / elastic.lines[i, FREE_COMPLIANCE], share)
     _keep(given, pose)
     return True
@@ -148,7 +147,7 @@ def _hang(packed, given, pose, states, work):
 def _balance(packed, given, pose, states, work):
     """Run Newton on the platform's balance in the free freedoms and the pulls. True if it converges."""
     base, n = work.base, packed.freedoms
-    load = packed.platform[PLATFORM_WEIGHT]
+    load = load_scale(packed)
     for k in range(3):
         load += abs(packed.platform[WRENCH + k])
     if not _evaluate(packed, pose, states, work, True):

@@ -3,7 +3,7 @@
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, LEVER, MASS_X, PLATFORM_WEIGHT, POINT_X, RADIUS, WRENCH
+from cablewright.kernels.layout import EXIT_X, LEVER, MASS_X, PLATFORM_WEIGHT, POINT_X, RADIUS, TENSION_MIN, WRENCH
 from cablewright.kernels.rotation import rotate
 
 AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
@@ -32,11 +32,17 @@ def place(lines, i, pose, rotation, arm, plane):
 
 
 @jit
+def is_eyelet(row):
+    """Whether a line bends at one point, without a sheave or a lever."""
+    return row[RADIUS] == 0.0 and row[LEVER] == 0.0
+
+
+@jit
 def has_plane(row, plane):
     """Whether a line has a plane: not on the axis of its sheave, nor in its eyelet. From an eyelet any will do."""
     if plane[2] > NO_PLANE:
         return True
-    return row[RADIUS] == 0.0 and row[LEVER] == 0.0 and abs(plane[3]) > NO_PLANE
+    return is_eyelet(row) and abs(plane[3]) > NO_PLANE
 
 
 @jit
@@ -45,9 +51,27 @@ def sideways(row, x, h, kxx):
 
     Straight below an eyelet all planes are alike, and its limit is the stiffness *kxx* in the plane.
     """
-    if x < STRAIGHT_DOWN and row[RADIUS] == 0.0 and row[LEVER] == 0.0:
+    if x < STRAIGHT_DOWN and is_eyelet(row):
         return kxx
     return h / max(x, AXIS_DISTANCE)
+
+
+@jit
+def load_scale(packed):
+    """Force (N) with which imbalances and guesses are compared: the platform's weight.
+
+    Without gravity the external force takes its place, and without one too the largest minimum tension, or 1 N.
+    """
+    platform = packed.platform
+    if platform[PLATFORM_WEIGHT] > 0.0:
+        return platform[PLATFORM_WEIGHT]
+    force = abs(platform[WRENCH]) + abs(platform[WRENCH + 1]) + abs(platform[WRENCH + 2])
+    if force > 0.0:
+        return force
+    least = 0.0
+    for i in range(packed.lines.shape[0]):
+        least = max(least, packed.lines[i, TENSION_MIN])
+    return least if least > 0.0 else 1.0
 
 
 @jit

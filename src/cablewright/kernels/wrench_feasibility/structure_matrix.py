@@ -31,7 +31,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.rotation import matrix, rotate
 from cablewright.kernels.statics.sheave import straight, wrap
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, place
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, is_eyelet, place
 
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
@@ -79,7 +79,7 @@ def structure_at(packed, pose, work):
         matrix(pose[3:], R)
     m, reach = lines.shape[0], AXIS_DISTANCE
     for i in range(m):
-        if lines[i, RADIUS] == 0.0 and lines[i, LEVER] == 0.0:
+        if is_eyelet(lines[i]):
             rx, ry, rz = lines[i, POINT_X], lines[i, POINT_X + 1], lines[i, POINT_X + 2]
             if n == 6:
                 rx, ry, rz = rotate(R, rx, ry, rz)
