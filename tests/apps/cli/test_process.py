@@ -138,6 +138,32 @@ def test_a_request_after_the_answer_changes_nothing(asked: signal.Signals) -> No
     assert b"merlet2023" in ended.stdout
 
 
+def test_a_request_in_a_callback_from_c_is_not_lost() -> None:
+    """There Python cannot raise: LLVM calls back while it compiles."""
+    program = """
+import ctypes, os, signal, time
+import cablewright.solvers.inverse
+from cablewright.apps.cli.main import main
+
+@ctypes.CFUNCTYPE(None)
+def back():
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.01)
+
+def compiled(*arguments, **options):
+    back()
+    while True:
+        time.sleep(0.01)
+
+cablewright.solvers.inverse.solve_inverse = compiled
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+main()
+"""
+    asked = [sys.executable, "-c", program, "inverse", "merlet2023", "--at", "0,0,1"]
+    ended = subprocess.run(asked, capture_output=True, text=True, check=False, timeout=50)
+    assert (ended.returncode, ended.stderr) == (130, "cablewright: interrupted\n")
+
+
 def test_an_error_after_an_interruption_is_the_interruption(cli, monkeypatch) -> None:
     def call(*_arguments: object, **_options: object) -> None:
         try:
@@ -145,10 +171,10 @@ def test_an_error_after_an_interruption_is_the_interruption(cli, monkeypatch) ->
         except KeyboardInterrupt:
             raise RuntimeError("what a library makes of it") from None
 
-    monkeypatch.setattr(main._Interrupts, "asked", False)
+    monkeypatch.setattr(main._Interrupts, "asked", 0)
     monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", call)
     assert cli("inverse", "merlet2023", "--at", "0,0,1").code == 130
-    monkeypatch.setattr(main._Interrupts, "asked", False)
+    monkeypatch.setattr(main._Interrupts, "asked", 0)
     monkeypatch.setattr("cablewright.solvers.inverse.solve_inverse", raising(RuntimeError("our own fault")))
     with pytest.raises(RuntimeError):
         cli("inverse", "merlet2023", "--at", "0,0,1")

@@ -8,6 +8,7 @@ import logging
 import os
 import signal
 import sys
+import threading
 import traceback
 from importlib import import_module
 from typing import Annotated, Any, ClassVar
@@ -67,6 +68,7 @@ COMMANDS = {
 """Commands by group: the class that declares each, in a module of `apps.cli`, and what it answers."""
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
+ASK_AGAIN = 0.1  # s
 NOT_COMPUTED = "cannot be computed with"
 NO_ROBOT = "what follows from this input is no robot"
 """Words of errors that no file should cause; the fuzzer looks for them."""
@@ -128,6 +130,7 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) != signal.SIG_IGN:  # a job in the background of a shell is asked by nobody
             signal.signal(number, _interrupt)
+    sys.unraisablehook = _ask_again
     code = run(sys.argv[1:])
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # the answer is given; the interpreter, as it ends, would die of them
@@ -140,14 +143,22 @@ def main() -> None:
 
 
 class _Interrupts:
-    """Whether the person, or the system, has asked the program to end."""
+    """The signal by which the person, or the system, has asked the program to end; 0: none did."""
 
-    asked = False
+    asked = 0
 
 
-def _interrupt(_number: int, _frame: object) -> None:
-    _Interrupts.asked = True
+def _interrupt(number: int, _frame: object) -> None:
+    _Interrupts.asked = number
     raise KeyboardInterrupt
+
+
+def _ask_again(lost: Any) -> None:
+    """Hear an interruption again that came where nothing can be raised: in a callback of LLVM, as kernels compile."""
+    if lost.exc_type is KeyboardInterrupt and _Interrupts.asked:
+        threading.Timer(ASK_AGAIN, signal.raise_signal, [_Interrupts.asked]).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def run(arguments: list[str]) -> int:
