@@ -383,7 +383,8 @@ def judge_print(task: Task, folder: Path, outcome: Outcome) -> None:
 def laid(out: Path, job: Path) -> Array:
     """Stretches of path (k, 2), m, along which the valve was open, in the order of time, by the true place."""
     track = TimedPath.of(load_job(job)).track
-    stretches, before = [], None
+    stretches: list[tuple[float, float]] = []
+    before: float | None = None
     with read_log(out) as log:
         for entry in log.entries(without={Scan}):
             assert entry.truth is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+import subprocess
 import sys
 from pathlib import Path
 
@@ -41,8 +42,6 @@ def test_each_command_has_each_disaster_twice() -> None:
     ],
 )
 def test_what_a_program_says_is_judged(program: str, faults: list[str]) -> None:
-    import subprocess
-
     process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     outcome = TOOL["Outcome"]()
     TOOL["judge_words"](TOOL["end"](process, 0.0), outcome)

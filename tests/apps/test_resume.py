@@ -132,5 +132,6 @@ def test_a_print_that_was_killed_before_it_began_leaves_an_empty_folder(
     cli, printed: tuple[Path, Path], tmp_path: Path
 ) -> None:
     (tmp_path / "run").mkdir()
-    (tmp_path / "run" / LOCK).touch()
+    for left in (LOCK, ".0123456789abcdef.part"):
+        (tmp_path / "run" / left).touch()
     assert again(cli, printed[0], tmp_path / "run").json["status"] == "finished"

@@ -296,7 +296,7 @@ def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
         return
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
-    if folder.is_dir() and any(each.name != LOCK for each in folder.iterdir()):
+    if folder.is_dir() and any(each.name != LOCK and each.suffix != ".part" for each in folder.iterdir()):
         raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
 
 
