@@ -59,6 +59,8 @@ def _require_simulated(robot: Robot) -> None:
     origin = f"robot {robot.name!r}"
     if not isinstance(robot.platform, PointPlatform):
         raise InputError(f"{origin}: only a point platform can be simulated, so that it has no machine file")
+    if robot.scene.gravity == 0.0:
+        raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")
     for line in robot.lines:
         if line.cable.linear_density == 0.0:
             raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")

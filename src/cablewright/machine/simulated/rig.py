@@ -229,6 +229,8 @@ def _check(robot: Robot) -> None:
     """Raise `InputError` for a robot that no plant can simulate."""
     if robot.n != 3:
         raise InputError(f"robot {robot.name!r}: only a point platform, from which a drum hangs, can be simulated")
+    if robot.scene.gravity == 0.0:
+        raise InputError(f"robot {robot.name!r}: gravity = 0: a drum that hangs, and powder that falls, need some")
     for line in robot.lines:
         if line.cable.linear_density == 0.0:
             raise InputError(
