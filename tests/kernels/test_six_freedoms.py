@@ -25,6 +25,7 @@ def eight_lines(weight: float = 0.3, radius: float = 0.0) -> Packed:
     lines[:, [layout.FREE_COMPLIANCE, layout.ARC_COMPLIANCE]] = 1 / 130e3
     lines[:, [layout.TENSION_MIN, layout.TENSION_MAX, layout.BREAKING]] = 20.0, 2000.0, 5000.0
     lines[:, layout.UNKNOWNS] = 3
+    lines[:, [layout.SPANS, layout.PULLS]] = 1.0
     platform = np.zeros(layout.PLATFORM)
     platform[layout.PLATFORM_WEIGHT] = 98.1
     platform[layout.MASS_X : layout.MASS_Z + 1] = 0.01, -0.02, 0.03

@@ -46,7 +46,9 @@ COMPLIANCES = (FREE_COMPLIANCE, DEAD_COMPLIANCE, ARC_COMPLIANCE)
 TENSION_MIN, TENSION_MAX, BREAKING = 17, 18, 19
 UNKNOWNS = 20  # number of the line's unknowns, 3 to 6: it identifies the sheave kind
 PREFERRED = 21  # preferred pull (N): where tensions are redundant, the inverse problem minimises distances from it
-COLUMNS = 22
+SPANS = 22  # spans of the cable between exit and platform point: as often its free length counts
+PULLS = 23  # tensions at the platform point: spans of all cables of the line
+COLUMNS = 24
 
 # Unknowns of one line, ordered so that a simpler sheave kind uses the first few of them.
 # In the line's plane, x points towards B and z up; angles are of the tangent where the cable leaves the sheave.

@@ -83,6 +83,8 @@ def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
     own.dead_length = line.dead_length
     own.side = 1.0
     own.unknowns = 3
+    own.spans = line.advantage
+    own.pulls = line.advantage * line.cables
     sheave = line.sheave
     if law is not SheaveLaw.EYELET and sheave.kind != "eyelet":
         own.radius = sheave.radius

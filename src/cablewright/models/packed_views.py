@@ -39,7 +39,7 @@ class _Columns:
 
 
 class LineNumbers(_View):
-    """Numbers of lines under one fidelity, (..., 22): `Packed.lines`, that of a batch, or a row of it.
+    """Numbers of lines under one fidelity, (..., 24): `Packed.lines`, that of a batch, or a row of it.
 
     A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
     eyelet, the compliance of a rigid cable.
@@ -64,6 +64,8 @@ class LineNumbers(_View):
     tension_limits = _Columns(slice(layout.TENSION_MIN, layout.TENSION_MAX + 1), "Both limits, (..., 2), N.")
     breaking_load = _Columns(layout.BREAKING, "Breaking load, N.")
     unknowns = _Columns(layout.UNKNOWNS, "Number of the line's free unknowns, 3 to 6.")
+    spans = _Columns(layout.SPANS, "Spans of the cable between exit and platform point.")
+    pulls = _Columns(layout.PULLS, "Tensions at the platform point: spans of all cables of the line.")
     preferred_tension = _Columns(layout.PREFERRED, "Tension to which inverse solutions stay near, N.")
 
     @property

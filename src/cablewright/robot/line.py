@@ -8,13 +8,16 @@ from typing import Annotated, Self
 from pydantic import Field, StrictBool, model_validator
 
 from cablewright.robot.cable import Cable
-from cablewright.robot.sheave import Eyelet, Sheave
+from cablewright.robot.sheave import Eyelet, Sheave, UniversalJoint
 from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, NonNegative, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
 MAX_LINES = 64
 """Maximum number of lines of a robot."""
+
+MAX_SPANS = 12
+"""Maximum mechanical advantage, and maximum number of cables side by side."""
 
 AXIS_TOLERANCE = 1e-9
 """Largest horizontal distance of a winch exit from the exit point of a sheave that turns, m: rounding."""
@@ -27,12 +30,18 @@ class Line(Description):
     ``winch_exit``: (3,) m, world: start of the dead span. Without it the dead span is not modelled and adds
     ``dead_length`` (m) to the length. ``platform_point``: (3,) m, platform frame. ``tension_limits``: min and max, N.
     ``dead_elastic`` and ``arc_elastic``: whether the dead span and the cable on the sheave stretch.
+
+    ``advantage``: the mechanical advantage, which is the number of spans between exit point and platform point: with 2
+    the cable runs to a pulley on the platform and back. ``cables``: of one kind, side by side on one winch. Spans are
+    taken as alike, from point to point, and pulleys as without friction; tension is that of one cable.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     exit_point: Vec3
     winch_exit: Vec3 | None = None
     dead_length: NonNegative[Length] = 0.0
+    advantage: Annotated[int, Field(strict=True, ge=1, le=MAX_SPANS)] = 1
+    cables: Annotated[int, Field(strict=True, ge=1, le=MAX_SPANS)] = 1
     dead_elastic: StrictBool = True
     arc_elastic: StrictBool = False
     platform_point: Vec3 = (0.0, 0.0, 0.0)
@@ -48,6 +57,10 @@ class Line(Description):
             raise refusal("tension_limits", f"must end at or below the breaking load, {self.cable.breaking_load:g} N")
         if self.winch_exit is not None:
             self._check_dead_span(self.winch_exit)
+        if self.advantage > 1 and not isinstance(self.sheave, Eyelet):
+            raise refusal("advantage", "must be 1 over a sheave that turns; the ends of several spans are eyelets")
+        if self.cables > 1 and isinstance(self.sheave, UniversalJoint):
+            raise refusal("cables", "must be 1 on a universal joint, whose lever one cable balances")
         return self
 
     def _check_dead_span(self, winch_exit: Vec3) -> None:

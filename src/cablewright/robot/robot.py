@@ -99,6 +99,13 @@ class Robot(FileDescription):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {about_origin} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
+    def require_single_spans(self, by: str) -> None:
+        """Raise `InputError` for a line of several spans or cables, which is not covered *by* something."""
+        for line in self.lines:
+            for key in ("advantage", "cables"):
+                if getattr(line, key) > 1:
+                    raise InputError(f"{by}: line {line.name!r} has {key} = {getattr(line, key)}; only 1 is covered")
+
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
         """Return the robot with *tension_limits*, min and max (N), of every line."""
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in self.lines)

@@ -6,6 +6,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
+from cablewright.robot import Robot
 
 
 def swing_angles(equilibrium: Equilibrium) -> Array:
@@ -35,6 +36,11 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 
 
 def winch_torques(equilibrium: Equilibrium) -> Array:
-    """Return the torque that holds each drum, N m; NaN where the drum's radius is not known."""
-    radii = np.array([line.winch.drum_radius for line in equilibrium.model.robot.lines], dtype=np.float64)
-    return equilibrium.winch_tensions * radii
+    """Return the torque that holds each drum, N m, against all its cables; NaN where the radius is not known."""
+    return equilibrium.winch_tensions * drum_arms(equilibrium.model.robot)
+
+
+def drum_arms(robot: Robot) -> Array:
+    """Return the torque on each drum per tension of a cable, m: its radius, once for each cable; NaN if unknown."""
+    radii = np.array([line.winch.drum_radius for line in robot.lines], dtype=np.float64)
+    return radii * [line.cables for line in robot.lines]

@@ -54,7 +54,8 @@ def _slackest_dead_spans(equilibrium: Equilibrium) -> tuple[Array, Array]:
 
 def _modulus(equilibrium: Equilibrium, dead_length: Array) -> Array:
     """The modulus of strong monotonicity of each line, m/N: theorem 2, and Eqs. 6 and 8 for swivels."""
-    lines, free = equilibrium.lines, equilibrium.lengths - dead_length
+    lines = equilibrium.lines
+    free = (equilibrium.lengths - dead_length) / lines.spans
     stretch = np.where(lines.has_dead_span, lines.dead_compliance * lines.weight * dead_length, 0.0)  # kappa
     skew = lines.free_compliance * lines.radius * np.where(stretch > 0.0, (1.0 + 0.5 * stretch) / (1.0 - stretch), 0.5)
     return np.where(stretch < 0.5, lines.free_compliance * (free - math.pi * lines.radius) - skew, -np.inf)

@@ -65,6 +65,7 @@ def assumptions(robot: Robot) -> list[str]:
         f"How cables leave their mountings: {_shared(robot, _sheave)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
         f"The span from the winch: {_shared(robot, _dead_span)}.",
+        f"From there to the platform: {_shared(robot, _free_spans)}.",
         _platform(robot),
         "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
         (
@@ -142,6 +143,11 @@ def _dead_span(line: Line) -> str:
     if line.winch_exit is not None:
         return "modelled, stretches" if line.dead_elastic else "modelled, does not stretch"
     return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"
+
+
+def _free_spans(line: Line) -> str:
+    spans = "one span" if line.advantage == 1 else f"{line.advantage} spans over pulleys without friction"
+    return spans if line.cables == 1 else f"{spans} of each of {line.cables} cables side by side"
 
 
 def _speeds(digest: Digest) -> str:

@@ -34,6 +34,7 @@ from cablewright.kernels.layout import (
     PSI,
     RADIUS,
     SIDE,
+    SPANS,
     TAU,
     UNKNOWNS,
     WEIGHT,
@@ -116,7 +117,7 @@ def enclose_residual(row, y, x, z, length, out):
     psi = point(y[PSI]) if unknowns > 4 else upright(row[SIDE])
     taken, _ = taken_up(row, t)
     rest = point(y[DEAD]) if unknowns > 3 else point(row[DEAD_LENGTH])
-    out[2, 0], out[2, 1] = sub(add(add(free, arc_length(row, psi, phi, taken)), rest), length)
+    out[2, 0], out[2, 1] = sub(add(add(mul(point(row[SPANS]), free), arc_length(row, psi, phi, taken)), rest), length)
     if unknowns > 3:
         cp, sp = dead_direction(row, psi)
         dx, dz = enclose_end(mul(t, cp), mul(t, sp), rest, row[WEIGHT], row[DEAD_COMPLIANCE])
@@ -156,7 +157,7 @@ def enclose_jacobian(row, y, radius, low, high):
     taken, stretch = taken_up(row, t)
     low[2, PHI], high[2, PHI] = neg(mul(turn, taken))
     low[2, TAU], high[2, TAU] = neg(mul(arc_length(row, psi, phi, taken), mul(taken, stretch)))
-    low[2, FREE], high[2, FREE] = ONE
+    low[2, FREE] = high[2, FREE] = row[SPANS]
     if unknowns > 3:
         cp, sp = dead_direction(row, psi)
         _enclose_dead(row, t, cp, sp, _unknown(y, radius, DEAD), turn, taken, low, high)

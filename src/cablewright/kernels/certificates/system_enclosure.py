@@ -18,6 +18,7 @@ from cablewright.kernels.layout import (
     PHI,
     PLATFORM_WEIGHT,
     POINT_X,
+    PULLS,
     STATE,
     TAU,
     UNKNOWNS,
@@ -132,6 +133,8 @@ def residual_of_all(packed, lengths, pose, states, work):
         end = start + int(row[UNKNOWNS])
         h, v = enclose_residual(row, states[i], reach, z, point(lengths[i]), work.residual[start:end])
         v = add(v, mul(point(row[WEIGHT]), point(states[i, FREE])))
+        pulls = point(row[PULLS])
+        h, v = mul(pulls, h), mul(pulls, v)
         _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(v))
         _add_balance(work.residual, first, n, work.arm, work.force)
 
@@ -158,7 +161,8 @@ def jacobian_of_all(packed, pose, states, work):
         end = start + int(row[UNKNOWNS])
         box = work.radius[start:end]
         h, v = enclose_jacobian(row, states[i], box, low[start:end, start:end], high[start:end, start:end])
-        weight = point(row[WEIGHT])
+        pulls = point(row[PULLS])
+        h, v, weight = mul(pulls, h), mul(pulls, v), mul(pulls, point(row[WEIGHT]))
         end_v = add(v, mul(weight, inflate(point(states[i, FREE]), box[FREE])))
         _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(end_v))
         _add_unknown(first, start + PHI, n, work, neg(v), h, ex, ey)

@@ -16,6 +16,7 @@ from cablewright.kernels.layout import (
     FREE,
     FREE_COMPLIANCE,
     RADIUS,
+    SPANS,
     WEIGHT,
 )
 from cablewright.kernels.newton import copy, largest, largest_of_column, solve
@@ -154,7 +155,9 @@ def _massless(row, x, z, length, y, block, rhs):
     if excess <= 0.0:
         return 0
     contact = row[RADIUS] * wrap(row, y)
-    compliance = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
+    compliance = (
+        row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
+    )
     tension = excess / compliance
     straight(row, x, z, tension, y)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
@@ -190,7 +193,8 @@ def _offset_springs(packed, lengths, pose, states, work):
         x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
         if not straight(row, x, plane[3], SPRING_TENSION, y):
             return False
-        work.lengths[i] = max(lengths[i] - whole_length(row, y) + sqrt(x * x + plane[3] * plane[3]), 1e-3)
+        more = (lengths[i] - whole_length(row, y)) / row[SPANS]
+        work.lengths[i] = max(more + sqrt(x * x + plane[3] * plane[3]), 1e-3)
     return True
 
 
@@ -201,7 +205,7 @@ def place_below(packed, lengths, pose):
     pose[:3] = 0.0
     drop = 1e300
     for i in range(m):
-        drop = min(drop, 0.25 * lengths[i])
+        drop = min(drop, 0.25 * lengths[i] / packed.lines[i, SPANS])
     for k in range(3):
         low, high = 1e300, -1e300
         for i in range(m):

@@ -24,6 +24,7 @@ from cablewright.kernels.layout import (
     OVERSTRETCHED,
     PHI,
     PLATFORM_WEIGHT,
+    PULLS,
     RADIUS,
     SINGULAR,
     STATE,
@@ -38,7 +39,7 @@ from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
 from cablewright.kernels.statics.sheave import wrap
-from cablewright.kernels.statics.wrench import add_force, add_line, has_plane, place, start_balance
+from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, place, start_balance
 
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # on every geometric equation, m: of lines over 1 m, of shorter ones a share
@@ -122,8 +123,8 @@ def evaluate(packed, lengths, pose, states, work):
                 size *= row[LEVER] / max(1.0, row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU])))  # about its end's error
             if size > worst or size != size:  # keeps a NaN
                 worst = size
-        add_force(work.arms[i], -h * plane[0], -h * plane[1], -v, work.trial)
-        scale = max(scale, abs(h), abs(v))
+        add_pull(row, work.arms[i], plane, h, v, work.trial)
+        scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
     return worst, _unbalanced(work.trial, reach), scale
 
 

@@ -31,6 +31,7 @@ from cablewright.kernels.layout import (
     PLATFORM_WEIGHT,
     PREFERRED,
     PSI,
+    PULLS,
     RADIUS,
     SINGULAR,
     TAU,
@@ -66,7 +67,7 @@ from cablewright.kernels.statics.line import (
 )
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
-from cablewright.kernels.statics.wrench import add_force, has_plane, load_scale, place, start_balance
+from cablewright.kernels.statics.wrench import add_pull, has_plane, load_scale, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
@@ -240,11 +241,11 @@ def balances(packed, states, work):
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
     scale = packed.platform[PLATFORM_WEIGHT]
     for i in range(packed.lines.shape[0]):
+        row = packed.lines[i]
         h, v = start_force(states[i])
-        v += packed.lines[i, WEIGHT] * states[i, FREE]
-        plane = base.planes[i]
-        add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, base.wrench)
-        scale = max(scale, abs(h), abs(v))
+        v += row[WEIGHT] * states[i, FREE]
+        add_pull(row, base.arms[i], base.planes[i], h, v, base.wrench)
+        scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
     return unbalanced(packed, base.arms, base.wrench) <= BALANCE_TOLERANCE * scale
 
 
@@ -377,11 +378,11 @@ def _program(packed, states, work, give, relax):
         dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
         dh, dv = dh / pull, dv / pull
         work.column[:] = 0.0
-        add_force(base.arms[i], dh * plane[0], dh * plane[1], dv, work.column)
+        add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
         _curve(work, i, pull, row[PREFERRED])
         # the part of the end force that is not proportional to the pull belongs to the load
         h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
-        add_force(base.arms[i], -h * plane[0], -h * plane[1], -v, work.load)
+        add_pull(row, base.arms[i], plane, h, v, work.load)
         low, high, dlow, dhigh = extremes_and_change(
             row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
         )

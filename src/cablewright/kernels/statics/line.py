@@ -21,6 +21,7 @@ from cablewright.kernels.layout import (
     PSI,
     RADIUS,
     SIDE,
+    SPANS,
     TAU,
     UNKNOWNS,
     WEIGHT,
@@ -64,10 +65,10 @@ def system(row, y, x, z, length, jacobian, residual):
     jacobian[1, FREE] = zl
     taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
     arc = radius * wrap(row, y) * taken
-    residual[2] = y[FREE] + y[DEAD] + arc + constant_length(row) - length
+    residual[2] = row[SPANS] * y[FREE] + y[DEAD] + arc + constant_length(row) - length
     jacobian[2, PHI] = -turn * taken
     jacobian[2, TAU] = -arc * taken * t * row[ARC_COMPLIANCE]
-    jacobian[2, FREE] = 1.0
+    jacobian[2, FREE] = row[SPANS]
     if unknowns > 3:
         cp, sp = cos(y[PSI]), sin(y[PSI])
         dx, dz, hh, hv, vv, xl, zl, _ = span(t * cp, t * sp, y[DEAD], weight, row[DEAD_COMPLIANCE])
@@ -173,7 +174,7 @@ def _span_extremes(h, v, carried, dh, dv, dcarried):
 def length_of(row, y):
     """Unstrained length from the winch exit to the platform point, m."""
     taken = 1.0 + exp(y[TAU]) * row[ARC_COMPLIANCE]
-    return y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) / taken + constant_length(row)
+    return row[SPANS] * y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) / taken + constant_length(row)
 
 
 @jit
@@ -213,7 +214,7 @@ def guess(row, x, z, length, tension, y):
     chord = y[FREE]
     weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
     unstrain(y, 0.0, row[DEAD_COMPLIANCE])
-    free = length - y[DEAD] - row[RADIUS] * wrap(row, y) - constant_length(row)
+    free = (length - y[DEAD] - row[RADIUS] * wrap(row, y) - constant_length(row)) / row[SPANS]
     free = max(free, 0.05 * chord)
     reach = chord * cos(y[PHI])
     sag = weight * weight * reach * reach * chord / 24.0

@@ -14,6 +14,7 @@ from cablewright.kernels.layout import (
     OK,
     PHI,
     PSI,
+    PULLS,
     RADIUS,
     SIDE,
     SINGULAR,
@@ -113,6 +114,7 @@ def _add_own(row, y, length, i, work, changes, right):
         dh, dv = force_change(h, v, row[WEIGHT], changes, k)
         if OWN[k] == WEIGHT_FACTOR:
             dv -= row[WEIGHT] * y[FREE]
+        dh, dv = row[PULLS] * dh, row[PULLS] * dv
         _write(right, arm, dh * plane[0], dh * plane[1], dv, i * PARAMETERS + OWN[k], work.trial)
     return True
 
@@ -128,12 +130,13 @@ def _add_points(row, y, i, work, right):
     ex, ey = plane[0], plane[1]
     kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
     kxz, kzz = force_change(h, v, row[WEIGHT], steps, 2)
+    pulls, v = row[PULLS], v + row[WEIGHT] * y[FREE]
+    h, v, kxx, kxz, kzx, kzz = pulls * h, pulls * v, pulls * kxx, pulls * kxz, pulls * kzx, pulls * kzz
     across = sideways(row, plane[2], h, kxx)
     xx, yy, xy = ex * ex * kxx + ey * ey * across, ey * ey * kxx + ex * ex * across, ex * ey * (kxx - across)
     column = i * PARAMETERS + EXIT
     _write(right, arm, xx, xy, ex * kzx, column, work.trial)
     _write(right, arm, xy, yy, ey * kzx, column + 1, work.trial)
-    v += row[WEIGHT] * y[FREE]
     column = i * PARAMETERS + POINT
     for axis in range(3):
         dx, dy, dz = turned[0, axis], turned[1, axis], turned[2, axis]

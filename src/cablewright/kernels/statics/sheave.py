@@ -14,6 +14,7 @@ from cablewright.kernels.layout import (
     PSI,
     RADIUS,
     SIDE,
+    SPANS,
     TAU,
     UNKNOWNS,
     WINCH_X,
@@ -78,7 +79,7 @@ def wrap(row, y):
 @jit
 def whole_length(row, y):
     """Length (m) of the straight line that `straight` wrote to *y*: spans, contact and constant part."""
-    return y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
+    return row[SPANS] * y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
 
 
 @jit

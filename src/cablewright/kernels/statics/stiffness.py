@@ -1,7 +1,7 @@
 """Tangent stiffness of the platform, and each line's stiffness along its own chord."""
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import OK, SINGULAR, WEIGHT, robot_of
+from cablewright.kernels.layout import OK, PULLS, SINGULAR, WEIGHT, robot_of
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
 from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
@@ -36,6 +36,6 @@ def _stiffness(packed, pose, states, work, tangent, chords, axial):
         kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
         kxz, kzz = force_change(h, v, row[WEIGHT], steps, 2)
         _, cx, cz = pull_of(row, y, plane[2], plane[3])
-        axial[i] = cx * (kxx * cx + kxz * cz) + cz * (kzx * cx + kzz * cz)
+        axial[i] = row[PULLS] * (cx * (kxx * cx + kxz * cz) + cz * (kzx * cx + kzz * cz))
         chords[i, 0], chords[i, 1], chords[i, 2] = plane[0] * cx, plane[1] * cx, cz
     return OK

@@ -3,7 +3,7 @@
 from math import cos, nan, sin, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, FREE, PHI
+from cablewright.kernels.layout import EXIT_X, FREE, PHI, SPANS
 from cablewright.kernels.statics.sheave import straight, whole_length
 
 # Columns of a line's results.
@@ -15,8 +15,9 @@ FOUND = 3
 def draw(lines, position, tension, scratch, found, planes, toward):
     """Write the straight *lines* (m, COLUMNS) to *position* (3,), m; *tension* (N) only places levers.
 
-    *found* (m, FOUND); *planes* (m, 4) as `wrench.place` has them; *toward* (m, 3): unit vector, the derivative of a
-    line's length by the position. NaN for a line without a tangent to the position. *scratch* (STATE,).
+    *found* (m, FOUND); *planes* (m, 4) as `wrench.place` has them; *toward* (m, 3): the derivative of a line's length
+    by the position: for one span the unit vector away from the sheave. NaN for a line without a tangent to the
+    position. *scratch* (STATE,).
     """
     for i in range(lines.shape[0]):
         row = lines[i]
@@ -27,6 +28,7 @@ def draw(lines, position, tension, scratch, found, planes, toward):
         if straight(row, x, dz, tension, scratch):
             phi = scratch[PHI]
             found[i, ANGLE], found[i, REACH], found[i, WHOLE] = phi, scratch[FREE], whole_length(row, scratch)
-            toward[i, 0], toward[i, 1], toward[i, 2] = cos(phi) * ex, cos(phi) * ey, sin(phi)
+            along, up = row[SPANS] * cos(phi), row[SPANS] * sin(phi)
+            toward[i, 0], toward[i, 1], toward[i, 2] = along * ex, along * ey, up
         else:
             found[i, :], toward[i, :] = nan, nan

@@ -28,7 +28,7 @@ from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
 from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.wrench import add_force, add_line, load_scale, place, start_balance
+from cablewright.kernels.statics.wrench import add_line, add_pull, load_scale, place, start_balance
 
 MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search
 SPRING_ROUNDS = 3  # descents on springs before Newton
@@ -248,7 +248,7 @@ def _evaluate(packed, pose, states, work, restart):
         kxz, kzz = force_change(h, v, weight, steps, 2)
         add_line(row, base.arms[i], plane, h, v + weight * y[FREE], kxx, kxz, kzx, kzz, base.wrench, base.stiffness)
         work.column[:] = 0.0
-        add_force(base.arms[i], -dh * plane[0], -dh * plane[1], -dv, work.column)
+        add_pull(row, base.arms[i], plane, dh, dv, work.column)
         for k in range(packed.freedoms):
             work.structure[k, i] = work.column[k]
     return True

@@ -3,7 +3,17 @@
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, LEVER, MASS_X, PLATFORM_WEIGHT, POINT_X, RADIUS, TENSION_MIN, WRENCH
+from cablewright.kernels.layout import (
+    EXIT_X,
+    LEVER,
+    MASS_X,
+    PLATFORM_WEIGHT,
+    POINT_X,
+    PULLS,
+    RADIUS,
+    TENSION_MIN,
+    WRENCH,
+)
 from cablewright.kernels.rotation import rotate
 
 AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
@@ -93,8 +103,9 @@ def start_balance(packed, rotation, wrench, stiffness):
 
 @jit
 def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
-    """Add one line with the end force (h, v) and its in-plane stiffness, the derivatives of (h, v) by (x, z)."""
-    ex, ey = plane[0], plane[1]
+    """Add one line with the tension (h, v) at the end of a span and its derivatives by (x, z), in the line's plane."""
+    ex, ey, pulls = plane[0], plane[1], row[PULLS]
+    h, v, kxx, kxz, kzx, kzz = pulls * h, pulls * v, pulls * kxx, pulls * kxz, pulls * kzx, pulls * kzz
     fx, fy, fz = -h * ex, -h * ey, -v
     add_force(arm, fx, fy, fz, wrench)
     across = sideways(row, plane[2], h, kxx)
@@ -115,6 +126,13 @@ def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
         rx, ry, rz = arm[0], arm[1], arm[2]
         _add_turning(stiffness, rx, ry, rz, fx, fy, fz)
         _add_lever(stiffness, rx, ry, rz, xx, xy, xz, xy, yy, yz, zx, zy, kzz)
+
+
+@jit
+def add_pull(row, arm, plane, h, v, wrench):
+    """Add the force with which a line pulls at *arm* to *wrench* (n,); (h, v): tension at the end of one span, N."""
+    h, v = row[PULLS] * h, row[PULLS] * v
+    add_force(arm, -h * plane[0], -h * plane[1], -v, wrench)
 
 
 @jit

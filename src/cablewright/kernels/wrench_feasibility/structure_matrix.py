@@ -21,6 +21,7 @@ from cablewright.kernels.layout import (
     PHI,
     PLATFORM_WEIGHT,
     POINT_X,
+    PULLS,
     RADIUS,
     STATE,
     TENSION_MAX,
@@ -96,6 +97,7 @@ def structure_at(packed, pose, work):
             if code != OK:
                 return code
             rx, ry, rz = arm[0], arm[1], arm[2]
+        x, y, z = lines[i, PULLS] * x, lines[i, PULLS] * y, lines[i, PULLS] * z
         table[i, 0], table[i, 1], table[i, 2] = x, y, z
         if n == 6:
             table[i, 3], table[i, 4], table[i, 5] = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x

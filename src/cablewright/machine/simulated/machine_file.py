@@ -59,6 +59,7 @@ def _require_simulated(robot: Robot) -> None:
     origin = f"robot {robot.name!r}"
     if not isinstance(robot.platform, PointPlatform):
         raise InputError(f"{origin}: only a point platform can be simulated, so that it has no machine file")
+    robot.require_single_spans("the simulated machine")
     if robot.scene.gravity == 0.0:
         raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")
     for line in robot.lines:

@@ -229,6 +229,7 @@ def _check(robot: Robot) -> None:
     """Raise `InputError` for a robot that no plant can simulate."""
     if robot.n != 3:
         raise InputError(f"robot {robot.name!r}: only a point platform, from which a drum hangs, can be simulated")
+    robot.require_single_spans("the simulated machine")
     if robot.scene.gravity == 0.0:
         raise InputError(f"robot {robot.name!r}: gravity = 0: a drum that hangs, and powder that falls, need some")
     for line in robot.lines:

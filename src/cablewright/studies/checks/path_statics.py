@@ -59,8 +59,8 @@ class PathStatics:
             compensated=reached(held.lengths, start),
         )
 
-    def accelerated(self, rows: NDArray[np.bool_], effects: InertiaEffects, drum_radii: Array) -> Self:
-        """Return the same with the *effects* of acceleration at some *rows* (k,); *drum_radii* (m,), m, may be NaN."""
+    def accelerated(self, rows: NDArray[np.bool_], effects: InertiaEffects, drum_arms: Array) -> Self:
+        """Return the same with the *effects* of acceleration at some *rows* (k,); *drum_arms* (m,), m, may be NaN."""
         lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
         drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
         displacement = self.displacement.copy()
@@ -69,7 +69,7 @@ class PathStatics:
             lines,
             lowest_tension=lines.lowest_tension + drop,
             highest_tension=lines.highest_tension + rise,
-            winch_torque=lines.winch_torque + rise * drum_radii,
+            winch_torque=lines.winch_torque + rise * drum_arms,
         )
         return replace(self, lines=accelerated, displacement=displacement)
 

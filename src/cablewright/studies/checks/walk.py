@@ -20,6 +20,7 @@ from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.interference import JobDistances
@@ -59,7 +60,7 @@ class JobPath:
         search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
         motion, rows = self.job.motion, len(self.poses)
         corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation)
-        radii = np.array([line.winch.drum_radius for line in full.robot.lines], dtype=np.float64)
+        arms = drum_arms(full.robot)
         blocks, drop, rise = [], np.zeros(full.m), np.zeros(full.m)
         for first in range(0, rows, BLOCK):
             report("solving", first, rows)
@@ -69,7 +70,7 @@ class JobPath:
             regular, linear = _linearised(held)
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
-            blocks.append(PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, radii))
+            blocks.append(PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, arms))
             drop, rise = _largest(drop, rise, effects)
             if distances is not None:
                 distances.take(held, first)
