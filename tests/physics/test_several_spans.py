@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -15,6 +16,8 @@ from cablewright.errors import InputError
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot
 from cablewright.solvers.limits import winch_torques
+from cablewright.solvers.tension import self_stresses, structures
+from printed import RING
 
 EXITS = np.array([(-2.0, -2.0, 0.1), (2.0, -2.0, 0.2), (2.0, 2.0, 0.0), (-2.0, 2.0, 0.1), (0.1, 0.2, 3.0)])
 SPANS, CABLES = (2, 3, 1, 2, 4), (1, 2, 2, 1, 1)
@@ -164,6 +167,36 @@ def test_each_span_sags_by_itself() -> None:
     np.testing.assert_allclose(held.line_states.free_angle, alone.line_states.free_angle, atol=1e-4)
     spans = held.line_states.free_length
     np.testing.assert_allclose(held.lengths, spans * SPANS, rtol=1e-12)
+
+
+@pytest.mark.parametrize("cable", ["elastic", "catenary"])
+def test_slack_lines_hang_by_all_their_spans(cable: str) -> None:
+    several, plain = (cw.Model.of(robot(each), cable=cable) for each in (False, True))
+    pose, excess = [-0.3, 0.4, 1.2], 0.03  # m
+    found = cw.solve_with_slack(several, pose, {1: excess * SPANS[1]}).checked()
+    same = cw.solve_with_slack(plain, pose, {1: excess}).checked()
+    np.testing.assert_allclose(found.lengths, same.lengths * SPANS, rtol=1e-9)
+    np.testing.assert_allclose(found.tensions * several.lines.pulls, same.tensions, rtol=1e-7)
+    back = cw.forward(several, found.lengths, guess=pose).checked()
+    np.testing.assert_allclose(back.pose, pose, atol=1e-8)
+
+
+def test_tensions_that_balance_each_other() -> None:
+    held = cw.inverse(robot(), [0.3, -0.4, 1.2], cable="elastic").checked()
+    structure, _ = structures(cw.Model.of(robot(), cable="elastic"), held.pose)
+    np.testing.assert_allclose(structure[0] @ self_stresses(held).T, 0.0, atol=1e-12)
+
+
+def test_lengths_between_samples_are_too_long_in_each_span(tmp_path: Path) -> None:
+    """The expected error of exact robots is that of straight lines between the samples' lengths."""
+    job = tmp_path / "ring.toml"
+    job.write_text(RING.format(radius=0.6).replace("[helix]", '[sampling]\nstep = "10 cm"\n[helix]'))
+    exact = tmp_path / "exact.toml"
+    exact.write_text('schema = 1\nname = "exact"\n[[parameters]]\nname = "length_offset"\nplus_minus = "0.001 um"\n')
+    ranges = cw.load_uncertainty(exact)
+    several, plain = (cw.check(robot(each), job, uncertainty=ranges).expected for each in (False, True))
+    assert plain.value > 1e-6
+    assert several.value == pytest.approx(plain.value, rel=0.02)
 
 
 def test_a_proof_covers_them() -> None:

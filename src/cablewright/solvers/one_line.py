@@ -112,7 +112,7 @@ def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
     if not is_slack(row, y):
         h, v = start_force(y)
         v += LineNumbers(row).weight * LineStates(y).free_length  # at the platform end
-    force = np.array([-h * plane[0], -h * plane[1], -v])
+    force = LineNumbers(row).pulls * np.array([-h * plane[0], -h * plane[1], -v])
     return np.concatenate([force, np.cross(arm, force)])
 
 

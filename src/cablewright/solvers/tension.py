@@ -278,7 +278,7 @@ def self_stresses(equilibrium: Equilibrium) -> Array:
     """
     n, m, points = equilibrium.model.n, equilibrium.model.m, equilibrium.platform_points
     chords = points - equilibrium.lines.exit_point
-    units = chords / np.linalg.norm(chords, axis=1)[:, None]
+    units = equilibrium.lines.pulls[:, None] * chords / np.linalg.norm(chords, axis=1)[:, None]
     if n == 6:
         units = np.concatenate([units, np.cross(points - equilibrium.pose[:3], units)], axis=1)
     return np.ascontiguousarray(np.linalg.svd(units.T)[2][n:]) if m > n else np.zeros((0, m))

@@ -163,13 +163,13 @@ class ExpectedErrorSearch:
         """Displacement (s, 3), m, midway from the sample before, where lengths are interpolated linearly.
 
         The length l of a straight line in direction u has the second derivative (1 - (u . t)^2) / l along a path of
-        tangent t. Midway over a step h the interpolated length is too long by h^2 / 8 of it.
+        tangent t. Midway over a step h the interpolated length is too long by h^2 / 8 of it, in each span.
         """
         step = self._positions[samples] - self._positions[np.maximum(samples - 1, 0)]
         lines = held.platform_points - held.model.lines.exit_point
         length = np.linalg.norm(lines, axis=2)
         along = np.einsum("smc,sc->sm", lines, step) / length
-        too_long = ((step**2).sum(axis=1)[:, None] - along**2) / (8.0 * length)
+        too_long = ((step**2).sum(axis=1)[:, None] - along**2) / (8.0 * length) * held.model.lines.spans
         motion = np.einsum("snm,sm->sn", linear.motion[..., LENGTH], too_long)
         return at_nozzle(held, motion[:, :, None])[:, :, 0]
 
