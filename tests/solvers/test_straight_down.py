@@ -10,10 +10,12 @@ from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load, loads
 from cablewright.robot.new_robot import Outline, robot_file
+from cablewright.solvers.certify import certify
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.slack import solve_with_slack
+from cablewright.solvers.uniqueness import unique_among
 
 HANG = loads(robot_file(Outline(name="hang", layout="over-middle", size=(4.0, 3.0, 3.0))))
 UNDER = np.array([0.0, 0.0, 0.5])
@@ -58,6 +60,17 @@ def test_a_slack_line_hangs_as_a_hairpin() -> None:
     hairpin, weight = below.lengths[-1], HANG.lines[-1].cable.linear_density * 9.81
     drop = HANG.lines[-1].exit_point[2] - UNDER[2]
     assert below.tensions[-1] == pytest.approx(0.5 * weight * (hairpin + drop), rel=1e-3)
+
+
+def test_a_proof_that_needs_its_plane_says_so() -> None:
+    """Theorem 1 knows nothing of planes: there is one equilibrium nevertheless."""
+    model = Model(HANG)
+    poses = [UNDER, UNDER + np.array([0.1, 0.0, 0.0])]
+    found = solve_forward(model, solve_inverse(model, poses).checked().lengths).checked()
+    proofs = certify(found)
+    assert list(proofs.certified) == [False, True]
+    assert "a line hangs straight down" in proofs[0].reason()
+    assert unique_among(found[0]) == "all equilibria"
 
 
 def test_in_the_eyelet_itself_it_has_no_direction() -> None:

@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
+from cablewright.kernels.statics.wrench import NO_PLANE
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
 from cablewright.results import Figure, Result
@@ -19,10 +20,12 @@ from cablewright.solvers.arguments import run
 
 TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad
 
+STRAIGHT_DOWN = 100  # a code beside the kernel's
 REASONS = {
     kernel.CERTIFIED: "exactly one equilibrium lies in the box",
     kernel.NOT_CONTRACTING: "not certified: no box around the solution contracts; it is singular there, or nearly",
     kernel.UNBOUNDED: "not certified: the equations are not bounded in any box around the solution",
+    STRAIGHT_DOWN: "not certified: a line hangs straight down, where it has no plane; the proof is by lines in planes",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     kernel.SLACK: "not certified: a massless line hangs slack and has no shape",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
@@ -101,10 +104,19 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     bounds, boxes = np.full((rows, model.n), np.nan), np.full((rows, model.n), np.nan)
     arrays = (lengths, poses, states, float(tolerance), codes, bounds, boxes, signs)
     run(batches.certify_rows, batches.certify_sweep, rows, equilibrium.packed, *arrays)
+    unproved = np.isin(codes, (kernel.UNBOUNDED, kernel.NOT_CONTRACTING))
+    codes[unproved & _straight_down(equilibrium)] = STRAIGHT_DOWN
     failed = (codes != kernel.CERTIFIED) & (codes != kernel.IMPRECISE)
     bounds[failed], boxes[failed], signs[failed] = np.nan, np.nan, 0
     found = Certificate(codes, bounds, boxes, signs)
     return found[0] if equilibrium.single else found
+
+
+def _straight_down(equilibrium: Equilibrium) -> Mask:
+    """Whether the platform point of some line is below or above its exit point, in each row (N,)."""
+    away = equilibrium.platform_points - equilibrium.lines.exit_point
+    aside = np.linalg.norm(away[..., :2], axis=-1)
+    return np.atleast_1d((aside < NO_PLANE).any(axis=-1))
 
 
 def is_only_one(equilibrium: Equilibrium) -> bool:
