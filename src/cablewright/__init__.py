@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.analyses.interference import Interference, InterferenceSettings
     from cablewright.analyses.modes import FREEDOMS, Modes, modes
+    from cablewright.analyses.workspace.area import WorkspaceArea
     from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.analyses.workspace.retraction import RetractionStudy, retraction
@@ -112,8 +113,9 @@ __all__ = [
     "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
     "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation", "SlackSet",
     "Status", "Survey", "SurveyPlan", "TensileResult", "TensileTest", "Tracker", "TrackerSettings", "Trade",
-    "TradeSettings", "TriangleMesh", "Uncertainty", "UnknownName", "Vertices", "Walls", "Workspace", "accuracy",
-    "aligned", "boundary_modes", "bracket", "calibrate", "calibration_poses", "capacity", "certify", "changed",
+    "TradeSettings", "TriangleMesh", "Uncertainty", "UnknownName", "Vertices", "Walls", "Workspace", "WorkspaceArea",
+    "accuracy", "aligned", "boundary_modes", "bracket", "calibrate", "calibration_poses", "capacity", "certify",
+    "changed",
     "check", "count_nodes", "curves", "enclose_poses", "equilibria", "excess_lengths", "forward", "interference",
     "inverse", "let_out", "library_names", "linearise", "load", "load_job", "load_machine", "load_uncertainty",
     "loads", "machine_names", "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log",
@@ -129,6 +131,7 @@ _HOMES = {
         "analyses.accuracy.spread": "FirstOrder MonteCarlo Vertices",
         "analyses.interference": "Interference InterferenceSettings",
         "analyses.modes": "FREEDOMS Modes modes",
+        "analyses.workspace.area": "WorkspaceArea",
         "analyses.workspace.boundary_modes": "Boundary boundary_modes",
         "analyses.workspace.criterion": "RetractionLaw",
         "analyses.workspace.retraction": "RetractionStudy retraction",

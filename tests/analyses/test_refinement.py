@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.workspace import refinement
-from cablewright.analyses.workspace.refinement import Refined, SearchBox, refine
+from cablewright.analyses.workspace.refinement import Refined, RefinementSettings, SearchBox, refine
 
 CUBE = SearchBox(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
 Body = Callable[[np.ndarray], np.ndarray]
@@ -53,7 +53,7 @@ def found(body: Body, box: SearchBox = CUBE, *, sign: bool = False, **options: o
         values = body(places)
         return np.where(values >= 0, 1.0, -1.0) if sign else values
 
-    return refine(margin, box, **options)
+    return refine(margin, box, RefinementSettings(**options))
 
 
 @pytest.mark.parametrize("sign", [False, True])
@@ -175,7 +175,7 @@ def test_a_place_in_the_box_is_asked_for_and_no_other() -> None:
         asked.append(places)
         return places[:, 2] - 3.0
 
-    got = refine(margin, box)
+    got = refine(margin, box, RefinementSettings())
     places = np.concatenate(asked)
     assert got.places == len(places)
     assert (places >= box.low).all()

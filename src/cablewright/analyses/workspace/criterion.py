@@ -16,6 +16,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.choices import CriterionName, PointName
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure
@@ -30,6 +31,7 @@ CONTINUOUS = ("closed-form", "exact", "capacity", "wrench-closure")
 """Criteria whose margin is continuous at the boundary. That of ``improved-closed-form`` is zero far inside."""
 
 BLOCK = 16384  # poses evaluated between two progress reports; bounds memory
+IN_PLANE = 1e-9  # m: farthest that an exit point of a planar robot is off the plane
 HALF_TURN = math.pi * (1.0 + 1e-9)  # rad, with room for rounding
 
 
@@ -85,9 +87,14 @@ class Criterion:
         cls,
         robot: Robot | Model,
         name: str = "exact",
+        *,
+        flat: bool = False,
         **options: Unpack[Options],
     ) -> Criterion:
-        """Return the criterion *name*; arguments as for `workspace`. Raises `InputError`."""
+        """Return the criterion *name*; arguments as for `workspace`. Raises `InputError`.
+
+        *flat*: whether the box may be flat; a planar robot's then is, unless one is given.
+        """
         point, wrench, wrench_box = options.get("point", "nozzle"), options.get("wrench"), options.get("wrench_box")
         if name not in CRITERIA:
             raise UnknownName("criterion", name, CRITERIA)
@@ -108,7 +115,10 @@ class Criterion:
                 raise InputError(f"a box of wrenches is for the criterion capacity, not for {name}")
             low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
             wrenches = low, high
-        turns, where = _turns(model, options.get("orientations")), box_of(model.robot, options.get("box"))
+        turns = _turns(model, options.get("orientations"))
+        where = box_of(model.robot, options.get("box"), flat=flat)
+        if flat and options.get("box") is None:
+            where = plane_of(model) or where
         arm = float(options.get("arm", 1.0))
         made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
         made._check_retraction()
@@ -148,6 +158,11 @@ class Criterion:
             if progress:
                 progress(stage, min(first + BLOCK, len(places)), len(places))
         return found
+
+    def continuous_margin(self, places: Array, progress: Progress | None, stage: str) -> Array:
+        """As `margin`, or its sign where it is not continuous and cannot be interpolated."""
+        margins = self.margin(places, progress, stage)
+        return margins if self.continuous else np.where(margins >= 0.0, 1.0, -1.0)
 
     def poses(self, places: Array, turn: Array) -> Array:
         """Return poses (N, n) that bring the point to *places* (N, 3), m, rotated by the vector *turn* (3,), rad."""
@@ -223,14 +238,37 @@ class Criterion:
                 raise InputError(f"{law_text} at height {height:g} m: {reason}; give it clamps") from None
 
 
-def box_of(robot: Robot, ends: ArrayLike | None) -> SearchBox:
-    """Return the box with *ends* (6,) x0, x1, y0, y1, z0, z1, m; None: the robot's frame. Raises `InputError`."""
+def plane_of(model: Model) -> SearchBox | None:
+    """Return the part of the frame in the plane of a planar robot, None for others.
+
+    A planar robot is a point whose exit points have one coordinate in common, along which nothing pulls.
+    """
+    robot, load = model.robot, PlatformNumbers(model.packed.platform)
+    exits = np.array([line.exit_point for line in robot.lines])
+    pulls = load.wrench[:3] - [0.0, 0.0, load.weight]
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    across = np.flatnonzero(
+        (np.ptp(exits, axis=0) <= IN_PLANE) & (pulls == 0.0) & (low <= exits[0]) & (exits[0] <= high)
+    )
+    if robot.n != 3 or len(across) != 1:  # exit points in a line span no plane, but together with a load
+        return None
+    low[across] = high[across] = exits[0, across]
+    return SearchBox(low, high)
+
+
+def box_of(robot: Robot, ends: ArrayLike | None, *, flat: bool = False) -> SearchBox:
+    """Return the box with *ends* (6,) x0, x1, y0, y1, z0, z1, m; None: the robot's frame.
+
+    *flat*: whether two equal ends, for a plane, are allowed. Raises `InputError`.
+    """
     if ends is None:
         return SearchBox(np.array(robot.scene.frame_min), np.array(robot.scene.frame_max))
     numbers = np.asarray(ends, dtype=np.float64)
     if numbers.shape != (6,) or not np.isfinite(numbers).all():
         raise InputError(f"box: 6 finite numbers are expected, x0,x1,y0,y1,z0,z1 in m; got {numbers.tolist()}")
     low, high = numbers[::2], numbers[1::2]
+    if flat and (low == high).sum() == 1 and (low <= high).all():
+        return SearchBox(low, high)
     if (low >= high).any():
         axis = int(np.argmax(low >= high))
         raise InputError(f"box: {'xyz'[axis]} from {low[axis]:g} to {high[axis]:g} m: lowest < highest is expected")

@@ -15,11 +15,15 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
 from cablewright.arrays import Array, Mask
+from cablewright.errors import InputError
 from cablewright.triangle_mesh import TriangleMesh
 
 Keys = NDArray[np.int64]
 Margin = Callable[[Array, str], Array]  # (N,) at places (N, 3), m, and the name of the stage; at least 0 is inside
 
+NODES = (3, 400)  # smallest and largest number along a side
+TOLERANCE = 2e-3
+TOLERANCES = (1e-5, 0.5)
 FIRST = 16  # cells of the first lattice along the longest side of the box
 MIN_CELLS = 4  # along any side
 MAX_LEVEL = 8  # halvings of the first lattice
@@ -29,8 +33,10 @@ PROBES = (4096, 400_000)  # smallest and largest number of random points
 PROBES_IF_EMPTY = 50_000  # random points where the first lattice is empty
 UNSEEN = 3.0  # expected number of hits for which there is none in one of 20 runs
 CLOSE = 0.1  # ratio to the smaller value at the ends of an edge below which the crossing is interpolated
-SHORT = 1.0 / 16.0  # of an edge: length of a bracket that is not bisected further
-STEPS = 6  # of bracketing
+SHORTEST = 1.0 / 256.0  # of an edge: length of a bracket that is not bisected further
+SHORT = 1.0 / 16.0  # of an edge: the same of a function of which only the sign is known
+STEPS = 12  # of bracketing
+KINKED = 4  # steps after which a crossing that no value came close to is looked for by bisection alone
 MIN_FIRST_ERROR = 4e-3  # of the volume, after the first split: twice the error of compact bodies then
 HELD_OFF = 1e-4  # of an edge: smallest distance of a crossing from a node, so that no two crossings coincide
 
@@ -46,6 +52,11 @@ class SearchBox:
     def corners(self) -> tuple[Array, Array]:
         """The lowest and the highest corner, m."""
         return self.low, self.high
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether it is a rectangle: its ends along one axis are equal."""
+        return bool((self.low == self.high).any())
 
     @property
     def volume(self) -> float:
@@ -78,16 +89,44 @@ class Refined:
     converged: bool  # whether the error is at most the tolerance
 
 
-def refine(
-    margin: Margin, box: SearchBox, *, tolerance: float = 2e-3, finest: int | None = None, seed: int = 0
-) -> Refined:
-    """Refine until the error is at most *tolerance* of the volume, or to *finest* cells along the longest side.
+@dataclass(frozen=True)
+class RefinementSettings:
+    """When a refinement is fine enough, and the seed of its random points."""
 
-    The error is that of the surface, see `_surface_error`, plus what random points (*seed*) may have missed. The
+    tolerance: float = TOLERANCE  # share of the volume
+    finest: int | None = None  # cells along the longest side, in place of the tolerance
+    seed: int = 0
+    continuous: bool = True  # whether the function is; of its mere sign, crossings are bracketed less closely
+
+    @classmethod
+    def of(cls, tolerance: float | None, grid: int | None, seed: int) -> RefinementSettings:
+        """Return the settings for a *tolerance* or for *grid* nodes along the longest side. Raises `InputError`."""
+        if tolerance is not None and grid is not None:
+            raise InputError("grid and tolerance: give one of them")
+        if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+            low, high = TOLERANCES
+            raise InputError(f"tolerance {tolerance:g}: {low:g} to {high:g} of the volume is allowed")
+        if seed < 0:
+            raise InputError(f"seed {seed}: at least 0 is expected")
+        return cls(tolerance or TOLERANCE, None if grid is None else checked_grid(grid) - 1, seed)
+
+
+def checked_grid(grid: int) -> int:
+    """Return the number of nodes along a side. Raises `InputError`."""
+    if not NODES[0] <= grid <= NODES[1]:
+        raise InputError(f"grid {grid}: {NODES[0]} to {NODES[1]} nodes along a side are allowed")
+    return grid
+
+
+def refine(margin: Margin, box: SearchBox, settings: RefinementSettings) -> Refined:
+    """Refine until the error is at most the tolerance times the volume, or to the finest cells.
+
+    The error is that of the surface, see `_surface_error`, plus what random points may have missed. The
     refinement stops without convergence at MAX_LEVEL, where the next lattice would take more than MAX_PLACES (or
     MAX_PLACES_THIN) evaluations, or where the random points alone exceed the tolerance.
     """
-    lattice = _Lattice(margin, box, _first(box, finest), seed)
+    finest, tolerance = settings.finest, settings.tolerance
+    lattice = _Lattice(margin, box, _first(box, finest), settings)
     volumes = [lattice.surface().volume]
     lattice.place_probes(None if finest is not None else tolerance * volumes[0])
     while True:
@@ -143,12 +182,13 @@ class _Lattice:
     The box is surrounded by one layer of cells, whose outer nodes count as outside.
     """
 
-    def __init__(self, margin: Margin, box: SearchBox, first: NDArray[np.int64], seed: int) -> None:
+    def __init__(self, margin: Margin, box: SearchBox, first: NDArray[np.int64], settings: RefinementSettings) -> None:
+        self.continuous = settings.continuous
         self.margin, self.box, self.first = margin, box, first
         self.all_cells: Keys
         self.inside: Mask  # (K, 8) corners of all cells
         self.mixed: Mask  # (K,)
-        self.level, self.places, self.seed = 0, 0, seed
+        self.level, self.places, self.seed = 0, 0, settings.seed
         grid = np.stack(np.meshgrid(*(np.arange(n + 2) for n in first), indexing="ij"), axis=-1)
         self.nodes, self.values = np.empty(0, dtype=np.int64), np.empty(0)
         self._take(np.sort(key_of(grid.reshape(-1, 3))))
@@ -278,22 +318,24 @@ class _Lattice:
         rows = np.flatnonzero(in_box)
         start, way = inner[rows], outer[rows] - inner[rows]
         near, far = (self.values[np.searchsorted(self.nodes, keys[rows])] for keys in (within, without))
-        enough = CLOSE * np.minimum(near, -far)
-        low, high = np.zeros(len(rows)), np.ones(len(rows))
+        enough, shortest = CLOSE * np.minimum(near, -far), SHORTEST if self.continuous else SHORT
+        low, high, known = np.zeros(len(rows)), np.ones(len(rows)), np.zeros(len(rows), dtype=bool)
         active = np.arange(len(rows))
         for step in range(STEPS):
-            share = _between(near[active], far[active])
-            share = np.clip(share, 0.1, 0.9) if step % 2 == 0 else np.full(len(active), 0.5)
+            share = np.clip(_between(near[active], far[active]), 0.1, 0.9)
+            share = np.full(len(active), 0.5) if step % 2 or step > KINKED else share
             at = low[active] + share * (high[active] - low[active])
             places = self.box.at(start[active] + at[:, None] * way[active])
             values = self._margin(places, f"surface in {self.cells.max()} cells, step {step + 1}")
             good = values >= 0.0
             low[active[good]], near[active[good]] = at[good], values[good]
             high[active[~good]], far[active[~good]] = at[~good], values[~good]
-            active = active[(np.abs(values) > enough[active]) & (high[active] - low[active] > SHORT)]
+            known[active] = np.abs(values) <= enough[active]
+            active = active[~known[active] & (high[active] - low[active] > shortest)]
             if not len(active):
                 break
-        found[rows] = np.clip(low + (high - low) * _between(near, far), HELD_OFF, 1.0 - HELD_OFF)
+        share = np.where(known, _between(near, far), 0.5)  # a function that bends or jumps there says no more
+        found[rows] = np.clip(low + (high - low) * share, HELD_OFF, 1.0 - HELD_OFF)
         return found
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cablewright.analyses.workspace.area import WorkspaceArea, workspace_area
 from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
-from cablewright.analyses.workspace.refinement import SearchBox, refine
+from cablewright.analyses.workspace.refinement import RefinementSettings, SearchBox, checked_grid, refine
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
@@ -18,12 +19,9 @@ from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
 from cablewright.triangle_mesh import TriangleMesh
 
-NODES = (3, 400)  # smallest and largest number along a side
 GRID = 41  # default number of nodes along a side
 SECTIONS = 21  # number of heights at which a workspace reports its area
 MAX_NODES = 20_000_000
-TOLERANCE = 2e-3
-TOLERANCES = (1e-5, 0.5)
 NEAR = 1e-9  # of the box's height: a section on the floor is taken this far above it
 
 
@@ -41,7 +39,7 @@ SLICE = (
 VERDICTS = {
     "empty": "no place in the box was found inside",
     "not-converged": "the volume's error stays over the tolerance: give a larger --tolerance, or a smaller --box "
-    "around it; a workspace without thickness, as a planar robot's, has no volume",
+    "around it; one without thickness has an area, in a box with two equal ends",
 }
 
 
@@ -212,7 +210,7 @@ def workspace(
     seed: int = 0,
     progress: Progress | None = None,
     **options: Unpack[Options],
-) -> Workspace:
+) -> Workspace | WorkspaceArea:
     """Compute the region of a *box* (x0, x1, y0, y1, z0, z1, m; default: the robot's frame) where a *criterion* holds.
 
     ``closed-form``, ``improved-closed-form`` and ``exact`` are methods of `distribute`: tensions of straight lines
@@ -232,27 +230,38 @@ def workspace(
     Parts, holes and walls thinner than a sixteenth of the longest side can be missed; random points (*seed*) look for
     them, and their volume is part of the error. Raises `InputError`.
 
+    A planar robot, a point whose exit points have one coordinate in common and which nothing pulls along it, is
+    searched in that plane, and so is a *box* with two equal ends: the result is a `WorkspaceArea`.
+
     Examples
     --------
     >>> import cablewright as cw
     >>> cw.workspace(cw.load("jung2020-table1"), tolerance=0.02).status
     'ok'
     """
-    if tolerance is not None and grid is not None:
-        raise InputError("grid and tolerance: give one of them")
-    if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
-        raise InputError(f"tolerance {tolerance:g}: {TOLERANCES[0]:g} to {TOLERANCES[1]:g} of the volume is allowed")
-    if seed < 0:
-        raise InputError(f"seed {seed}: at least 0 is expected")
-    chosen = Criterion.of(robot, criterion, **options)
+    settings = RefinementSettings.of(tolerance, grid, seed)
+    chosen = Criterion.of(robot, criterion, flat=True, **options)
+    return (workspace_area if chosen.box.is_flat else _volume)(chosen, settings, progress)
 
+
+def workspace_volume(
+    robot: Robot | Model,
+    criterion: str = "exact",
+    *,
+    tolerance: float | None = None,
+    grid: int | None = None,
+    seed: int = 0,
+    **options: Unpack[Options],
+) -> Workspace:
+    """Compute the volume of a `workspace`, also of a planar robot. Raises `InputError`."""
+    return _volume(Criterion.of(robot, criterion, **options), RefinementSettings.of(tolerance, grid, seed))
+
+
+def _volume(chosen: Criterion, settings: RefinementSettings, progress: Progress | None = None) -> Workspace:
     def margin(places: Array, stage: str) -> Array:
-        """The margin, or its sign where it is not continuous and cannot be interpolated."""
-        margins = chosen.margin(places, progress, stage)
-        return margins if chosen.continuous else np.where(margins >= 0.0, 1.0, -1.0)
+        return chosen.continuous_margin(places, progress, stage)
 
-    finest = None if grid is None else _checked_grid(grid) - 1
-    found = refine(margin, chosen.box, tolerance=tolerance or TOLERANCE, finest=finest, seed=seed)
+    found = refine(margin, chosen.box, replace(settings, continuous=chosen.continuous))
     return Workspace(chosen, found.mesh, found.error, found.unseen, found.places, found.cells, found.converged)
 
 
@@ -272,7 +281,7 @@ def count_nodes(
     if grid is not None and step is not None:
         raise InputError("grid and step: give one of them")
     chosen = Criterion.of(robot, criterion, **options)
-    counts = (_checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(chosen.box, step)
+    counts = (checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(chosen.box, step)
     inside = chosen.margin(chosen.box.grid(counts).reshape(-1, 3), progress, "nodes") >= 0.0
     return NodeCount(chosen, inside.reshape(counts))
 
@@ -286,9 +295,3 @@ def _counts(box: SearchBox, step: float) -> tuple[int, int, int]:
     if x * y * z > MAX_NODES:
         raise InputError(f"step {step:g} m: {x * y * z} nodes; at most {MAX_NODES} are allowed")
     return x, y, z
-
-
-def _checked_grid(grid: int) -> int:
-    if not NODES[0] <= grid <= NODES[1]:
-        raise InputError(f"grid {grid}: {NODES[0]} to {NODES[1]} nodes along a side are allowed")
-    return grid

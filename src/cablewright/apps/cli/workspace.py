@@ -15,6 +15,7 @@ from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 
 if TYPE_CHECKING:
+    from cablewright.analyses.workspace.area import WorkspaceArea
     from cablewright.analyses.workspace.workspace import Workspace as Volume
 
 
@@ -22,11 +23,12 @@ if TYPE_CHECKING:
 class WorkspaceCommand:
     """A place is in the workspace if the criterion holds there under every orientation that is requested.
 
-    The volume is refined at the boundary until its error is small enough.
+    The volume is refined at the boundary until its error is small enough. A planar robot, or a flat box, has an area.
     """
 
     EXAMPLE: ClassVar = "workspace jung2020 --criterion closed-form --count nodes --grid 9"
-    ANSWERS: ClassVar = ("analyses.workspace.workspace:Workspace", "analyses.workspace.workspace:NodeCount")
+    ANSWERS: ClassVar = ("analyses.workspace.workspace:Workspace", "analyses.workspace.workspace:NodeCount",
+                         "analyses.workspace.area:WorkspaceArea")  # fmt: skip
 
     robot: RobotOptions
     region: OrientedRegionOptions
@@ -75,12 +77,16 @@ class WorkspaceCommand:
             if self.volume.tolerance is not None:
                 raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
 
-    def _write(self, found: Volume) -> dict[str, Path | None]:
-        """Write what is requested; nothing of an empty workspace."""
-        plot, mesh = self.output.draw(found, when=bool(found.volume)), self.mesh if found.volume else None
+    def _write(self, found: Volume | WorkspaceArea) -> dict[str, Path | None]:
+        """Write what is requested; nothing of an empty workspace. Raises `InputError` for a mesh of an area."""
+        some = found.status != "empty"
+        mesh = self.mesh if some else None
         if mesh is not None:
-            write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
-        return {"mesh": mesh, "plot": plot}
+            surface = getattr(found, "mesh", None)
+            if surface is None:
+                raise InputError("--mesh needs a surface: this workspace is an area; --json has its outlines")
+            write_whole(mesh, surface.stl() if mesh.suffix.lower() == ".stl" else surface.glb())
+        return {"mesh": mesh, "plot": self.output.draw(found, when=some)}
 
 
 def _wrench_box(text: str | None, n: int) -> Any:

@@ -26,6 +26,7 @@ PICTURES: Final = {
     "Simulation": ("simulation", "simulation_picture"),
     "Trade": ("trade", "trade_picture"),
     "Workspace": ("volume", "volume_picture"),
+    "WorkspaceArea": ("volume", "area_picture"),
     "Survey": ("survey", "survey_picture"),
     "TensileResult": ("tensile", "tensile_picture"),
     "Walls": ("walls", "walls_picture"),

@@ -1,0 +1,116 @@
+"""The workspace in a plane: the area where a criterion holds, with an error, and its outlines.
+
+The plane is searched as the volume of a plate on which the criterion does not change from one side to the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from cablewright.analyses.workspace.criterion import Criterion, criterion_figures
+from cablewright.analyses.workspace.refinement import FIRST, MIN_CELLS, RefinementSettings, SearchBox, refine
+from cablewright.arrays import Array
+from cablewright.progress import Progress
+from cablewright.results import Figure, Pictured
+
+THICKNESS = MIN_CELLS / FIRST  # of the longest side: the plate is as thick as the fewest cells are wide
+VERDICTS = {
+    "empty": "no place in the box was found inside",
+    "not-converged": "the area's error stays over the tolerance: give a larger --tolerance, or a smaller --box",
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WorkspaceArea(Pictured):
+    """The region of a plane where a criterion holds, within closed outlines."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "ok, empty, or not-converged: the error is over the tolerance."),
+        *criterion_figures("criterion"),
+        Figure("count", "", "What is measured.", lambda _found: "area", detail=True),
+        Figure("box", "m", "Box that was searched: min and max corner, world.", "box.corners", shown="m"),
+        Figure("normal", "", "Axis across the plane: x, y or z."),
+        Figure("area", "m^2", "Area of the workspace."),
+        Figure("area_error", "m^2", "Estimated error of the area.", digits=2),
+        Figure("fraction", "1", "Share of the box that is inside.", name="share of the box", shown="%"),
+        Figure("nodes", "1", "Number of places tried."),
+        Figure("unseen", "m^2", "Part of the error: areas so small that random places miss them.", detail=True),
+        Figure("perimeter", "m", "Length of all outlines."),
+        Figure("outlines", "m", "Closed outlines, world; those of holes run the other way.", detail=True),
+    )
+    HEADLINES: ClassVar = ("robot", "criterion", "area", "area_error", "status")
+
+    criterion: Criterion
+    outlines: tuple[Array, ...]  # (P, 3) each, m
+    area: float  # m^2
+    area_error: float  # m^2
+    unseen: float  # m^2
+    nodes: int
+    converged: bool
+
+    @property
+    def status(self) -> str:
+        """ok, empty or not-converged."""
+        return "empty" if not self.area else "ok" if self.converged else "not-converged"
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
+        return VERDICTS.get(self.status, "")
+
+    @property
+    def box(self) -> SearchBox:
+        """The region that was searched, flat along one axis."""
+        return self.criterion.box
+
+    @property
+    def normal(self) -> str:
+        """The axis across the plane."""
+        return "xyz"[_flat_axis(self.box)]
+
+    @property
+    def fraction(self) -> float:
+        """Area as a share of the box."""
+        sides = np.delete(self.box.high - self.box.low, _flat_axis(self.box))
+        return self.area / float(sides.prod())
+
+    @property
+    def perimeter(self) -> float:
+        """Length of all outlines, m."""
+        return float(sum(np.linalg.norm(each - np.roll(each, 1, axis=0), axis=1).sum() for each in self.outlines))
+
+
+def workspace_area(
+    criterion: Criterion, settings: RefinementSettings, progress: Progress | None = None
+) -> WorkspaceArea:
+    """Compute the area of a *criterion* whose box is flat."""
+    box, axis = criterion.box, _flat_axis(criterion.box)
+    thickness = THICKNESS * float((box.high - box.low).max())
+    high, tried = box.high.copy(), 0
+    high[axis] += thickness
+
+    def margin(places: Array, stage: str) -> Array:
+        """The margin in the plane, once for all places across it."""
+        nonlocal tried
+        first, second = np.delete(places, axis, axis=1).T
+        _, one, all_of = np.unique(first + 1j * second, return_index=True, return_inverse=True)
+        flat = places[one]
+        flat[:, axis] = box.low[axis]
+        tried += len(flat)
+        return criterion.continuous_margin(flat, progress, stage)[all_of]
+
+    found = refine(margin, SearchBox(box.low, high), replace(settings, continuous=criterion.continuous))
+    outlines = []
+    for outline in found.mesh.section(axis, box.low[axis] + 0.5 * thickness):
+        points = np.full((len(outline), 3), box.low[axis])
+        points[:, (axis + 1) % 3], points[:, (axis + 2) % 3] = outline.T
+        outlines.append(points)
+    area, error, unseen = (part / thickness for part in (found.mesh.volume, found.error, found.unseen))
+    return WorkspaceArea(criterion, tuple(outlines), area, error, unseen, tried, found.converged)
+
+
+def _flat_axis(box: SearchBox) -> int:
+    return int((box.high - box.low).argmin())
