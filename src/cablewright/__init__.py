@@ -10,9 +10,9 @@ Statics: capacity, certify, enclose_poses, equilibria, excess_lengths, forward, 
     slack_sets, solve_with_slack, tension_distribution, wrench_closure, Capacity, Certificate, Distribution,
     Equilibria, Equilibrium, Linearisation, PoseBox, Quadratic, SlackSet, Tracker, TrackerSettings.
 Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, modes, retraction, trade, workspace,
-    Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS, Interference,
-    InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, RetractionLaw, RetractionStudy, Trade,
-    TradeSettings, Vertices, Workspace.
+    workspace_area, Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS,
+    Interference, InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, RetractionLaw,
+    RetractionStudy, Trade, TradeSettings, Vertices, Workspace, WorkspaceArea.
 Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
     Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices
     from cablewright.analyses.interference import Interference, InterferenceSettings
     from cablewright.analyses.modes import FREEDOMS, Modes, modes
-    from cablewright.analyses.workspace.area import WorkspaceArea
+    from cablewright.analyses.workspace.area import WorkspaceArea, workspace_area
     from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.analyses.workspace.retraction import RetractionStudy, retraction
@@ -121,7 +121,7 @@ __all__ = [
     "loads", "machine_names", "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log",
     "read_scan", "read_stl", "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
     "solve_with_slack", "survey", "tension_distribution", "trade", "walls", "with_box_inertia", "workspace",
-    "wrench_closure",
+    "workspace_area", "wrench_closure",
 ]  # fmt: skip
 
 _HOMES = {
@@ -131,7 +131,7 @@ _HOMES = {
         "analyses.accuracy.spread": "FirstOrder MonteCarlo Vertices",
         "analyses.interference": "Interference InterferenceSettings",
         "analyses.modes": "FREEDOMS Modes modes",
-        "analyses.workspace.area": "WorkspaceArea",
+        "analyses.workspace.area": "WorkspaceArea workspace_area",
         "analyses.workspace.boundary_modes": "Boundary boundary_modes",
         "analyses.workspace.criterion": "RetractionLaw",
         "analyses.workspace.retraction": "RetractionStudy retraction",

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, cKDTree
 import cases
 from cablewright.analyses.feasibility import judge_pose
 from cablewright.analyses.workspace.criterion import CRITERIA, Criterion, RetractionLaw
-from cablewright.analyses.workspace.workspace import Workspace, count_nodes, workspace, workspace_volume
+from cablewright.analyses.workspace.workspace import Workspace, count_nodes, workspace
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -89,7 +89,7 @@ def test_one_line_holds_its_point_only_straight_below() -> None:
 def test_a_planar_robot_has_a_workspace_without_thickness() -> None:
     """All exits in the plane y = 0: the search ends early, and the volume is nothing but error."""
     robot = point_robot(np.array([[-1.0, 0, 0], [1, 0, 0], [1, 0, 2], [-1, 0, 2]]), (10.0, 5e4), [-1, -1, 0], [1, 1, 2])
-    found = workspace_volume(robot, "exact")
+    found = workspace(robot, "exact")
     assert not found.converged
     assert found.volume <= found.volume_error
     assert found.nodes < 4_000_000

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 import cablewright as cw
 from cablewright.analyses.workspace.area import WorkspaceArea
-from cablewright.analyses.workspace.workspace import Workspace, workspace_volume
+from cablewright.analyses.workspace.criterion import is_planar
 from cablewright.errors import InputError
 from cablewright.robot import Robot
 
@@ -29,9 +29,7 @@ def planar(exits: list[tuple[float, float, float]], limits=(0.0, 1e7), gravity: 
 
 
 def area(robot: Robot, criterion: str = "exact", **options: Any) -> WorkspaceArea:
-    found = cw.workspace(robot, criterion, **options)
-    assert isinstance(found, WorkspaceArea)
-    return found
+    return cw.workspace_area(robot, criterion, **options)
 
 
 def test_between_two_lines_from_above() -> None:
@@ -81,7 +79,7 @@ def _is_inside(outlines: tuple[np.ndarray, ...], place: np.ndarray) -> bool:
 def test_a_flat_box_is_a_section_of_the_volume(axis: int, at: float) -> None:
     robot = cw.load("jung2020")
     ends = [-1.0, 1.0, -1.0, 1.0, 0.0, 2.0]
-    volume = workspace_volume(robot)
+    volume = cw.workspace(robot)
     ends[2 * axis] = ends[2 * axis + 1] = at
     found = area(robot, box=ends)
     assert found.area == pytest.approx(volume.mesh.section_area(axis, at), rel=4e-3)
@@ -94,22 +92,28 @@ def test_sagging_lines_reach_an_area_too() -> None:
     assert static.area == pytest.approx(exact.area, rel=0.02)
 
 
-def test_hanging_robots_are_not_flat_and_a_volume_is_to_be_had() -> None:
-    """Exit points at one height do not make a plane of what hangs below them."""
-    assert isinstance(cw.workspace(cw.load("merlet2023"), tolerance=0.05), Workspace)
-    thin = workspace_volume(planar(UP), tolerance=0.05)
-    assert thin.status in ("empty", "not-converged")
-    alone = cw.workspace(planar(UP[:1]), tolerance=0.5)  # one line is in every plane through its exit
-    assert isinstance(alone, Workspace)
-    boxed = cw.workspace(planar(UP), box=[-1, 1, 0, 1, 0, 1])
-    assert isinstance(boxed, Workspace)
+def test_what_is_planar() -> None:
+    """Exit points at one height do not make a plane of what hangs below them, nor do those in a line without a load."""
+    assert is_planar(planar(UP), None)
+    assert is_planar(planar(UP), [-1, 1, 0.5, 0.5, 0, 1])
+    assert not is_planar(planar(UP), [-1, 1, 0, 1, 0, 1])
+    assert is_planar(planar(ROUND, gravity=0.0), None)
+    assert not is_planar(planar(ROUND), None)
+    assert not is_planar(planar(UP[:1]), None)
+    assert not is_planar(planar(UP, gravity=0.0), None)
+    assert not is_planar(planar(UP, force=(0.0, 1.0, 0.0)), None)
+    assert not is_planar(cw.load("merlet2023"), None)
 
 
 def test_what_is_empty_and_what_is_no_plane() -> None:
     none = area(planar(UP, limits=(1e6, 1e7)))
     assert (none.status, none.area, none.outlines) == ("empty", 0.0, ())
     with pytest.raises(InputError, match="box: x from 1 to 1 m: lowest < highest is expected"):
-        cw.workspace(planar(UP), box=[1, 1, 0, 0, 0, 1])
+        cw.workspace_area(planar(UP), box=[1, 1, 0, 0, 0, 1])
+    with pytest.raises(InputError, match="workspace_area: a box with two equal ends is expected"):
+        cw.workspace_area(cw.load("merlet2023"))
+    with pytest.raises(InputError, match="box: y from 0 to 0 m: lowest < highest is expected"):
+        cw.workspace(planar(UP), box=[-1, 1, 0, 0, 0, 1])
     with pytest.raises(InputError, match="box: y from 0 to 0 m: lowest < highest is expected"):
         cw.count_nodes(planar(UP), box=[-1, 1, 0, 0, 0, 1])
 

@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from cablewright.analyses.workspace.boundary_modes import FREQUENCIES, GRID, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
-from cablewright.analyses.workspace.workspace import count_nodes, workspace_volume
+from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.arrays import Array, Mask
 from cablewright.choices import CountName, InertiaName
 from cablewright.errors import InputError, UnknownName
@@ -338,7 +338,7 @@ def _combination(model: Model, values: tuple[float, ...], settings: TradeSetting
         volume, error, fraction, converged = nodes.volume, nodes.volume_error, nodes.fraction, True
     else:
         more: dict[str, Any] = {"tolerance": settings.tolerance, "grid": settings.grid, "seed": settings.seed}
-        found = workspace_volume(lines, settings.criterion, **more, **settings.of_workspace)
+        found = workspace(lines, settings.criterion, **more, **settings.of_workspace)
         volume, error, fraction, converged = found.volume, found.volume_error, found.fraction, found.converged
     of_modes: dict[str, Any] = {
         "grid": settings.boundary_grid,

@@ -6,17 +6,21 @@ The plane is searched as the volume of a plate on which the criterion does not c
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 
-from cablewright.analyses.workspace.criterion import Criterion, criterion_figures
+from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.refinement import FIRST, MIN_CELLS, RefinementSettings, SearchBox, refine
 from cablewright.arrays import Array
+from cablewright.errors import InputError
+from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
+from cablewright.robot import Robot
 
 THICKNESS = MIN_CELLS / FIRST  # of the longest side: the plate is as thick as the fewest cells are wide
+SAME = 1e-9  # of the thickness: distance of points of an outline that are one
 VERDICTS = {
     "empty": "no place in the box was found inside",
     "not-converged": "the area's error stays over the tolerance: give a larger --tolerance, or a smaller --box",
@@ -84,10 +88,34 @@ class WorkspaceArea(Pictured):
 
 
 def workspace_area(
-    criterion: Criterion, settings: RefinementSettings, progress: Progress | None = None
+    robot: Robot | Model,
+    criterion: str = "exact",
+    *,
+    tolerance: float | None = None,
+    grid: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> WorkspaceArea:
-    """Compute the area of a *criterion* whose box is flat."""
-    box, axis = criterion.box, _flat_axis(criterion.box)
+    """Compute the region of a plane where a *criterion* holds; arguments as for `workspace`.
+
+    The *box* has two equal ends, those of the plane. Without one it is the part of the frame in the plane of a planar
+    robot: a point whose exit points have one coordinate in common, and which nothing pulls along that axis. What keeps
+    the platform in the plane is not looked at. Raises `InputError`, also for a robot that is not planar and no box.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> level = cw.workspace_area(cw.load("jung2020"), box=[-1, 1, -1, 1, 0.8, 0.8])
+    >>> f"{level.area:.2f} m^2"
+    '2.81 m^2'
+    """
+    settings = RefinementSettings.of(tolerance, grid, seed)
+    chosen = Criterion.of(robot, criterion, flat=True, **options)
+    box = chosen.box
+    if not box.is_flat:
+        raise InputError("workspace_area: a box with two equal ends is expected, as the robot is not planar")
+    axis = _flat_axis(box)
     thickness = THICKNESS * float((box.high - box.low).max())
     high, tried = box.high.copy(), 0
     high[axis] += thickness
@@ -100,16 +128,17 @@ def workspace_area(
         flat = places[one]
         flat[:, axis] = box.low[axis]
         tried += len(flat)
-        return criterion.continuous_margin(flat, progress, stage)[all_of]
+        return chosen.continuous_margin(flat, progress, stage)[all_of]
 
-    found = refine(margin, SearchBox(box.low, high), replace(settings, continuous=criterion.continuous))
+    found = refine(margin, SearchBox(box.low, high), replace(settings, continuous=chosen.continuous))
     outlines = []
     for outline in found.mesh.section(axis, box.low[axis] + 0.5 * thickness):
         points = np.full((len(outline), 3), box.low[axis])
         points[:, (axis + 1) % 3], points[:, (axis + 2) % 3] = outline.T
-        outlines.append(points)
+        apart = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME * thickness
+        outlines.append(points[apart])  # edges across the plate all meet the surface at one place
     area, error, unseen = (part / thickness for part in (found.mesh.volume, found.error, found.unseen))
-    return WorkspaceArea(criterion, tuple(outlines), area, error, unseen, tried, found.converged)
+    return WorkspaceArea(chosen, tuple(outlines), area, error, unseen, tried, found.converged)
 
 
 def _flat_axis(box: SearchBox) -> int:

@@ -238,6 +238,11 @@ class Criterion:
                 raise InputError(f"{law_text} at height {height:g} m: {reason}; give it clamps") from None
 
 
+def is_planar(robot: Robot, box: ArrayLike | None) -> bool:
+    """Whether a *box* (6,), m, is flat, or without one the robot planar: a point in the plane of its exit points."""
+    return plane_of(Model(robot)) is not None if box is None else box_of(robot, box, flat=True).is_flat
+
+
 def plane_of(model: Model) -> SearchBox | None:
     """Return the part of the frame in the plane of a planar robot, None for others.
 

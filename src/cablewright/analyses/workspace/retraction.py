@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.analyses.workspace.criterion import RetractionLaw, box_of, criterion_figures
-from cablewright.analyses.workspace.workspace import Workspace, workspace_volume
+from cablewright.analyses.workspace.workspace import Workspace, workspace
 from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -141,14 +141,14 @@ def retraction(
     areas, volumes = np.zeros((heights, steps)), np.zeros(steps)
     given: dict[str, Any] = {"box": box, "point": point, "tolerance": tolerance}
     for k, length in enumerate(lengths):
-        found = workspace_volume(model, criterion, retraction=float(length), **given)
+        found = workspace(model, criterion, retraction=float(length), **given)
         areas[:, k], volumes[k] = found.slices(middles), found.volume
         if progress:
             progress("lengths", k + 1, steps)
     best, best_areas = _peaks(lengths, areas)
     law, fitted = _fit(middles, best, best_areas, (min_length, max_length))
     law = replace(law, of=point)
-    held = workspace_volume(model, criterion, retraction=law, **given)
+    held = workspace(model, criterion, retraction=law, **given)
     return RetractionStudy(lengths, middles, areas, volumes, best, best_areas, fitted, law, held)
 
 

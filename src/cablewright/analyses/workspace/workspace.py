@@ -8,7 +8,6 @@ from typing import ClassVar, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.analyses.workspace.area import WorkspaceArea, workspace_area
 from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.refinement import RefinementSettings, SearchBox, checked_grid, refine
 from cablewright.arrays import Array, Mask
@@ -39,7 +38,7 @@ SLICE = (
 VERDICTS = {
     "empty": "no place in the box was found inside",
     "not-converged": "the volume's error stays over the tolerance: give a larger --tolerance, or a smaller --box "
-    "around it; one without thickness has an area, in a box with two equal ends",
+    "around it; one without thickness has an area",
 }
 
 
@@ -210,7 +209,7 @@ def workspace(
     seed: int = 0,
     progress: Progress | None = None,
     **options: Unpack[Options],
-) -> Workspace | WorkspaceArea:
+) -> Workspace:
     """Compute the region of a *box* (x0, x1, y0, y1, z0, z1, m; default: the robot's frame) where a *criterion* holds.
 
     ``closed-form``, ``improved-closed-form`` and ``exact`` are methods of `distribute`: tensions of straight lines
@@ -230,8 +229,7 @@ def workspace(
     Parts, holes and walls thinner than a sixteenth of the longest side can be missed; random points (*seed*) look for
     them, and their volume is part of the error. Raises `InputError`.
 
-    A planar robot, a point whose exit points have one coordinate in common and which nothing pulls along it, is
-    searched in that plane, and so is a *box* with two equal ends: the result is a `WorkspaceArea`.
+    A planar robot has no volume: see `workspace_area`.
 
     Examples
     --------
@@ -240,24 +238,8 @@ def workspace(
     'ok'
     """
     settings = RefinementSettings.of(tolerance, grid, seed)
-    chosen = Criterion.of(robot, criterion, flat=True, **options)
-    return (workspace_area if chosen.box.is_flat else _volume)(chosen, settings, progress)
+    chosen = Criterion.of(robot, criterion, **options)
 
-
-def workspace_volume(
-    robot: Robot | Model,
-    criterion: str = "exact",
-    *,
-    tolerance: float | None = None,
-    grid: int | None = None,
-    seed: int = 0,
-    **options: Unpack[Options],
-) -> Workspace:
-    """Compute the volume of a `workspace`, also of a planar robot. Raises `InputError`."""
-    return _volume(Criterion.of(robot, criterion, **options), RefinementSettings.of(tolerance, grid, seed))
-
-
-def _volume(chosen: Criterion, settings: RefinementSettings, progress: Progress | None = None) -> Workspace:
     def margin(places: Array, stage: str) -> Array:
         return chosen.continuous_margin(places, progress, stage)
 

@@ -54,6 +54,8 @@ class WorkspaceCommand:
     def run(self) -> int:
         """Find the workspace, write what is requested, and print it."""
         from cablewright.analyses.workspace import workspace as volumes
+        from cablewright.analyses.workspace.area import workspace_area
+        from cablewright.analyses.workspace.criterion import is_planar
 
         self._check_files()
         machine, given = self.robot.loaded(), self.region.as_arguments() | {"grid": self.volume.grid, "arm": self.arm}
@@ -63,7 +65,8 @@ class WorkspaceCommand:
             if self.volume.count == "nodes":
                 return answer(volumes.count_nodes(machine, criterion, **given, progress=show), self.output.as_json)
             given |= {"tolerance": self.volume.tolerance, "seed": self.volume.seed}
-            found = volumes.workspace(machine, criterion, **given, progress=show)
+            find = workspace_area if is_planar(machine, given["box"]) else volumes.workspace
+            found: Volume | WorkspaceArea = find(machine, criterion, **given, progress=show)
             written = self._write(found)
         return answer(found, self.output.as_json, **written)
 
