@@ -200,7 +200,7 @@ def test_the_scene_is_a_box_with_a_volume(axis: int) -> None:
     flat = [1.0, 1.0, 1.0]
     flat[axis] = 0.0
     refused(Scene, {"frame_min": (0, 0, 0), "frame_max": flat}, f"frame_max: must be above frame_min in {'xyz'[axis]}")
-    refused(Scene, {"frame_min": (0, 0, 0), "frame_max": (1, 1, 1), "gravity": 0}, "greater than 0")
+    refused(Scene, {"frame_min": (0, 0, 0), "frame_max": (1, 1, 1), "gravity": -1}, "greater than or equal to 0")
 
 
 def test_a_robot_counts_its_lines_and_freedoms() -> None:
