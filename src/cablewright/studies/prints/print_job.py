@@ -20,7 +20,7 @@ from cablewright.studies import store
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, twin_of
 from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.run import PrintRun, run_print
+from cablewright.studies.prints.run import PrintRun, alone_in, run_print
 
 SCHEMA: Final = 3
 """Version of metrics.json."""
@@ -134,5 +134,6 @@ def print_job(
         twin, Path(folder), inputs, settings, resume=resume, restart=restart, real_time=real_time, progress=progress
     )
     structure = run.machine.rig.ground.field
-    record, log = finish(run.folder, twin.path.track, twin.path.print_speed, structure, progress)
-    return PrintedJob(twin, run, record, log).written()
+    with alone_in(run.folder):  # nobody resumes the print while its log is joined
+        record, log = finish(run.folder, twin.path.track, twin.path.print_speed, structure, progress)
+        return PrintedJob(twin, run, record, log).written()
