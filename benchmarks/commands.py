@@ -16,7 +16,7 @@ from cablewright.apps.cli.main import COMMANDS
 from cablewright.printing.gcode import parse
 
 EXAMPLES = ROOT / "examples"
-CABLEWRIGHT = ("-c", "from cablewright.apps.cli.main import main; main()")
+CABLEWRIGHT = ("-m", "cablewright")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ import logging
 import os
 import signal
 import sys
-import threading
 import traceback
 from importlib import import_module
 from typing import Annotated, Any, ClassVar
@@ -68,7 +67,7 @@ COMMANDS = {
 """Commands by group: the class that declares each, in a module of `apps.cli`, and what it answers."""
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
-ASK_AGAIN = 0.1  # s
+LOOK_AGAIN = 0.1  # s after an interruption: whether it is handled
 NOT_COMPUTED = "cannot be computed with"
 NO_ROBOT = "what follows from this input is no robot"
 """Words of errors that no file should cause; the fuzzer looks for them."""
@@ -130,8 +129,11 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) != signal.SIG_IGN:  # a job in the background of a shell is asked by nobody
             signal.signal(number, _interrupt)
-    sys.unraisablehook = _ask_again
+    if hasattr(signal, "SIGALRM"):
+        signal.signal(signal.SIGALRM, _look_again)
+        sys.unraisablehook = _without_lost_interrupts
     code = run(sys.argv[1:])
+    _look_later(0.0)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # the answer is given; the interpreter, as it ends, would die of them
     try:
@@ -139,6 +141,9 @@ def main() -> None:
     except BrokenPipeError:  # whoever reads has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter's last flush complains
         code = 0
+    if code == INTERRUPTED:  # Python ends by the signal where that came in the exec of a text, as of dataclasses
+        sys.stderr.flush()
+        os._exit(code)
     sys.exit(code)
 
 
@@ -150,14 +155,33 @@ class _Interrupts:
 
 def _interrupt(number: int, _frame: object) -> None:
     _Interrupts.asked = number
+    _look_later(LOOK_AGAIN)
     raise KeyboardInterrupt
 
 
-def _ask_again(lost: Any) -> None:
-    """Hear an interruption again that came where nothing can be raised: in a callback of LLVM, as kernels compile."""
-    if lost.exc_type is KeyboardInterrupt and _Interrupts.asked:
-        threading.Timer(ASK_AGAIN, signal.raise_signal, [_Interrupts.asked]).start()
-    else:
+def _look_again(_number: int, _frame: object) -> None:
+    """Interrupt once more, unless that is being handled.
+
+    It is lost in callbacks from C, where Python cannot raise, as LLVM's while it compiles, and in C code that catches
+    everything, as in NumPy's imports.
+    """
+    _look_later(LOOK_AGAIN)
+    error = sys.exc_info()[1]
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    if error is None:
+        raise KeyboardInterrupt
+
+
+def _look_later(seconds: float) -> None:
+    """Call `_look_again` after so many seconds; 0: never. Windows has no such clock."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+def _without_lost_interrupts(lost: Any) -> None:
+    """Say nothing of an interruption that is lost: it comes again."""
+    if lost.exc_type is not KeyboardInterrupt:
         sys.__unraisablehook__(lost)
 
 
@@ -233,6 +257,7 @@ def _model_errors() -> tuple[type[Any], ...]:
 
 
 def _explain(line: str, debug: bool) -> None:
+    _look_later(0.0)
     if debug:
         traceback.print_exc()
     typer.echo(f"cablewright: {one_line(line)}", err=True)
