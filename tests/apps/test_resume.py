@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.studies.prints import run as prints
 from cablewright.studies.prints.run import CHECKPOINT, LOCK
 from cablewright.studies.store import MANIFEST
+from cablewright.studies.user_key import DIRECTORY, is_signed, signature
 from printed import RING
 
 
@@ -51,6 +53,24 @@ def test_a_lost_checkpoint_is_asked_about(cli, copied: tuple[Path, Path]) -> Non
     assert "the checkpoint is missing, and the log shows that 1.8" in says
     assert "--restart to print all again" in says
     assert not (copied[1] / CHECKPOINT).exists()
+
+
+def test_a_forged_checkpoint_is_not_believed(cli, copied: tuple[Path, Path], tmp_path: Path, monkeypatch) -> None:
+    """Whole, fitting and with the right checksum: it would have the print go on elsewhere."""
+    file = copied[1] / CHECKPOINT
+    state = read_snapshots(file, is_signed=is_signed)
+    values = state["print"].values
+    name = next(key for key, value in values.items() if isinstance(value, float) and value > 0.0)
+    forged = state | {"print": Snapshot(dict(values) | {name: 0.5 * values[name]}, state["print"].arrays)}
+    own = os.environ.get(DIRECTORY)
+    for sign in (None, signature):  # by nobody, and by somebody else
+        monkeypatch.setenv(DIRECTORY, str(tmp_path / "stranger"))
+        write_snapshots(file, forged, sign=sign)
+        monkeypatch.setenv(DIRECTORY, own) if own else monkeypatch.delenv(DIRECTORY)
+        before = file.read_bytes()
+        assert f"{CHECKPOINT}: not signed by this user" in again(cli, *copied, "--resume").refusal
+        assert file.read_bytes() == before
+    assert again(cli, *copied, "--restart").json["status"] == "finished"
 
 
 def test_a_lost_log_is_asked_about(cli, copied: tuple[Path, Path]) -> None:

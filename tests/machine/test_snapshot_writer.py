@@ -40,7 +40,7 @@ def test_the_newest_is_on_the_disk_at_the_end(tmp_path: Path) -> None:
 def test_what_waits_gives_way_to_what_is_newer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written, go, busy = list[int](), threading.Event(), threading.Event()
 
-    def slow(path: Path, snapshots: Any) -> None:
+    def slow(path: Path, snapshots: Any, **_: object) -> None:
         busy.set()
         assert go.wait(10.0)
         written.append(snapshots["a"].values["k"])

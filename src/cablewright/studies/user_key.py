@@ -1,4 +1,4 @@
-"""A secret of this user, with which state files are signed that a proof may rest on.
+"""A secret of this user, with which state files are signed that a proof or a print goes on from.
 
 A checksum shows that a file is whole, not who wrote it: a stranger can compute one as well. What is resumed from a file
 is believed only if the file was signed with the key, which no other user of a well-kept system can read.
@@ -25,7 +25,7 @@ _NAME: Final = "signing.key"
 _BYTES: Final = 32
 
 
-def signature(content: bytes) -> bytes:
+def signature(content: bytes | memoryview) -> bytes:
     """Return the signature (32 bytes) of *content* with the user's key, which is made where there is none.
 
     HMAC with SHA-256. Raises `EnvironmentFault` where the key cannot be read or made, or others can read it.
@@ -33,7 +33,7 @@ def signature(content: bytes) -> bytes:
     return hmac.digest(_key(), content, hashlib.sha256)
 
 
-def is_signed(content: bytes, given: bytes) -> bool:
+def is_signed(content: bytes | memoryview, given: bytes) -> bool:
     """Whether *given* is the `signature` of *content*."""
     return hmac.compare_digest(signature(content), given)
 
@@ -50,7 +50,7 @@ def _key() -> bytes:
     own = os.name != "posix" or (found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IRWXG | stat.S_IRWXO))
     if not own or len(key) != _BYTES:
         why = "is no key of this user alone" if len(key) == _BYTES else f"has not the {_BYTES} bytes of a key"
-        raise EnvironmentFault(f"{file}: {why}; remove it, and searches begin anew")
+        raise EnvironmentFault(f"{file}: {why}; remove it, and searches and prints begin anew")
     return key
 
 
@@ -76,5 +76,5 @@ def _folder() -> Path:
     try:
         home = shared if shared.is_absolute() else Path.home() / ".local" / "state"
     except RuntimeError:  # a user without a home
-        raise EnvironmentFault(f"no folder for the key that signs searches; set {DIRECTORY}") from None
+        raise EnvironmentFault(f"no folder for the key that signs states; set {DIRECTORY}") from None
     return home / "cablewright"

@@ -199,11 +199,19 @@ class _Head(BaseModel):
     parts: dict[str, _Part]
 
 
-def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot], *, parents: bool = False) -> None:
+SIGNATURE: Final = 32
+"""Bytes of a signature."""
+Sign = Callable[[memoryview], bytes]
+IsSigned = Callable[[memoryview, bytes], bool]
+
+
+def write_snapshots(
+    path: Path, snapshots: Mapping[str, Snapshot], *, parents: bool = False, sign: Sign | None = None
+) -> None:
     """Write *snapshots*, by name, to *path*: all or nothing, on the disk on return. Raises `EnvironmentFault`.
 
     State that belongs together goes into one file, so that it is all from the same time. With *parents* missing folders
-    are made.
+    are made. What *sign* returns of the content, SIGNATURE bytes, follows it.
     """
     names = {dtype: name for name, dtype in _TYPES.items()}
     parts, data = {}, list[NDArray[np.uint8]]()
@@ -216,17 +224,29 @@ def write_snapshots(path: Path, snapshots: Mapping[str, Snapshot], *, parents: b
     with whole_file(path, parents=parents) as file:
         file.write(_START.pack(_MAGIC, len(head), zlib.crc32(body.data)))
         file.write(body.data)
+        if sign is not None:
+            file.write(sign(body.data))
 
 
-def read_snapshots(path: Path) -> dict[str, Snapshot]:
-    """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one."""
+def read_snapshots(path: Path, *, is_signed: IsSigned | None = None) -> dict[str, Snapshot]:
+    """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one.
+
+    With *is_signed*, which tells whether a signature belongs to a content, for one that is not signed too.
+    """
     data = read_bytes(path, _MAX_FILE, "snapshot")
     if len(data) < _START.size or data[: len(_MAGIC)] != _MAGIC:
         raise InputError(f"{path}: no saved state of this program")
     _, length, check = _START.unpack_from(data)
     body = memoryview(data)[_START.size :]
+    if is_signed is not None and zlib.crc32(body) != check:  # a signature follows the content
+        body, given = body[:-SIGNATURE], bytes(body[-SIGNATURE:])
+        signed = is_signed(body, given)
+    else:
+        signed = is_signed is None
     if length > min(_MAX_HEAD, len(body)) or zlib.crc32(body) != check:
         raise InputError(f"{path}: the snapshot is cut or damaged")
+    if not signed:
+        raise InputError(f"{path}: not signed by this user, so that nobody knows who made it")
     try:
         head = _Head.model_validate_json(bytes(body[:length]))
     except ValidationError as error:

@@ -8,17 +8,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from cablewright.machine.simulated.snapshot import Snapshot, write_snapshots
+from cablewright.machine.simulated.snapshot import Sign, Snapshot, write_snapshots
 
 
 class SnapshotWriter:
     """Writes snapshots to *path* in its own thread: always the newest, each whole. A context manager.
 
+    *sign*: see `write_snapshots`.
     The last one is on the disk when the block ends.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path, self._last = path, Future[None]()
+    def __init__(self, path: Path, sign: Sign | None = None) -> None:
+        self._path, self._sign, self._last = path, sign, Future[None]()
         self._last.set_result(None)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="snapshots")
 
@@ -26,7 +27,7 @@ class SnapshotWriter:
         """Write *snapshots* soon, in place of any that wait. Raises the `EnvironmentFault` of the last write."""
         if not self._last.cancel() and self._last.done():
             self._last.result()
-        self._last = self._thread.submit(write_snapshots, self._path, snapshots)
+        self._last = self._thread.submit(write_snapshots, self._path, snapshots, sign=self._sign)
 
     def __enter__(self) -> Self:
         return self

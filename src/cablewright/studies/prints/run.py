@@ -34,6 +34,7 @@ from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
 from cablewright.studies.store import MANIFEST, manifest_of, read_manifest
+from cablewright.studies.user_key import is_signed, signature
 
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"
@@ -135,6 +136,7 @@ def run_print(
     """
     manifest, option = manifest_of("print", inputs, options), "--restart" if restart else "--resume" if resume else ""
     _require(folder, manifest, option)
+    signature(b"")  # a key that cannot be had is said before the work
     plan = plan_print(twin)
     begun = None if resume and not restart else _begun(twin, plan)  # a print that is refused leaves no folder
     if begun is not None and not restart:
@@ -151,10 +153,10 @@ def run_print(
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
-                write_snapshots(folder / CHECKPOINT, _state(run))
+                write_snapshots(folder / CHECKPOINT, _state(run), sign=signature)
             with (
                 write_log(path, head, flush_every=_CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
-                SnapshotWriter(folder / CHECKPOINT) as writer,
+                SnapshotWriter(folder / CHECKPOINT, signature) as writer,
             ):
                 gc.freeze()  # objects that live as long as the print need not be traversed again
                 if real_time:
@@ -244,7 +246,7 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
             why = f"the checkpoint is missing, and the log shows that {done:.2f} m of the path were printed"
             raise InputError(f"--resume: {folder}: {why}: put {CHECKPOINT} back, or --restart to print all again")
         return _begun(twin, plan)
-    found = read_snapshots(path)
+    found = read_snapshots(path, is_signed=is_signed)
     if not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
     machine = SimulatedMachine.resumed(
