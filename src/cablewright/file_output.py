@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -54,6 +55,11 @@ def whole_folder(path: Path) -> Iterator[Path]:
         raise cannot_write(path, reason) from None
     finally:
         rmtree(part, ignore_errors=True)
+
+
+def is_unfinished(path: Path) -> bool:
+    """Whether *path* has the name of a temporary file, such as a killed program leaves."""
+    return re.fullmatch(r"\.[0-9a-f]{16}\.part", path.name) is not None
 
 
 def write_whole(path: Path, content: bytes, *, parents: bool = False) -> None:

@@ -105,6 +105,41 @@ def test_what_is_planar() -> None:
     assert not is_planar(cw.load("merlet2023"), None)
 
 
+def test_the_plane_is_that_of_the_platforms_places() -> None:
+    """Lines that meet 0.3 m beside the origin of the platform."""
+    robot = planar(UP)
+    lines = tuple(line.model_copy(update={"platform_point": (0.0, 0.3, 0.0)}) for line in robot.lines)
+    found = area(robot.model_copy(update={"lines": lines}))
+    assert found.box.low[1] == pytest.approx(0.2)
+    assert found.area == pytest.approx(12.0, abs=found.area_error)
+
+
+def test_two_lines_hang_in_their_plane() -> None:
+    found = area(planar(UP, limits=(0.5, 1e4)), "static", tolerance=0.01)
+    assert found.area == pytest.approx(area(planar(UP, limits=(0.5, 1e4))).area, rel=0.02)
+    with pytest.raises(InputError, match="static: 2 lines hold 2 of the 3 freedoms"):
+        cw.workspace(planar(UP), "static", box=[-1, 1, 0, 1, 0, 1])
+
+
+def test_nothing_pulls_across_the_plane() -> None:
+    robot = planar(ROUND, limits=(1.0, 1e3), gravity=0.0)
+    with pytest.raises(InputError, match="no lines of a planar robot pull across its plane"):
+        cw.workspace_area(robot, "wrench-closure")
+    with pytest.raises(InputError, match="wrench box: no lines pull across the plane: 0 to 0 along z is expected"):
+        cw.workspace_area(robot, "capacity", wrench_box=([-1, -1, -1], [1, 1, 1]))
+    some = area(robot, "capacity", wrench_box=([-1, -1, 0], [1, 1, 0]))
+    assert 0.0 < some.area < area(robot).area
+
+
+@pytest.mark.parametrize("criterion", ["exact", "capacity", "improved-closed-form"])
+def test_limp_lines_hold_nothing(criterion: str) -> None:
+    """Without a load and with least tensions of zero, all lines may be slack anywhere."""
+    with pytest.raises(InputError, match="a line's tension_limits must begin above 0, or all are slack"):
+        cw.workspace_area(planar(ROUND, gravity=0.0), criterion)
+    with pytest.raises(InputError, match="or all are slack"):
+        cw.tension_distribution(planar(ROUND, gravity=0.0), [0.0, 0.0, 1.0])
+
+
 def test_what_is_empty_and_what_is_no_plane() -> None:
     none = area(planar(UP, limits=(1e6, 1e7)))
     assert (none.status, none.area, none.outlines) == ("empty", 0.0, ())

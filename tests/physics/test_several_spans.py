@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from scipy.optimize import minimize, root
 
 import cablewright as cw
+from cablewright.analyses import feasibility
 from cablewright.errors import InputError
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot
@@ -102,6 +103,9 @@ def test_the_way_back_and_its_derivatives(cable: str, kind: str) -> None:
 def test_a_drum_holds_all_its_cables() -> None:
     held = cw.inverse(robot(), [0.1, 0.2, 1.0]).checked()
     np.testing.assert_allclose(winch_torques(held), held.winch_tensions * CABLES * 0.03)
+    room = next(limit for limit in feasibility.LIMITS if limit.name == "cable length")
+    allowed = room.allowed(robot(winch={"drum_radius": 0.03, "capacity": 12}).lines)
+    np.testing.assert_allclose(allowed[:, 1], 12.0 / np.array(CABLES))
 
 
 @pytest.mark.parametrize("winch_exit", [None, (0.4, 0.7, -1.0)])

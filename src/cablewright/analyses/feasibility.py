@@ -112,10 +112,15 @@ def _swing(line: Line) -> Bounds:
     return None if swing is None else (-swing, swing)
 
 
+def _drum_room(line: Line) -> Bounds:
+    """Longest length of each cable: the drum holds those of all."""
+    return _up_to(None if line.winch.capacity is None else line.winch.capacity / line.cables)
+
+
 LIMITS: Final = (
     Limit("lowest tension", "N", lambda line: (line.tension_limits[0], np.inf), "below it the line hangs loose"),
     Limit("highest tension", "N", lambda line: _up_to(line.tension_limits[1]), "above it cable or winch is overloaded"),
-    Limit("cable length", "m", lambda line: _up_to(line.winch.capacity), "the drum holds no more"),
+    Limit("cable length", "m", _drum_room, "the drum holds no more"),
     Limit("swing", "rad", _swing, "beyond it the sheave is at its stop and the cable may leave the groove"),
     Limit("lever", "rad", lambda line: getattr(line.sheave, "lever_range", None), "beyond it the lever is at its stop"),
     Limit("winch speed", "m/s", lambda line: _up_to(line.winch.max_speed), "the winch winds no faster"),

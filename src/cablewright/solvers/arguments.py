@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import is_compiled
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
 from cablewright.units import LARGEST
@@ -120,6 +121,17 @@ def _short_turns(vectors: Array, what: str) -> Array:
         more,
     )
     return short
+
+
+def require_a_load(model: Model) -> None:
+    """Raise `InputError` where nothing loads the lines: their least tensions would be zero and hold nothing."""
+    platform = PlatformNumbers(model.packed.platform)
+    if platform.weight > 0.0 or platform.wrench.any():
+        return
+    if model.m < model.n:
+        raise InputError(f"gravity = 0, no external force: {model.m} lines leave freedoms that nothing decides")
+    if not model.lines.tension_min.any():
+        raise InputError("gravity = 0, no external force: a line's tension_limits must begin above 0, or all are slack")
 
 
 def given_rows(values: ArrayLike, rows: int, width: int, what: str, unit: str) -> Array:

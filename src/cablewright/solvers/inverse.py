@@ -6,14 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.packed_views import PlatformNumbers, blank_states
+from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, run
+from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load, run
 
 
 def inverse(
@@ -58,7 +57,7 @@ def solve_inverse(
     Where the limits allow a line so slack that it may hang in several shapes, a path keeps its neighbour's.
     *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them.
     """
-    _require_a_load(model)
+    require_a_load(model)
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
     if preferred is not None:
@@ -78,17 +77,6 @@ def solve_inverse(
         _draw_straight(model, packed, pose, lengths)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
-
-
-def _require_a_load(model: Model) -> None:
-    """Raise `InputError` where nothing loads the lines: their least tensions would be zero and hold nothing."""
-    platform = PlatformNumbers(model.packed.platform)
-    if platform.weight > 0.0 or platform.wrench.any():
-        return
-    if model.m < model.n:
-        raise InputError(f"gravity = 0, no external force: {model.m} lines leave freedoms that nothing decides")
-    if not model.lines.tension_min.any():
-        raise InputError("gravity = 0, no external force: a line's tension_limits must begin above 0, or all are slack")
 
 
 def _draw_straight(model: Model, packed: Packed, poses: Array, lengths: Array) -> None:

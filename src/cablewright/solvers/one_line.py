@@ -121,8 +121,9 @@ def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
     row, planes = model.packed.lines[i], planes_and_arms(model.packed.lines, pose)[0][0]
     own = LineNumbers(row)
     taut = float(taut_lengths(model.packed.lines, planes)[i])
-    capacity = model.robot.lines[i].winch.capacity
-    limit, ended_by = (math.inf, "nothing") if capacity is None else (capacity - taut, "capacity")
+    line, limit, ended_by = model.robot.lines[i], math.inf, "nothing"
+    if line.winch.capacity is not None:
+        limit, ended_by = line.winch.capacity / line.cables - taut, "capacity"
     if own.weight == 0.0 or math.isnan(taut):
         return limit, ended_by
     y = blank_states()

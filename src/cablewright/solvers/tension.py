@@ -22,7 +22,7 @@ from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, run
+from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load, run
 
 Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
 METHODS = {
@@ -176,6 +176,8 @@ def tension_distribution(
     True
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
+    if wrench is None:
+        require_a_load(model)
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), wrench, retraction)
     curvature, bias = np.ones(model.m), np.zeros(model.m)
@@ -242,6 +244,8 @@ def capacity(
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     half = np.zeros(model.n)
+    if box is None and wrench is None:
+        require_a_load(model)
     if box is not None:
         if wrench is not None:
             raise InputError("wrench and box: give one of them")

@@ -266,3 +266,49 @@ def test_what_no_length_reaches_is_a_no(cli) -> None:
 )
 def test_bad_retraction_is_refused(cli, arguments: list[str], says: str) -> None:
     assert says in cli("retraction", *arguments).refusal
+
+
+PLANAR = """schema = 1
+name = "flat"
+[scene]
+frame_min = [-2, -1, 0]
+frame_max = [2, 1, 3]
+[platform]
+mass = "4 kg"
+[cable]
+axial_stiffness = "100 kN"
+linear_density = "0 kg/m"
+breaking_load = "10 kN"
+[sheave]
+kind = "eyelet"
+[line]
+tension_limits = ["0 N", "5 kN"]
+[[lines]]
+name = "left"
+exit_point = [-2, 0, 3]
+[[lines]]
+name = "right"
+exit_point = [2, 0, 3]
+"""
+
+
+def test_a_planar_robot_has_an_area(cli, tmp_path) -> None:
+    file = tmp_path / "flat.toml"
+    file.write_text(PLANAR)
+    found = cli("workspace", file, "--plot", tmp_path / "flat.png", "--json").json
+    assert (found["status"], found["count"], found["normal"]) == ("ok", "area", "y")
+    assert found["area"] == pytest.approx(12.0, abs=0.03)  # tensions are too high just below the exit points
+    assert {len(point) for outline in found["outlines"] for point in outline} == {3}
+    assert (tmp_path / "flat.png").exists()
+    assert "--mesh needs a surface" in cli("workspace", file, "--mesh", tmp_path / "a.stl").refusal
+    assert "--count nodes counts in a volume" in cli("workspace", file, "--count", "nodes").refusal
+
+
+def test_a_sheave_that_is_left_out_needs_nothing(cli, tmp_path) -> None:
+    """A universal joint without a winch exit cannot be solved as built, but as an eyelet."""
+    joint = (
+        'kind = "universal-joint"\nradius = "20 mm"\nlever = "30 mm"\nlever_weight = "1 N"\nlever_mass_centre = "10 mm"'
+    )
+    file = tmp_path / "joints.toml"
+    file.write_text(PLANAR.replace('kind = "eyelet"', joint))
+    assert cli("workspace", file, "--sheave", "eyelet", "--json").json["status"] == "ok"

@@ -73,12 +73,12 @@ class WorkspaceArea(Pictured):
     @property
     def normal(self) -> str:
         """The axis across the plane."""
-        return "xyz"[_flat_axis(self.box)]
+        return "xyz"[self.box.flat_axis]
 
     @property
     def fraction(self) -> float:
         """Area as a share of the box."""
-        sides = np.delete(self.box.high - self.box.low, _flat_axis(self.box))
+        sides = np.delete(self.box.high - self.box.low, self.box.flat_axis)
         return self.area / float(sides.prod())
 
     @property
@@ -115,7 +115,7 @@ def workspace_area(
     box = chosen.box
     if not box.is_flat:
         raise InputError("workspace_area: a box with two equal ends is expected, as the robot is not planar")
-    axis = _flat_axis(box)
+    axis = box.flat_axis
     thickness = THICKNESS * float((box.high - box.low).max())
     high, tried = box.high.copy(), 0
     high[axis] += thickness
@@ -139,7 +139,3 @@ def workspace_area(
         outlines.append(points[apart])  # edges across the plate all meet the surface at one place
     area, error, unseen = (part / thickness for part in (found.mesh.volume, found.error, found.unseen))
     return WorkspaceArea(chosen, tuple(outlines), area, error, unseen, tried, found.converged)
-
-
-def _flat_axis(box: SearchBox) -> int:
-    return int((box.high - box.low).argmin())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sized
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypedDict, Unpack, get_args
 
 import numpy as np
@@ -16,12 +17,11 @@ from cablewright.arrays import Array, Mask
 from cablewright.choices import CriterionName, PointName
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_rows
+from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
 
@@ -118,10 +118,13 @@ class Criterion:
         turns = _turns(model, options.get("orientations"))
         where = box_of(model.robot, options.get("box"), flat=flat)
         if flat and options.get("box") is None:
-            where = plane_of(model) or where
+            where = plane_of(model.robot) or where
         arm = float(options.get("arm", 1.0))
         made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
         made._check_retraction()
+        made._check_plane()
+        if name in ("exact", "closed-form", "improved-closed-form"):
+            require_a_load(model)
         return made
 
     @property
@@ -185,7 +188,20 @@ class Criterion:
 
     def broken_limits(self, poses: Array) -> tuple[tuple[str, ...], Mask]:
         """Return, for `static`, the names of all L limits and which of them *poses* (N, n) violate, (N, L)."""
-        return broken_limits(solve_inverse(self.model, poses, retraction=self.lengths(poses)))
+        given = poses
+        if self.across is not None and self.model.m < self.model.n:  # gravity keeps them in their plane
+            given = poses.copy()
+            given[:, self.across] = np.nan
+        return broken_limits(solve_inverse(self.model, given, retraction=self.lengths(poses)))
+
+    @cached_property
+    def across(self) -> int | None:
+        """The axis across the plane of a planar robot in whose plane the box is; None for all others."""
+        plane = plane_of(self.model.robot) if self.box.is_flat else None
+        if plane is None:
+            return None
+        axis = plane.flat_axis
+        return axis if axis == self.box.flat_axis and plane.low[axis] == self.box.low[axis] else None
 
     def _margins(self, poses: Array) -> Array:
         """Signed margins (N,) of *poses* (N, n)."""
@@ -201,6 +217,19 @@ class Criterion:
             found = tension_distribution(self.model, poses, self.name, retraction=lengths)
         no = np.where(found.margin < 0.0, found.margin, np.where(np.isfinite(found.margin), -1e-300, -np.inf))
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
+
+    def _check_plane(self) -> None:
+        """Refuse what no planar robot can do: to pull across its plane. Raises `InputError`."""
+        if self.name == "static" and self.model.m < self.model.n and self.across is None:
+            why = f"{self.model.m} lines hold {self.model.m} of the {self.model.n} freedoms"
+            raise InputError(f"static: {why}; only two lines in a plane can be searched, in that plane")
+        if self.across is None:
+            return
+        if self.name == "wrench-closure":
+            raise InputError("wrench-closure: no lines of a planar robot pull across its plane")
+        if self.wrench_box is not None and any(side[self.across] for side in self.wrench_box):
+            axis = "xyz"[self.across]
+            raise InputError(f"wrench box: no lines pull across the plane: 0 to 0 along {axis} is expected")
 
     def _check_retraction(self) -> None:
         """Refuse retraction lengths outside the platform's range. Raises `InputError`."""
@@ -240,21 +269,19 @@ class Criterion:
 
 def is_planar(robot: Robot, box: ArrayLike | None) -> bool:
     """Whether a *box* (6,), m, is flat, or without one the robot planar: a point in the plane of its exit points."""
-    return plane_of(Model(robot)) is not None if box is None else box_of(robot, box, flat=True).is_flat
+    return plane_of(robot) is not None if box is None else box_of(robot, box, flat=True).is_flat
 
 
-def plane_of(model: Model) -> SearchBox | None:
+def plane_of(robot: Robot) -> SearchBox | None:
     """Return the part of the frame in the plane of a planar robot, None for others.
 
-    A planar robot is a point whose exit points have one coordinate in common, along which nothing pulls.
+    A planar robot is a point whose lines have one coordinate in common, along which nothing pulls.
     """
-    robot, load = model.robot, PlatformNumbers(model.packed.platform)
-    exits = np.array([line.exit_point for line in robot.lines])
-    pulls = load.wrench[:3] - [0.0, 0.0, load.weight]
+    exits = np.array([np.subtract(line.exit_point, line.platform_point) for line in robot.lines])
+    pulls = robot.platform.force - np.array([0.0, 0.0, robot.platform.mass * robot.scene.gravity])
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-    across = np.flatnonzero(
-        (np.ptp(exits, axis=0) <= IN_PLANE) & (pulls == 0.0) & (low <= exits[0]) & (exits[0] <= high)
-    )
+    within = (low <= exits[0]) & (exits[0] <= high)
+    across = np.flatnonzero((np.ptp(exits, axis=0) <= IN_PLANE) & (pulls == 0.0) & within)
     if robot.n != 3 or len(across) != 1:  # exit points in a line span no plane, but together with a load
         return None
     low[across] = high[across] = exits[0, across]

@@ -59,6 +59,11 @@ class SearchBox:
         return bool((self.low == self.high).any())
 
     @property
+    def flat_axis(self) -> int:
+        """The axis along which its ends are nearest to each other: that across a flat box."""
+        return int((self.high - self.low).argmin())
+
+    @property
     def volume(self) -> float:
         """Its volume, m^3."""
         return float(np.prod(self.high - self.low))

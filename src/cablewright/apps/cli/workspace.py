@@ -62,10 +62,12 @@ class WorkspaceCommand:
         given |= {"wrench_box": _wrench_box(self.wrench_box, machine.n)}
         criterion = self.region.criterion_name
         with progress() as show:
+            planar = is_planar(machine, given["box"])
+            self._check_plane(planar)
             if self.volume.count == "nodes":
                 return answer(volumes.count_nodes(machine, criterion, **given, progress=show), self.output.as_json)
             given |= {"tolerance": self.volume.tolerance, "seed": self.volume.seed}
-            find = workspace_area if is_planar(machine, given["box"]) else volumes.workspace
+            find = workspace_area if planar else volumes.workspace
             found: Volume | WorkspaceArea = find(machine, criterion, **given, progress=show)
             written = self._write(found)
         return answer(found, self.output.as_json, **written)
@@ -80,15 +82,21 @@ class WorkspaceCommand:
             if self.volume.tolerance is not None:
                 raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
 
+    def _check_plane(self, planar: bool) -> None:
+        """Raise `InputError` for what an area does not have."""
+        if planar and self.mesh is not None:
+            raise InputError("--mesh needs a surface: this workspace is an area; --json has its outlines")
+        if planar and self.volume.count == "nodes":
+            raise InputError("--count nodes counts in a volume: this workspace is an area, and a --box may give it one")
+
     def _write(self, found: Volume | WorkspaceArea) -> dict[str, Path | None]:
-        """Write what is requested; nothing of an empty workspace. Raises `InputError` for a mesh of an area."""
+        """Write what is requested; nothing of an empty workspace."""
+        from cablewright.analyses.workspace.workspace import Workspace
+
         some = found.status != "empty"
         mesh = self.mesh if some else None
-        if mesh is not None:
-            surface = getattr(found, "mesh", None)
-            if surface is None:
-                raise InputError("--mesh needs a surface: this workspace is an area; --json has its outlines")
-            write_whole(mesh, surface.stl() if mesh.suffix.lower() == ".stl" else surface.glb())
+        if mesh is not None and isinstance(found, Workspace):
+            write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
         return {"mesh": mesh, "plot": self.output.draw(found, when=some)}
 
 

@@ -22,7 +22,7 @@ from filelock import FileLock, Timeout
 
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.file_output import cannot_write, write_whole
+from cablewright.file_output import cannot_write, is_unfinished, write_whole
 from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -298,7 +298,7 @@ def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
         return
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
-    if folder.is_dir() and any(each.name != LOCK and each.suffix != ".part" for each in folder.iterdir()):
+    if folder.is_dir() and any(each.name != LOCK and not is_unfinished(each) for each in folder.iterdir()):
         raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
 
 
