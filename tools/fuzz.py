@@ -74,6 +74,39 @@ SOLIDS = (
     b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
     bytes(80) + struct.pack("<I", 2) + bytes(100),
 )
+SPANS = b"""schema = 1
+name = "a"
+[scene]
+gravity = 0
+frame_min = [-2, -2, 0]
+frame_max = [2, 2, 3]
+[platform]
+mass = 5
+[cable]
+axial_stiffness = 1e5
+linear_density = 0.01
+breaking_load = 1e5
+[sheave]
+kind = "eyelet"
+[line]
+tension_limits = [5, 2000]
+advantage = 2
+cables = 3
+[[lines]]
+name = "a"
+exit_point = [-2, -2, 3]
+[[lines]]
+name = "b"
+exit_point = [2, -2, 3]
+advantage = 1
+[[lines]]
+name = "c"
+exit_point = [0, 2, 3]
+cables = 1
+[[lines]]
+name = "d"
+exit_point = [0, 0, 0]
+"""
 ARGUMENTS = (
     b"inverse merlet2023 --at 0,0,1 --json",
     b"inverse jung2020 --at 0.3,0.2,0.4,0.1,0,0 --retraction 1.4",
@@ -179,7 +212,7 @@ def _command(*arguments: str) -> Callable[[Path], None]:
 
 
 FORMATS = (
-    Format("robot", ".toml", lambda: [library_text(name).encode() for name in library_names()],
+    Format("robot", ".toml", lambda: [SPANS, *(library_text(name).encode() for name in library_names())],
            lambda path: load(str(path))),
     Format("bracket", ".toml", lambda: [library_text("house-printer").encode()], load_bracket),
     Format("uncertainty", ".toml", _files("uncertain.toml"), load_uncertainty),
@@ -199,7 +232,7 @@ FORMATS = (
     Format("state", ".state", _state, _resume, binary=True, finish=_checked),
     Format("manifest", ".json", lambda: [b'{"schema": 1, "command": "print", "cablewright": "0", "inputs": {}}'],
            lambda path: read_manifest(path.parent)),
-    Format("inverse", ".toml", lambda: [library_text(name).encode() for name in ("merlet2023", "wang2021")],
+    Format("inverse", ".toml", lambda: [SPANS, *(library_text(name).encode() for name in ("merlet2023", "wang2021"))],
            _command("inverse", "{}", "--at", "0,0,1", "--json")),
     Format("walls", ".csv", _files("scan.csv"), _command("walls", "{}", "--json")),
     Format("modulus", ".csv", _files("tensile.csv"),
