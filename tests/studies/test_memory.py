@@ -57,7 +57,10 @@ def test_what_does_not_fit_is_refused_with_numbers(system) -> None:
     require_memory(1e18, "this", "do less")  # nobody knows
 
 
-def test_a_check_reckons_before_it_begins(write_job, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "free_memory", lambda: 1e5)
-    with pytest.raises(EnvironmentFault, match=r"a check of \d+ samples takes .* a longer step in \[sampling\]"):
-        cw.check(cw.load("house-printer"), write_job())
+@pytest.mark.parametrize(
+    ("study", "what"), [(cw.check, "a check"), (cw.accuracy, "the accuracy"), (cw.interference, "the distances")]
+)
+def test_a_study_of_a_job_reckons_before_it_begins(study, what: str, write_job, monkeypatch) -> None:
+    monkeypatch.setattr(memory, "free_memory", lambda: 1e4)
+    with pytest.raises(EnvironmentFault, match=rf"{what} of \d+ samples takes .* a longer step in \[sampling\]"):
+        study(cw.load("house-printer"), cw.load_job(write_job()))

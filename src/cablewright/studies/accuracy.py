@@ -25,6 +25,7 @@ from cablewright.robot.uncertainty import Range
 from cablewright.solvers.arguments import as_poses
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 from cablewright.studies.job_poses import along, require_lines, sampled
+from cablewright.studies.memory import require_for_samples
 from cablewright.studies.places import Places, workspace_nodes
 
 Ranges = Sequence[Range] | None
@@ -191,6 +192,11 @@ def accuracy(
     return at_pose(question, poses, seed)
 
 
+def bytes_each(robot: Robot, ranges: int) -> float:
+    """Return the memory for each sample of a job while so many numbers are uncertain: benchmarks/path_memory.py."""
+    return 350.0 + 80.0 * robot.m + 120.0 * ranges
+
+
 def _over_shape(question: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None) -> AccuracyStudy:
     """The study of a shape. Raises `InputError` for a robot with fewer lines than freedoms."""
     model, robot = question.model, question.model.robot
@@ -199,6 +205,7 @@ def _over_shape(question: AccuracyQuestion, where: Places | Job, retraction: Arr
     require_lines(robot, "over a shape")
     if isinstance(where, Job):
         samples, _ = sampled(robot, where, where.toolpath(question.progress))
+        require_for_samples(len(samples), bytes_each(robot, len(question.ranges)), "the accuracy")
         places = Places("path", samples.positions, samples.distance)
         return _studied(question, places, *along(robot, where, samples))
     if where.step is None:

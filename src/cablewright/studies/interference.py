@@ -37,6 +37,7 @@ from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along, sampled
+from cablewright.studies.memory import require_for_samples
 from cablewright.triangle_mesh import TriangleMesh
 
 BLOCK = 128 * 64  # samples between two reports of progress
@@ -176,6 +177,11 @@ def interference(
     return distances(held, part=None if part is None else of_mesh(part), clearance=clearance, settings=settings)
 
 
+def bytes_each(robot: Robot) -> float:
+    """Return the memory for each sample of a job: benchmarks/path_memory.py."""
+    return 200.0 + 45.0 * robot.m
+
+
 def _over_job(
     model: Model,
     job: Job,
@@ -186,6 +192,7 @@ def _over_job(
 ) -> JobInterference:
     """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
     samples, _ = sampled(model.robot, job, job.toolpath(report))
+    require_for_samples(len(samples), bytes_each(model.robot), "the distances")
     poses, retraction = along(model.robot, job, samples)
     found = JobDistances.of(job, samples, mesh, settings)
     for first in range(0, len(poses), BLOCK):

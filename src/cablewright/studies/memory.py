@@ -18,6 +18,11 @@ def require_memory(needed: float, what: str, advice: str) -> None:
         raise EnvironmentFault(f"not enough memory: {what} takes {sizes}; {advice}")
 
 
+def require_for_samples(samples: int, each: float, what: str) -> None:
+    """As `require_memory`, for a study of a job's *samples* that takes so many bytes for *each*."""
+    require_memory(samples * each, f"{what} of {samples} samples", "a longer step in [sampling] takes less")
+
+
 def free_memory() -> float | None:
     """Return the free memory, bytes, of a Linux system or, if that is less, of its control group; None if not known.
 

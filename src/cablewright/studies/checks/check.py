@@ -27,13 +27,16 @@ from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
 from cablewright.studies.interference import JobDistances
 from cablewright.studies.job_poses import along, path_box, sampled
-from cablewright.studies.memory import require_memory
+from cablewright.studies.memory import require_for_samples
 
 PLACES: Final = 7  # along each side of the frame, tried where no sample can be held
-BYTES, BYTES_OF_LINE = 420.0, 260.0
-"""Memory of a check for each sample, and for each line of it: benchmarks/check_memory.py."""
 TOO_LARGE: Final = 5.0
 """A path that is so many times as large as the frame has a wrong scale."""
+
+
+def bytes_each(robot: Robot) -> float:
+    """Return the memory of a check for each sample: benchmarks/path_memory.py."""
+    return 420.0 + 260.0 * robot.m
 
 
 def check(
@@ -72,8 +75,7 @@ def check(
     toolpath = job.toolpath(report)
     _require_scale(robot, job, toolpath)
     samples, step = sampled(robot, job, toolpath)
-    needed = len(samples) * (BYTES + BYTES_OF_LINE * robot.m)
-    require_memory(needed, f"a check of {len(samples)} samples", "a longer step in [sampling] takes less")
+    require_for_samples(len(samples), bytes_each(robot), "a check")
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
     walked, reserved = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
