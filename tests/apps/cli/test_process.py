@@ -138,63 +138,56 @@ def test_a_request_after_the_answer_changes_nothing(asked: signal.Signals) -> No
     assert b"merlet2023" in ended.stdout
 
 
-def test_a_request_in_a_callback_from_c_is_not_lost() -> None:
-    """There Python cannot raise: LLVM calls back while it compiles."""
-    program = """
-import ctypes, os, signal, time
+def solved_by(function: str) -> tuple[int, str, str]:
+    """Exit code, output and messages of `inverse` with the text of a function ``solve`` in the place of the solver."""
+    begin = """
+import contextlib, ctypes, os, signal, time
 import cablewright.solvers.inverse
 from cablewright.apps.cli.main import main
+"""
+    finish = """
+cablewright.solvers.inverse.solve_inverse = solve
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+main()
+"""
+    asked = [sys.executable, "-c", begin + function + finish, "inverse", "merlet2023", "--at", "0,0,1"]
+    ended = subprocess.run(asked, capture_output=True, text=True, check=False, timeout=50)
+    return ended.returncode, ended.stdout, ended.stderr
 
+
+def test_a_request_in_a_callback_from_c_is_not_lost() -> None:
+    """There Python cannot raise: LLVM calls back while it compiles."""
+    compiling = """
 @ctypes.CFUNCTYPE(None)
 def back():
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(0.01)
 
-def compiled(*arguments, **options):
+def solve(*arguments, **options):
     back()
     while True:
         time.sleep(0.01)
-
-cablewright.solvers.inverse.solve_inverse = compiled
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-main()
 """
-    asked = [sys.executable, "-c", program, "inverse", "merlet2023", "--at", "0,0,1"]
-    ended = subprocess.run(asked, capture_output=True, text=True, check=False, timeout=50)
-    assert (ended.returncode, ended.stderr) == (130, "cablewright: interrupted\n")
+    assert solved_by(compiling) == (130, "", "cablewright: interrupted\n")
 
 
 def test_a_request_that_c_code_swallows_is_not_lost() -> None:
     """As imports of Cython modules do, which catch everything."""
-    program = """
-import contextlib, os, signal, time
-import cablewright.solvers.inverse
-from cablewright.apps.cli.main import main
-
-def swallowing(*arguments, **options):
+    swallowing = """
+def solve(*arguments, **options):
     with contextlib.suppress(BaseException):
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(5)
     while True:
         time.sleep(0.01)
-
-cablewright.solvers.inverse.solve_inverse = swallowing
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-main()
 """
-    asked = [sys.executable, "-c", program, "inverse", "merlet2023", "--at", "0,0,1"]
-    ended = subprocess.run(asked, capture_output=True, text=True, check=False, timeout=50)
-    assert (ended.returncode, ended.stderr) == (130, "cablewright: interrupted\n")
+    assert solved_by(swallowing) == (130, "", "cablewright: interrupted\n")
 
 
 def test_a_request_that_is_being_handled_is_not_repeated() -> None:
     """What is saved on the way out takes as long as it takes."""
-    program = """
-import os, signal, time
-import cablewright.solvers.inverse
-from cablewright.apps.cli.main import main
-
-def saving(*arguments, **options):
+    saving = """
+def solve(*arguments, **options):
     try:
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(5)
@@ -202,14 +195,8 @@ def saving(*arguments, **options):
         for _ in range(50):
             time.sleep(0.01)
         print("saved", flush=True)
-
-cablewright.solvers.inverse.solve_inverse = saving
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-main()
 """
-    asked = [sys.executable, "-c", program, "inverse", "merlet2023", "--at", "0,0,1"]
-    ended = subprocess.run(asked, capture_output=True, text=True, check=False, timeout=50)
-    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "saved\n", "cablewright: interrupted\n")
+    assert solved_by(saving) == (130, "saved\n", "cablewright: interrupted\n")
 
 
 def test_an_error_after_an_interruption_is_the_interruption(cli, monkeypatch) -> None:

@@ -116,9 +116,9 @@ class Criterion:
             low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
             wrenches = low, high
         turns = _turns(model, options.get("orientations"))
-        where = box_of(model.robot, options.get("box"), flat=flat)
-        if flat and options.get("box") is None:
-            where = plane_of(model.robot) or where
+        box = options.get("box")
+        plane = plane_of(model.robot) if flat and box is None else None
+        where = plane or box_of(model.robot, box, flat=flat)
         arm = float(options.get("arm", 1.0))
         made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
         made._check_retraction()

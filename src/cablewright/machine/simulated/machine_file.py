@@ -7,6 +7,7 @@ from itertools import product
 from typing import Final
 
 from cablewright.errors import InputError
+from cablewright.machine.simulated.settings import require_hanging
 from cablewright.robot import PointPlatform, Robot
 from cablewright.units import FORCE, LENGTH, TORQUE, three_digits
 
@@ -59,12 +60,8 @@ def _require_simulated(robot: Robot) -> None:
     origin = f"robot {robot.name!r}"
     if not isinstance(robot.platform, PointPlatform):
         raise InputError(f"{origin}: only a point platform can be simulated, so that it has no machine file")
-    robot.require_single_spans("the simulated machine")
-    if robot.scene.gravity == 0.0:
-        raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")
+    require_hanging(robot)
     for line in robot.lines:
-        if line.cable.linear_density == 0.0:
-            raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")
         for key, value in (("cable.diameter", line.cable.diameter), ("winch.drum_radius", line.winch.drum_radius)):
             if value is None:
                 raise InputError(f"{origin}: line {line.name!r} gives no {key}, which a plant needs")

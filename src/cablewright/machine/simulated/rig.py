@@ -14,7 +14,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
-from cablewright.machine.simulated.settings import ClimateLaw, MachineSettings
+from cablewright.machine.simulated.settings import ClimateLaw, MachineSettings, require_hanging
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.winches import Winches
@@ -229,14 +229,8 @@ def _check(robot: Robot) -> None:
     """Raise `InputError` for a robot that no plant can simulate."""
     if robot.n != 3:
         raise InputError(f"robot {robot.name!r}: only a point platform, from which a drum hangs, can be simulated")
-    robot.require_single_spans("the simulated machine")
-    if robot.scene.gravity == 0.0:
-        raise InputError(f"robot {robot.name!r}: gravity = 0: a drum that hangs, and powder that falls, need some")
+    require_hanging(robot)
     for line in robot.lines:
-        if line.cable.linear_density == 0.0:
-            raise InputError(
-                f"robot {robot.name!r}: the cable of line {line.name!r} has no weight, which a plant needs"
-            )
         if any(line.platform_point):
             raise InputError(
                 f"robot {robot.name!r}: platform_point of {line.name!r} must be the origin of the platform"

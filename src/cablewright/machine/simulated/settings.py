@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.printing.job import Bead
+from cablewright.robot import Robot
 from cablewright.toml_input import is_file, load_model, parse_table
 from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names, validated
@@ -348,6 +349,17 @@ def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSet
     extrusion = settings.extrusion.model_copy(update={"bead": bead})
     drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
     return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
+
+
+def require_hanging(robot: Robot) -> None:
+    """Raise `InputError` for lines that no plant can hang: of several spans, without weight, or without gravity."""
+    robot.require_single_spans("the simulated machine")
+    origin = f"robot {robot.name!r}"
+    if robot.scene.gravity == 0.0:
+        raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")
+    for line in robot.lines:
+        if line.cable.linear_density == 0.0:
+            raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")
 
 
 def require_robot(settings: MachineSettings, robot: str) -> None:
